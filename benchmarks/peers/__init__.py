@@ -1,0 +1,1 @@
+"""The engine beside other programs, on the scenes of configs/peers."""

@@ -1,0 +1,216 @@
+"""A chain mooring under surge, by the engine and by MoorDyn: python -m benchmarks.peers.moordyn_chain.
+
+Both get the same line, bed, motion and coefficients from configs/peers/chain-mooring.toml, so that
+what differs is the numerics and what a program calls the fairlead tension: MoorDyn writes the tension
+of the last segment, in its middle, and gives the force on the ship, the weight of half a segment
+included; the engine continues the tension to the end of the line. Needs `pip install moordyn`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.results import open_result
+from lumpedcable.scene import HarmonicMotion, LinearMaterial, Scene, load_study
+from lumpedcable.scene.lines import FixedEnd, MovingEnd
+from lumpedcable.study.run import run_study
+
+SCENE = Path(__file__).parents[2] / "configs" / "peers" / "chain-mooring.toml"
+LAST = 20.0  # s from here on: the motion has been steady for a period
+
+INPUT = """\
+---------------------- MoorDyn input: {title}
+---------------------- LINE TYPES
+Name   Diam        Mass      EA      BA        EI  Cd    Ca    CdAx   CaAx
+(-)    (m)         (kg/m)    (N)     (N-s)     (-) (-)   (-)   (-)    (-)
+chain  {diameter}  {mass}    {EA}    {damping} 0   {Cn}  {Can} {Ct}   0
+---------------------- POINTS
+ID  Type     X      Y      Z      Mass  Volume  CdA  Ca
+(#) (-)      (m)    (m)    (m)    (kg)  (m3)    (m2) (-)
+1   Fixed    {anchor}             0     0       0    0
+2   Coupled  {fairlead}           0     0       0    0
+---------------------- LINES
+ID  Type   A  B  Length    NumSegs     Outputs
+(#) (-)    (#)(#)(m)       (-)         (-)
+1   chain  1  2  {length}  {segments}  -
+---------------------- OPTIONS
+0           writeLog
+{step}      dtM
+{kb}        kBot
+{cb}        cBot
+0.0         FrictionCoefficient
+{density}   WtrDnsty
+{gravity}   g
+{depth}     WtrDpth
+1.0         dtIC
+600.0       TmaxIC
+4.0         CdScaleIC
+1e-6        threshIC
+1           ICgenDynamic
+---------------------- need this line
+"""
+
+
+class Histories(NamedTuple):
+    """Tensions (N) over time (s) at the ship and at the anchor, and the seconds that they took.
+
+    `force` is the force of the line on the ship (N), where the program gives it.
+    """
+
+    time: NDArray[np.float64]
+    fairlead: NDArray[np.float64]
+    anchor: NDArray[np.float64]
+    force: NDArray[np.float64] | None
+    seconds: float
+
+    def steady(self) -> NDArray[np.float64]:
+        """Fairlead tension (N) once the motion is steady."""
+        return self.fairlead[self.time >= LAST]
+
+
+def scene_of(*overrides: str) -> Scene:
+    """The chain with some numbers changed ("KEY=VALUE")."""
+    return load_study(SCENE, list(overrides)).runs[0]
+
+
+def by_engine(*overrides: str) -> Histories:
+    """The chain by lumpedcable; the seconds are those of a second run, statics included."""
+    study = load_study(SCENE, list(overrides))
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "chain.h5"
+        run_study(study, target)
+        target.unlink()
+        begin = time.perf_counter()
+        run_study(study, target)
+        seconds = time.perf_counter() - begin
+        with open_result(target) as result:
+            line = result.line("chain")
+            fairlead, anchor = (line.field(f"{side}_tension")[0] for side in ("end", "start"))
+            return Histories(result.time, fairlead, anchor, None, seconds)
+
+
+def moordyn_input(scene: Scene, step: float) -> str:
+    """MoorDyn's input file for the scene, stepping by `step` (s)."""
+    line, bed, water = scene.lines["chain"], scene.seabed, scene.water
+    material = scene.materials["chain"]
+    assert isinstance(material, LinearMaterial)
+    assert isinstance(line.start, FixedEnd)
+    assert bed is not None
+    assert water is not None
+    assert line.diameter is not None
+    assert line.drag is not None
+    assert line.added_mass is not None
+    motion = motion_of(scene)
+    return INPUT.format(
+        title=scene.title, diameter=line.diameter, mass=line.mass, EA=material.EA,
+        damping=material.damping or 0.0, Cn=line.drag.normal, Ct=line.drag.tangential,
+        Can=line.added_mass.normal, anchor=" ".join(map(str, line.start.fixed)),
+        fairlead=" ".join(map(str, motion.position)), length=line.length, segments=line.segments,
+        step=step, kb=bed.stiffness / line.diameter, cb=(bed.damping or 0.0) / line.diameter,
+        density=water.density, gravity=scene.gravity, depth=-bed.height,
+    )  # fmt: skip
+
+
+def motion_of(scene: Scene) -> HarmonicMotion:
+    """The motion of the fairlead."""
+    end = scene.lines["chain"].end
+    assert isinstance(end, MovingEnd)
+    assert isinstance(end.motion, HarmonicMotion)
+    return end.motion
+
+
+def path_of(motion: HarmonicMotion, t: float) -> NDArray[np.float64]:
+    """x(t) (m) of a harmonic motion with a ramp, as docs/scene-language.md defines it."""
+    assert motion.amplitude is not None
+    assert motion.period is not None
+    ramp = 1.0 if motion.ramp is None else np.sin(0.5 * np.pi * min(t / motion.ramp, 1.0)) ** 2
+    swing = np.sin(2.0 * np.pi * t / motion.period + motion.phase)
+    return np.asarray(motion.position) + ramp * swing * np.asarray(motion.amplitude)
+
+
+def by_moordyn(scene: Scene, step: float = 1e-3) -> Histories:
+    """The chain by MoorDyn, its second-order Runge-Kutta stepping by `step` (s).
+
+    The ship is handed over at every step, with the velocity that leads to its next place: MoorDyn
+    extrapolates, and a place that does not fit by 0.04 mm is 13 kN in a segment of 5 m.
+    """
+    import moordyn
+
+    motion, count = motion_of(scene), round(scene.output.duration / step)
+    each = round(scene.output.every / step)
+    kept: list[tuple[float, ...]] = []
+    with tempfile.TemporaryDirectory() as folder, quiet():
+        file = Path(folder) / "chain.txt"
+        file.write_text(moordyn_input(scene, step), encoding="utf-8")
+        system = moordyn.Create(str(file))
+        try:
+            here = path_of(motion, 0.0)
+            moordyn.Init(system, here.tolist(), [0.0] * 3)
+            line = moordyn.GetLine(system, 1)
+            last = moordyn.GetLineN(line)
+            begin = time.perf_counter()
+            for k in range(count + 1):
+                if k % each == 0:
+                    ends = [np.linalg.norm(moordyn.GetLineNodeTen(line, i)) for i in (last, 0)]
+                    force = np.linalg.norm(moordyn.GetLineNodeForce(line, last))
+                    kept.append((k * step, *map(float, (*ends, force))))
+                there = path_of(motion, (k + 1) * step)
+                speed = (there - here) / step
+                moordyn.Step(system, here.tolist(), speed.tolist(), k * step, step)
+                here = there
+            seconds = time.perf_counter() - begin
+        finally:
+            moordyn.Close(system)
+    t, fairlead, anchor, force = np.array(kept).T
+    return Histories(t, fairlead, anchor, force, seconds)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Silence a library that writes to the terminal past Python."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def rows(meshes: tuple[int, ...]) -> Iterator[str]:
+    """Lines of a Markdown table: at rest, and largest and smallest tension under way (kN)."""
+    yield "| program | segments | at rest | largest | smallest | anchor, largest | seconds |"
+    yield "|---|---|---|---|---|---|---|"
+    for segments in meshes:
+        change = f"segments={segments}"
+        for program in ("lumpedcable", "MoorDyn"):
+            if program == "MoorDyn":
+                found = by_moordyn(scene_of(change), 1e-3 * min(1.0, 82 / segments))
+            else:
+                found = by_engine(change)
+            steady, anchor = found.steady(), found.anchor[found.time >= LAST]
+            values = (found.fairlead[0], steady.max(), steady.min(), anchor.max())
+            numbers = " | ".join(f"{value / 1e3:.2f}" for value in values)
+            yield f"| {program} | {segments} | {numbers} | {found.seconds:.1f} |"
+
+
+def main() -> None:
+    """Print the table."""
+    for row in rows((41, 82, 164)):
+        print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,310 @@
+"""The command line. Each command imports what it needs when it runs, so that help comes at once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, NoReturn
+
+from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
+
+import lumpedcable
+
+__all__ = ["app", "main"]
+
+app = App(
+    name="lumpedcable",
+    help="Cable dynamics for violent, short, nonlinear events, from a TOML file to HDF5 and plots.",
+    version=lumpedcable.__version__,
+)
+
+Set = Annotated[
+    list[str] | None,
+    Parameter(
+        name="--set",
+        help='KEY=VALUE: another value for any key of the scene, e.g. --set "break.time=50 ms". '
+        "A dotted path or its unmistakable end; may be given several times.",
+        negative="",
+    ),
+]
+
+CHECKED_RUNS = 1000  # of a sweep are laid out by `check`
+
+
+def fail(message: str, code: int = 2) -> NoReturn:
+    """Print what is wrong and leave."""
+    print(message, file=sys.stderr)
+    raise SystemExit(code)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """What a user can mend ends in a message and exit code 2, not in a traceback."""
+    from lumpedcable.results.errors import OutputError, ResultError
+    from lumpedcable.scene import SceneError
+
+    try:
+        yield
+    except (SceneError, OutputError, ResultError) as error:
+        fail(str(error))
+    except MemoryError as error:
+        fail(f"not enough memory for so many runs, nodes and output times: {error}".rstrip(": "))
+
+
+@contextmanager
+def _interrupts() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C has been pressed, besides the exception that it raises.
+
+    Where it comes while a library runs a callback of the garbage collector, Python reports that
+    exception and drops it, and the run would go on.
+    """
+    seen, report = threading.Event(), sys.unraisablehook
+    if threading.current_thread() is not threading.main_thread():
+        yield seen.is_set  # signals are the main thread's
+        return
+
+    def remember(number: int, frame: FrameType | None) -> None:
+        seen.set()
+        raise KeyboardInterrupt
+
+    def hush(dropped: sys.UnraisableHookArgs) -> None:
+        if dropped.exc_type is not KeyboardInterrupt:
+            report(dropped)
+
+    before = signal.signal(signal.SIGINT, remember)
+    sys.unraisablehook = hush
+    try:
+        yield seen.is_set
+    finally:
+        sys.unraisablehook = report
+        signal.signal(signal.SIGINT, before)
+
+
+@app.command
+def run(
+    scene: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    set_: Set = None,
+    timings: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """Run a scene, with its sweep as one batch, and write an HDF5 file.
+
+    The exit code is 0 where at least one run came to its end, 1 where none did.
+
+    Parameters
+    ----------
+    scene
+        Scene file (TOML).
+    output
+        Results file (HDF5); the scene's name with .h5 in this folder if not given.
+    set_
+        KEY=VALUE: another value for any key of the scene.
+    timings
+        Print the wall time of each stage.
+    """
+    from lumpedcable.scene import load_study
+
+    with _told():
+        study = load_study(scene, set_ or [])
+    target = output or Path(f"{scene.stem}.h5")
+    _check_target(target, scene)
+
+    try:
+        with _told(), _interrupts() as interrupted:
+            from lumpedcable.study.report import results_table, run_with_progress
+
+            outcomes, clock = run_with_progress(study, target, interrupted)
+    except KeyboardInterrupt:
+        partial = target.with_name(target.name + ".partial")
+        kept = f"; what was finished is in {partial}" if partial.exists() else ""
+        fail(f"interrupted{kept}", 130)
+    results_table(study, target, outcomes)
+    if timings:
+        for stage, seconds in clock.stages.items():
+            print(f"{stage:>10} {seconds:8.2f} s")
+    if all(outcome.status != 0 for outcome in outcomes):
+        raise SystemExit(1)
+
+
+def _check_target(target: Path, scene: Path) -> None:
+    """Refuse to write results over a folder or over the scene itself."""
+    if os.path.isdir(target):
+        fail(f"--output: expected a file name, found the folder {target}")
+    if os.path.exists(target) and os.path.samefile(target, scene):
+        fail(f"--output: expected another file than the scene, found {target}")
+
+
+@app.command
+def plot(
+    result: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+) -> None:
+    """Draw the pictures of a results file.
+
+    Parameters
+    ----------
+    result
+        Results file (HDF5), finished or .partial.
+    output
+        Folder for the pictures; the file's name without .h5 if not given.
+    format_
+        png (default), svg or pdf; may be given several times.
+    """
+    from lumpedcable.view import plot_result
+
+    with _told():
+        folder = output or result.parent / Path(result.name.removesuffix(".partial")).stem
+        for path in plot_result(result, folder, formats=tuple(format_ or ["png"])):
+            print(path)
+
+
+@app.command
+def modes(
+    scene: Path,
+    /,
+    *,
+    count: Annotated[int, Parameter(name=["--count", "-n"])] = 10,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    set_: Set = None,
+    run_: Annotated[int, Parameter(name="--run")] = 0,
+    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+) -> None:
+    """Find the natural modes of a scene about its static equilibrium.
+
+    Prints a table, draws the shapes (modes.png) and writes both as numbers (modes.json). The exit
+    code is 1 where no equilibrium was found.
+
+    Parameters
+    ----------
+    scene
+        Scene file (TOML).
+    count
+        How many modes, the lowest first.
+    output
+        Folder for picture and numbers; the scene's name in this folder if not given.
+    set_
+        KEY=VALUE: another value for any key of the scene.
+    run_
+        Which run of a sweep, from 0.
+    format_
+        png (default), svg or pdf; may be given several times.
+    """
+    from lumpedcable.scene import load_study
+
+    with _told():
+        study = load_study(scene, set_ or [])
+    if count < 1:
+        fail(f"--count: expected at least 1, found {count}")
+    if not 0 <= run_ < len(study.runs):
+        runs = len(study.runs)
+        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
+        fail(f"--run: expected {expected}, found {run_}")
+
+    from lumpedcable.results.modes import write_modes
+    from lumpedcable.study.modes import NoEquilibriumError, find_modes
+    from lumpedcable.study.modes_report import heading, modes_contents, modes_table, titles
+    from lumpedcable.view import ModeShapes, plot_modes
+
+    folder = output or Path(scene.stem)
+    with _told():
+        try:
+            found = find_modes(study, count, run_)
+        except NoEquilibriumError as error:
+            fail(f"{scene}: {error}", 1)
+        shapes = ModeShapes(found.nodes, found.shapes, titles(found))
+        made = plot_modes(
+            shapes, f"Natural modes: {heading(study, run_)}", folder / "modes",
+            tuple(format_ or ["png"]),
+        )  # fmt: skip
+        write_modes(folder / "modes.json", *modes_contents(study, run_, found))
+    modes_table(study, run_, found, count)
+    for path in (*made, folder / "modes.json"):
+        print(path)
+
+
+@app.command
+def info(result: Path, /) -> None:
+    """Say what a results file holds and how its runs ended.
+
+    Parameters
+    ----------
+    result
+        Results file (HDF5), finished or .partial.
+    """
+    from lumpedcable.results import describe
+
+    with _told():
+        print(describe(result))
+
+
+@app.command
+def check(scene: Path, /, *, set_: Set = None) -> None:
+    """Validate a scene without running it; every fault is told at once.
+
+    Parameters
+    ----------
+    scene
+        Scene file (TOML).
+    set_
+        KEY=VALUE: another value for any key of the scene.
+    """
+    from lumpedcable.model.layout import make_layout
+    from lumpedcable.scene import load_study
+
+    with _told():
+        study = load_study(scene, set_ or [])
+    scenes = list(islice(study.runs, CHECKED_RUNS))
+    try:
+        for one in scenes:
+            make_layout(one)
+    except ValueError as error:
+        fail(f"{scene}: lines: {error}")
+    if any(one.dimensions is not None for one in scenes):
+        from lumpedcable.study.plan import common_coordinates  # loads jax, so only where needed
+
+        with _told():
+            common_coordinates(study, scenes)
+    runs = len(study.runs)
+    print(f"{scene}: ok, {runs} run{'' if runs == 1 else 's'}")
+
+
+@app.command
+def schema() -> None:
+    """Print the JSON Schema of scene files, for editors."""
+    import json
+
+    from lumpedcable.scene import json_schema
+
+    print(json.dumps(json_schema(), indent=2))
+
+
+def main() -> None:
+    """Entry point: bad arguments end in one message and exit code 2."""
+    try:
+        try:
+            app(sys.argv[1:], exit_on_error=False, print_error=False)
+        finally:
+            sys.stdout.flush()
+    except UnusedCliTokensError as error:
+        extra = " ".join(error.unused_tokens or [])
+        fail(f"expected nothing more, found {extra!r}; see lumpedcable --help")
+    except CycloptsError as error:
+        fail(f"{str(error).strip()} See lumpedcable --help.")
+    except KeyboardInterrupt:
+        fail("interrupted", 130)
+    except BrokenPipeError:
+        # whoever reads the output (head, less) has seen enough; leave without another complaint
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(128 + 13) from None

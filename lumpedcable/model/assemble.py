@@ -1,0 +1,275 @@
+"""From a scene to a model: strings become classes here, and numbers become arrays.
+
+The scene's numbers may be traced: the same function serves one run, a batch under `vmap` and a
+derivative with respect to any number of the scene file.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.ends import Driven, End, Joined, Junction, Loaded, Release
+from lumpedcable.model.layout import Joint, Layout, Piece
+from lumpedcable.model.line import Line, node_lengths
+from lumpedcable.model.materials import law_of
+from lumpedcable.model.model import Model
+from lumpedcable.physics.bending import Bending
+from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
+from lumpedcable.physics.load import AbstractLoad, AbstractResistance
+from lumpedcable.physics.morison import AddedMass, Drag
+from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
+from lumpedcable.physics.seabed import Seabed, SeabedDamping
+from lumpedcable.physics.waves import ReleaseWaves
+from lumpedcable.physics.weight import Weight, buoyancy_per_length
+from lumpedcable.scene import Scene
+from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
+from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldForce, MovingEnd, RecordedMotion
+
+__all__ = ["assemble", "make_line", "segment_lengths", "wave_scheme"]
+
+STANDARD_GRAVITY = 9.80665  # m/s2
+CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
+
+
+def _number(value) -> Float[Array, ""]:
+    return jnp.asarray(value, float)
+
+
+def wave_scheme(scene: Scene) -> str:
+    """The treatment of waves that a scene gets: its own choice, or the one that it needs."""
+    if scene.solver.waves is not None:
+        return scene.solver.waves
+    return "corrected" if scene.events else "plain"
+
+
+def segment_lengths(scene: Scene, piece: Piece, xp: Any = jnp) -> Float[Array, "..."]:
+    """Unstretched segment lengths (m) of a piece, shape (n,), or (1,) where all are equal.
+
+    With `xp` = numpy for a concrete scene, outside any compiled program.
+    """
+    line = scene.lines[piece.line]
+    part = slice(piece.first, piece.first + piece.segments)
+    if line.segment_lengths is not None:
+        return xp.stack([xp.asarray(l, float) for l in line.segment_lengths])[part]
+    if line.grading is not None and line.segments is not None and line.segments > 1:
+        power = xp.arange(line.segments) / (line.segments - 1.0)
+        weight = xp.asarray(line.grading, float) ** power
+        return (line.length * weight / xp.sum(weight))[part]
+    first, last = (
+        scene.events[event].place if event is not None else own
+        for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.length))
+    )
+    return ((xp.asarray(last, float) - xp.asarray(first, float)) / piece.segments)[None]
+
+
+def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: int,
+              coordinates: Coordinates, outer: tuple[bool, bool] = (True, True)) -> Line:  # fmt: skip
+    """A line of the model with the properties of the scene's line `name`, its reference still open.
+
+    `outer` says whether it has the start and the end of that line, or is cut off from them.
+    """
+    part = scene.lines[name]
+    material = scene.materials[part.material]
+    d = coordinates.dimensions
+    fluid, drag, added = scene.fluid, None, None
+    if fluid is not None and part.drag is not None:
+        drag = Drag(
+            _number(fluid.density), _number(part.diameter), _number(part.drag.normal),
+            _number(part.drag.tangential), part.drag.convention,
+        )  # fmt: skip
+    if fluid is not None and part.added_mass is not None:
+        along = part.added_mass.tangential
+        if d > 1 or along is not None:
+            added = AddedMass(
+                _number(fluid.density), _number(part.diameter), _number(part.added_mass.normal),
+                None if along is None else _number(along),
+            )  # fmt: skip
+    scheme = wave_scheme(scene)
+    bed = _seabed(scene, name, coordinates)
+    return Line(
+        law=law_of(material),
+        mass=_number(part.mass),
+        segment_length=length,
+        node_length=node_lengths(length, segments),
+        reference=jnp.zeros((d, segments + 1)),
+        reference_step=jnp.zeros((d, segments)),
+        reference_strain=jnp.zeros(segments),
+        max_strain=_number(material.max_strain),
+        loads=_loads(scene, name, coordinates, segments, outer, bed),
+        resistances=_resistances(scene, bed),
+        damping=None if material.damping is None else _number(material.damping),
+        drag=drag,
+        added_mass=added,
+        current=_current(scene, coordinates) if drag is not None else None,
+        waves=None if scheme == "plain" else ReleaseWaves(scheme == "corrected"),
+    )
+
+
+def _loads(
+    scene: Scene, name: str, coordinates: Coordinates, segments: int, outer: tuple[bool, bool],
+    bed: Seabed | None,
+) -> tuple[AbstractLoad, ...]:  # fmt: skip
+    part = scene.lines[name]
+    loads: list[AbstractLoad] = []
+    if scene.gravity is not None:
+        gravity = _number(scene.gravity)
+        weight = _number(part.mass) * gravity
+        if scene.fluid is not None and part.diameter is not None:
+            weight = weight - buoyancy_per_length(
+                _number(scene.fluid.density), gravity, _number(part.diameter)
+            )
+        loads.append(Weight(weight * coordinates.vector((0.0, 0.0, -1.0))))
+    if part.bending is not None and coordinates.dimensions > 1:
+        clamps = [
+            coordinates.vector(end.direction)
+            if mine and isinstance(end, FixedEnd) and end.direction is not None
+            else None
+            for end, mine in zip((part.start, part.end), outer, strict=True)
+        ]
+        if segments > 1 or any(clamp is not None for clamp in clamps):
+            loads.append(Bending(_number(part.bending.EI), *clamps))
+    if bed is not None:
+        loads.append(bed)
+    return tuple(loads)
+
+
+def _seabed(scene: Scene, name: str, coordinates: Coordinates) -> Seabed | None:
+    if scene.seabed is None:
+        return None
+    stiffness = _number(scene.seabed.stiffness)
+    height = _number(scene.seabed.height) - _number(coordinates.origin[2])
+    weight = _number(scene.lines[name].mass) * STANDARD_GRAVITY
+    blend = CONTACT_BLEND * weight / stiffness
+    return Seabed(coordinates.vector((0.0, 0.0, 1.0)), height, stiffness, blend)
+
+
+def _resistances(scene: Scene, bed: Seabed | None) -> tuple[AbstractResistance, ...]:
+    if bed is None or scene.seabed is None or scene.seabed.damping is None:
+        return ()
+    return (SeabedDamping(bed, _number(scene.seabed.damping)),)
+
+
+def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:
+    fluid = scene.fluid
+    if fluid is None or fluid.current is None:
+        return None
+    velocity = coordinates.vector(fluid.current.velocity)
+    if isinstance(fluid.current, UniformCurrentPart):
+        return UniformCurrent(velocity)
+    profile = fluid.current
+    return PowerLawCurrent(
+        velocity, _number(profile.exponent), _number(profile.depth), _number(profile.surface)
+    )
+
+
+def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
+    """The model of a scene, its lines not yet placed: their references are zero.
+
+    `layout` and `coordinates` come from the concrete scene; the scene's numbers may be traced.
+    """
+    lines, ends = {}, {}
+    for piece in layout.pieces:
+        length = segment_lengths(scene, piece)
+        outer = (piece.starts_at is None, piece.ends_at is None)
+        lines[piece.name] = make_line(scene, piece.line, length, piece.segments, coordinates, outer)
+        ends[piece.name] = (
+            _end(scene, layout, piece, 0, coordinates),
+            _end(scene, layout, piece, -1, coordinates),
+        )
+    junctions, number = [], {}
+    for index, joint in enumerate(layout.joints):
+        if _holder(scene, layout, joint) is None:
+            number[index] = len(junctions)
+            junctions.append(_junction(scene, layout, joint, coordinates))
+    ends = {name: (_numbered(a, number), _numbered(b, number)) for name, (a, b) in ends.items()}
+    up = base = None
+    if any(line.current is not None for line in lines.values()):
+        up, base = coordinates.vector((0.0, 0.0, 1.0)), _number(coordinates.origin[2])
+    return Model(lines, ends, tuple(junctions), up, base)
+
+
+def _numbered(end: End, number: dict[int, int]) -> End:
+    """An end with its joint's number among all joints changed to that among the junctions."""
+    return Joined(number[end.junction], end.release) if isinstance(end, Joined) else end
+
+
+def _release(scene: Scene, event: str | None) -> Release | None:
+    if event is None:
+        return None
+    return Release(_number(scene.events[event].start), _number(scene.events[event].time))
+
+
+def _own_end(scene: Scene, layout: Layout, name: str, node: int):
+    """What the scene file says at an end of a piece; None at a cut."""
+    piece = next(p for p in layout.pieces if p.name == name)
+    if (piece.starts_at if node == 0 else piece.ends_at) is not None:
+        return None
+    line = scene.lines[piece.line]
+    return line.start if node == 0 else line.end
+
+
+def _holder(scene: Scene, layout: Layout, joint: Joint):
+    """The end of a joint's members that holds or moves it as a whole, None where none does."""
+    for name, node in joint.members:
+        end = _own_end(scene, layout, name, node)
+        if isinstance(end, FixedEnd | MovingEnd):
+            return end
+        if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
+            return end
+    return None
+
+
+def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coordinates) -> End:
+    release = _release(scene, layout.event_at(piece.name, node))
+    joint = layout.joint_of(piece.name, node)
+    own = _own_end(scene, layout, piece.name, node)
+    if joint is not None:
+        own = _holder(scene, layout, layout.joints[joint])
+        if own is None:
+            return Joined(joint, release)
+    if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
+        force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
+        return Loaded(force, release)
+    if own is None or isinstance(own, str):
+        return Loaded()
+    return Driven(_motion(own, coordinates), release)
+
+
+def _motion(end, coordinates: Coordinates) -> AbstractMotion:
+    if isinstance(end, FixedEnd):
+        return Still(coordinates.point(end.fixed))
+    if isinstance(end, HeldEnd):
+        assert not isinstance(end.held, HeldForce)
+        return Still(coordinates.point(end.held.position))
+    motion = end.motion
+    if isinstance(motion, RecordedMotion):
+        record = jnp.stack([coordinates.point(place) for place in motion.position])
+        return Recorded(jnp.stack([_number(t) for t in motion.time]), record)
+    absent = {
+        "velocity": None if motion.velocity is None else coordinates.vector(motion.velocity),
+        "amplitude": None if motion.amplitude is None else coordinates.vector(motion.amplitude),
+        "period": None if motion.period is None else _number(motion.period),
+        "phase": None if motion.amplitude is None else _number(motion.phase),
+        "ramp": None if motion.ramp is None else _number(motion.ramp),
+    }
+    return Harmonic(coordinates.point(motion.position), **absent)
+
+
+def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinates) -> Junction:
+    load = mass = None
+    if joint.body is not None:
+        body = scene.bodies[joint.body]
+        mass = _number(body.mass)
+        if scene.gravity is not None:
+            weight = mass
+            if body.volume is not None and scene.fluid is not None:
+                weight = mass - _number(scene.fluid.density) * _number(body.volume)
+            load = weight * _number(scene.gravity) * coordinates.vector((0.0, 0.0, -1.0))
+    for name, node in joint.members:
+        own = _own_end(scene, layout, name, node)
+        if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
+            force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
+            load = force if load is None else load + force
+    return Junction(joint.members, mass, load)

@@ -1,0 +1,160 @@
+"""As many dimensions as a scene has: the line, plane or space that everything in it lies in."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from lumpedcable.scene import Scene
+from lumpedcable.scene.lines import (
+    FixedEnd,
+    HarmonicMotion,
+    HeldEnd,
+    HeldForce,
+    MovingEnd,
+    RecordedMotion,
+)
+
+__all__ = ["Coordinates", "coordinates_of"]
+
+TOLERANCE = 1e-9  # relative: a component smaller than this is rounding
+
+
+class Coordinates(NamedTuple):
+    """Positions x = origin + axes q (m) with q of shape (d,) and orthonormal `axes` (3, d)."""
+
+    axes: np.ndarray
+    origin: np.ndarray
+
+    @property
+    def dimensions(self) -> int:
+        """Number of coordinates d, 1 to 3."""
+        return self.axes.shape[1]
+
+    def vector(self, vector: Sequence[Any]) -> Float[Array, " d"]:
+        """A direction, velocity or force given in x, y, z, in the scene's own coordinates."""
+        return jnp.asarray(self.axes).T @ jnp.stack([jnp.asarray(c, float) for c in vector])
+
+    def point(self, point: Sequence[Any]) -> Float[Array, " d"]:
+        """A place given in x, y, z (m), in the scene's own coordinates (m)."""
+        place = jnp.stack([jnp.asarray(c, float) for c in point])
+        return jnp.asarray(self.axes).T @ (place - jnp.asarray(self.origin))
+
+    def expand(self, q: np.ndarray, axis: int, place: bool = False) -> np.ndarray:
+        """Arrays with d components along `axis`, with x, y, z there instead; places if `place`."""
+        full = np.moveaxis(np.tensordot(self.axes, q, axes=(1, axis)), 0, axis)
+        if not place:
+            return full
+        shape = [1] * full.ndim
+        shape[axis] = 3
+        return full + self.origin.reshape(shape)
+
+
+def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
+    """The fewest coordinates that hold every place, direction and motion of all the scenes.
+
+    Axis-aligned scenes keep their axes (x; x and z; ...); others get an orthonormal basis whose last
+    axis is vertical where there is gravity or a seabed. A line that hangs slack straight above
+    itself or may come to lie on a seabed is planar: it needs a direction to fold into. A scene that
+    asks for more `dimensions` gets them.
+
+    Raises:
+        ValueError: a scene asks for fewer dimensions than it needs.
+    """
+    places: list[np.ndarray] = []
+    directions: list[np.ndarray] = []
+    slack, asked = False, []
+    for scene in scenes:
+        if scene.dimensions is not None:
+            asked.append(scene.dimensions)
+        if scene.gravity is not None or scene.seabed is not None:
+            directions.append(np.array([0.0, 0.0, 1.0]))
+        fluid = scene.fluid
+        uses_current = any(line.drag is not None for line in scene.lines.values())
+        if fluid is not None and fluid.current is not None and uses_current:
+            directions.append(np.asarray(fluid.current.velocity))
+        slack |= scene.seabed is not None
+        for line in scene.lines.values():
+            ends = [line.start, line.end]
+            found = [_places_of(end) for end in ends]
+            for end, mine in zip(ends, found, strict=True):
+                places += mine
+                directions += _directions_of(end)
+            if scene.gravity is not None and found[0] and found[1]:
+                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.length)
+        for body in scene.bodies.values():
+            if body.position is not None:
+                places.append(np.asarray(body.position))
+    origin = places[0] if places else np.zeros(3)
+    directions += [place - origin for place in places[1:]]
+    axes = _basis(directions)
+    needed = max(axes.shape[1], 2 if slack else 1)
+    if min(asked, default=needed) < needed:
+        raise ValueError(
+            f"expected at least {needed}, which the places, directions and motions of the scene "
+            f"need, found {min(asked)}"
+        )
+    while axes.shape[1] < max([needed, *asked]):
+        axes = _widened(axes)
+    return Coordinates(axes, np.asarray(origin, float))
+
+
+def _places_of(end) -> list[np.ndarray]:
+    if isinstance(end, FixedEnd):
+        return [np.asarray(end.fixed)]
+    if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
+        return [np.asarray(end.held.position)]
+    if isinstance(end, MovingEnd):
+        if isinstance(end.motion, RecordedMotion):
+            return [np.asarray(p) for p in end.motion.position]
+        return [np.asarray(end.motion.position)]
+    return []
+
+
+def _directions_of(end) -> list[np.ndarray]:
+    if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
+        return [np.asarray(end.held.direction)]
+    if isinstance(end, FixedEnd) and end.direction is not None:
+        return [np.asarray(end.direction)]
+    if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
+        both = (end.motion.velocity, end.motion.amplitude)
+        return [np.asarray(v) for v in both if v is not None]
+    return []
+
+
+def _basis(directions: list[np.ndarray]) -> np.ndarray:
+    """Orthonormal columns that span the directions; x alone where there is none."""
+    sizes = [np.linalg.norm(v) for v in directions]
+    units = [v / s for v, s in zip(directions, sizes, strict=True) if s > 0.0]
+    if not units:
+        return np.eye(3)[:, :1]
+    matrix = np.array(units)
+    singular = np.linalg.svd(matrix, compute_uv=False)
+    rank = int(np.sum(singular > TOLERANCE * singular[0]))
+    used = np.flatnonzero(np.max(np.abs(matrix), axis=0) > TOLERANCE)
+    if used.size == rank:
+        return np.eye(3)[:, used]
+    columns: list[np.ndarray] = []
+    vertical = np.array([0.0, 0.0, 1.0])
+    upright = any(np.linalg.norm(u - vertical) < TOLERANCE for u in units)
+    for unit in ([vertical] if upright else []) + units:
+        rest = unit - sum((np.dot(c, unit) * c for c in columns), np.zeros(3))
+        if np.linalg.norm(rest) > 1e-6 and len(columns) < rank:
+            columns.append(rest / np.linalg.norm(rest))
+    if upright:
+        columns = [*columns[1:], columns[0]]
+    return np.array(columns).T
+
+
+def _widened(axes: np.ndarray) -> np.ndarray:
+    """One more dimension, horizontal where that is possible, in front of the ones there are."""
+    for unit in np.eye(3):
+        rest = unit - axes @ (axes.T @ unit)
+        if np.linalg.norm(rest) > 0.5:
+            wider = np.column_stack([rest / np.linalg.norm(rest), axes])
+            aligned = np.flatnonzero(np.max(wider, axis=1) == 1.0)
+            # axes of the frame itself keep their order: x before y before z
+            return np.eye(3)[:, aligned] if aligned.size == wider.shape[1] else wider
+    raise AssertionError("three axes span everything")

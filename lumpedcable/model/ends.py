@@ -1,0 +1,83 @@
+"""What may happen at an end of a line: a known force, a known motion, or a joint; and its breaking."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from lumpedcable.physics.motion import AbstractMotion
+from lumpedcable.physics.ramp import release_ramp
+
+__all__ = ["Driven", "End", "Joined", "Junction", "Loaded", "Release"]
+
+
+class Release(eqx.Module):
+    """A break: from `start` on (s) the force at the end decays to zero over `time` (s)."""
+
+    start: Float[Array, ""]
+    time: Float[Array, ""]
+
+    def begun(self, t: Float[Array, ""]) -> Bool[Array, ""]:
+        """Whether the break has begun at t (s)."""
+        return t >= self.start
+
+    def held(self, t: Float[Array, ""]) -> Float[Array, ""]:
+        """Share of the force that is still held (-)."""
+        return release_ramp(t, self.start, self.time)
+
+
+class Loaded(eqx.Module):
+    """An end on which a known force acts: free (None), or held by a force (d,) in N."""
+
+    force: Float[Array, " d"] | None = None
+    release: Release | None = None
+
+    def external(self, t: Float[Array, ""]) -> Float[Array, " d"] | None:
+        """The force on the end node (N) at t (s)."""
+        if self.force is None or self.release is None:
+            return self.force
+        return self.force * self.release.held(t).astype(self.force.dtype)
+
+
+class Driven(eqx.Module):
+    """An end whose motion is known, until it breaks: then the reaction that it had decays."""
+
+    motion: AbstractMotion
+    release: Release | None = None
+
+
+class Joined(eqx.Module):
+    """An end that shares its node with others at a junction, until it breaks away."""
+
+    junction: int = eqx.field(static=True)
+    release: Release | None = None
+
+
+End = Loaded | Driven | Joined
+
+
+class Junction(eqx.Module):
+    """A point at which ends of lines meet, with a mass of its own or none.
+
+    `members` names the ends, ("line", 0) for a start and ("line", -1) for an end. `mass` (kg) and
+    `load` (d,), the weight less buoyancy of the point (N), are None where it is a mere joint.
+    """
+
+    members: tuple[tuple[str, int], ...] = eqx.field(static=True)
+    mass: Float[Array, ""] | None = None
+    load: Float[Array, " d"] | None = None
+
+
+def solve_small(matrix: Float[Array, "d d"], vector: Float[Array, " d"]) -> Float[Array, " d"]:
+    """Solution of a symmetric positive system of at most three equations, without a library call."""
+    d = vector.shape[0]
+    if d == 1:
+        return vector / matrix[0]
+    if d == 2:
+        (a, b), (c, e) = matrix
+        x, y = vector
+        return jnp.stack([e * x - b * y, a * y - c * x]) / (a * e - b * c)
+    columns = jnp.stack(
+        [jnp.cross(matrix[1], matrix[2]), jnp.cross(matrix[2], matrix[0]),
+         jnp.cross(matrix[0], matrix[1])]
+    )  # fmt: skip
+    return columns.T @ vector / jnp.dot(matrix[0], columns[0])

@@ -1,0 +1,181 @@
+"""Energies of a model and the powers that change them: the account that must close.
+
+E(t) = kinetic + strain + potential of every load. Work of the ends, drag, resistances, damping,
+viscosity and the dispersion correction change it; so does added mass when a line turns, because
+Morison's inertia force m_a a_n is not the rate of change of the momentum m_a v_n.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model import inertia
+from lumpedcable.model.ends import Driven
+from lumpedcable.model.line import Line, strain_rate
+from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction, end_matrices
+
+__all__ = ["WORKS", "energies", "powers", "works_of"]
+
+# kind -> (sign in the balance, long name)
+WORKS = {
+    "ends": (1.0, "work done on the line by what holds or moves its ends"),
+    "added_mass": (1.0, "work of turning added mass"),
+    "drag": (-1.0, "energy given to the fluid by drag"),
+    "contact": (-1.0, "energy dissipated by the seabed"),
+    "damping": (-1.0, "energy dissipated by the material"),
+    "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
+    "correction": (-1.0, "energy taken by the dispersion correction"),
+    "stepping": (-1.0, "energy taken by the finite time step where the tension law curves"),
+}
+
+
+def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
+    """The kinds of work that a line has, in the order of `WORKS`; `stepping` only for leapfrog."""
+    present = {
+        "ends": True,
+        "added_mass": line.added_mass is not None and line.dimensions > 1,
+        "drag": line.drag is not None,
+        **{resistance.work_name: True for resistance in line.resistances},
+        "damping": line.damping is not None,
+        "viscosity": line.waves is not None,
+        "correction": line.waves is not None and line.waves.corrected,
+        "stepping": stepping,
+    }
+    return tuple(kind for kind in WORKS if present.get(kind, False))
+
+
+def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
+    """Accumulators, all zero (J): per node, per segment, or one number for the ends."""
+    dtype = line.reference.dtype
+    nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
+    per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes}
+    per |= {resistance.work_name: nodes for resistance in line.resistances}
+    return {kind: per.get(kind, segments) for kind in works_of(line, stepping)}
+
+
+def powers(
+    model: Model,
+    t: Float[Array, ""],
+    found: dict[str, Evaluation],
+    before: Vectors,
+    middle: Vectors,
+    after: Vectors,
+    dt: Float[Array, ""] | None,
+) -> dict[str, dict[str, Array]]:
+    """Power of each kind of work (W) at the velocities `middle` (m/s), by line.
+
+    `before` and `after` are the velocities half a step to either side of a kick of length dt (s); an
+    integrator without steps of its own gives accelerations (m/s2) as `after` and dt None.
+    """
+    result = {}
+    for name, line in model.lines.items():
+        e, v = found[name], middle[name]
+        kinds = works_of(line, dt is not None)
+        gain = after[name] if dt is None else (after[name] - before[name]) / dt
+        rate = strain_rate(line, e.line.shape, v) * line.segment_length
+        drag = inertia.drag_force(e.nodes, v)
+        power: dict[str, Array] = {"ends": _end_power(model, name, t, e, v, gain, drag)}
+        if "added_mass" in kinds:
+            power["added_mass"] = _turning(e, v, line)
+        if drag is not None:
+            power["drag"] = -jnp.sum(drag * v, axis=0)
+        for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
+            taken = -jnp.sum(force * v, axis=0)
+            kind = resistance.work_name
+            power[kind] = power[kind] + taken if kind in power else taken
+        if e.line.damping is not None:
+            power["damping"] = e.line.damping * rate
+        if e.line.viscosity is not None:
+            power["viscosity"] = e.line.viscosity * rate
+        if e.line.correction is not None:
+            power["correction"] = e.line.correction * rate
+            power["correction"] -= _end_gain_power(line, e, v, gain, dt)
+        if dt is not None:
+            power["stepping"] = _stepping(line, e, before[name], after[name], dt)
+        result[name] = {kind: power[kind] for kind in kinds}
+    return result
+
+
+def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Float[Array, ""]:
+    total = jnp.zeros((), v.dtype)
+    for node, end, force in zip((0, -1), model.ends[name], e.ends, strict=True):
+        if force is not None:
+            total = total + jnp.dot(force, v[:, node])
+        if isinstance(end, Driven):
+            mass, _, _ = end_matrices(e.nodes, node, v[:, node])
+            push = mass @ gain[:, node] - e.force[:, node]
+            if drag is not None:
+                push = push - drag[:, node]
+            if end.release is not None:
+                # what still holds it while it breaks is among the known forces
+                push = jnp.where(end.release.begun(t), 0.0, push)
+            total = total + jnp.dot(push, v[:, node])
+    return total
+
+
+def _end_gain_power(line: Line, e: Evaluation, v, gain, dt) -> Float[Array, " n"]:
+    """Power (W) that the correction of a loaded end node adds, booked on the end segments."""
+    result = jnp.zeros(line.segments, v.dtype)
+    for node, inner in ((0, 1), (-1, -2)):
+        theta = end_correction(line, e, node, dt)
+        if theta is not None:
+            # with x the plain and y the corrected acceleration of the end node and z its
+            # neighbour's, y - x = theta (x - z) = theta / (1 + theta) (y - z)
+            u = e.line.shape.tangent[:, node]
+            ahead = jnp.dot(gain[:, node] - gain[:, inner], u)
+            push = e.nodes.mass_t[node] * theta / (1.0 + theta) * ahead
+            result = result.at[node].add(push * jnp.dot(v[:, node], u))
+    return result
+
+
+def _stepping(line: Line, e: Evaluation, before, after, dt) -> Float[Array, " n"]:
+    """What leapfrog's quadrature of T de misses (W), from its leading term.
+
+    Leapfrog exchanges sum (T_n + T_n+1) / 2 de between kinetic and strain energy, the trapezoidal
+    rule. Its error is sum (T'_n - T'_n+1) de^2 / 12; summed by parts, each kick contributes
+    T'_n (de_+^2 - de_-^2) / 12 with de = g dt before and after it. Small and reversible in a smooth
+    wave, a loss in a front that passes a segment in a few steps.
+    """
+    less, more = (strain_rate(line, e.line.shape, v) for v in (before, after))
+    return e.line.stiffness * line.segment_length * dt * (less**2 - more**2) / 12.0
+
+
+def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Array, " nodes"]:
+    """v . (dM/dt) v / 2 of the added mass at each node (W)."""
+    assert e.nodes.tangent is not None
+    shape = e.line.shape
+    across = v[:, 1:] - v[:, :-1]
+    spin = (across - shape.tangent * jnp.sum(across * shape.tangent, axis=0)) / shape.length
+    total = shape.tangent[:, 1:] + shape.tangent[:, :-1]
+    size = jnp.sqrt(jnp.sum(total**2, axis=0))
+    size = jnp.where(size < 1e-6, 1.0, size)
+    inner = (spin[:, 1:] + spin[:, :-1]) / size
+    t = e.nodes.tangent
+    rate = jnp.concatenate([spin[:, :1], inner, spin[:, -1:]], axis=1)
+    rate = rate - t * jnp.sum(rate * t, axis=0)
+    extra = e.nodes.mass_n - e.nodes.mass_t
+    return -extra * jnp.sum(rate * v, axis=0) * jnp.sum(t * v, axis=0)
+
+
+def energies(
+    model: Model, found: dict[str, Evaluation], velocity: Vectors
+) -> dict[str, Float[Array, ""]]:
+    """Kinetic, strain and potential energies (J) of the whole scene."""
+    total: dict[str, Float[Array, ""]] = {}
+
+    def add(kind: str, value: Float[Array, ""]):
+        total[kind] = total[kind] + value if kind in total else value
+
+    for name, line in model.lines.items():
+        e = found[name]
+        add("kinetic", inertia.kinetic_energy(e.nodes, velocity[name]))
+        add("strain", line.stored_energy(e.line.shape))
+        for load in line.loads:
+            add(load.energy_name, load.energy(e.line.shape))
+    for index, junction in enumerate(model.junctions):
+        name, node = model.carrier(index)
+        v, x = velocity[name][:, node], found[name].line.shape.position[:, node]
+        if junction.mass is not None:
+            add("kinetic", 0.5 * junction.mass * jnp.dot(v, v))
+        if junction.load is not None:
+            add("gravitational", -jnp.dot(junction.load, x))
+    return total

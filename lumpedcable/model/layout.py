@@ -1,0 +1,170 @@
+"""How a scene's lines are cut and joined: the part of a model that is structure, not number.
+
+A line that breaks along its length is two pieces joined until then. Everything here is plain Python
+over a concrete scene; equal layouts (and equal skeletons of the scene) share one compiled program.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+from lumpedcable.scene import Scene
+from lumpedcable.scene.lines import HeldEnd, HeldForce
+
+__all__ = ["Joint", "Layout", "Piece", "make_layout"]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One line of the model: `segments` of the scene's line `line` from its segment `first` on.
+
+    `starts_at` and `ends_at` name the event that breaks the line there, None at the line's own ends.
+    """
+
+    name: str
+    line: str
+    first: int
+    segments: int
+    starts_at: str | None
+    ends_at: str | None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Ends of pieces that share a node, ("piece", 0 or -1), and the body at it, if any."""
+
+    members: tuple[tuple[str, int], ...]
+    body: str | None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All pieces and joints of a scene, and which event breaks which end."""
+
+    pieces: tuple[Piece, ...]
+    joints: tuple[Joint, ...]
+    breaks: tuple[tuple[str, int, str], ...]
+
+    def of_line(self, line: str) -> tuple[Piece, ...]:
+        """The pieces of one of the scene's lines, from its start to its end."""
+        return tuple(piece for piece in self.pieces if piece.line == line)
+
+    def joint_of(self, piece: str, node: int) -> int | None:
+        """Index of the joint at an end, None where there is none."""
+        for index, joint in enumerate(self.joints):
+            if (piece, node) in joint.members:
+                return index
+        return None
+
+    def event_at(self, piece: str, node: int) -> str | None:
+        """Name of the event that breaks an end, None where none does."""
+        for name, end, event in self.breaks:
+            if (name, end) == (piece, node):
+                return event
+        return None
+
+
+def _segments(line) -> int:
+    return len(line.segment_lengths) if line.segment_lengths is not None else line.segments
+
+
+def _cut(line, place: float) -> int:
+    """Number of segments before a break at `place` (m), at least one on either side."""
+    count = _segments(line)
+    if line.segment_lengths is not None:
+        sums, total = [], 0.0
+        for length in line.segment_lengths:
+            total += length
+            sums.append(abs(total - place))
+        return max(1, min(count - 1, 1 + sums.index(min(sums))))
+    if line.grading is not None and line.grading != 1.0 and count > 1:
+        ratio = line.grading ** (1.0 / (count - 1))
+        whole = (ratio**count - 1.0) / (ratio - 1.0)
+        ends = [(ratio**k - 1.0) / (ratio - 1.0) / whole * line.length for k in range(count + 1)]
+        return min(range(1, count), key=lambda k: abs(ends[k] - place), default=1)
+    return max(1, min(count - 1, round(count * place / line.length)))
+
+
+def make_layout(scene: Scene) -> Layout:
+    """The layout of a scene.
+
+    Raises ValueError where a line of one segment is to break along its length, where two breaks fall
+    on one node, or where every end at a joint or body is to break away from it.
+    """
+    pieces: list[Piece] = []
+    links: list[set] = []
+    breaks: list[tuple[str, int, str]] = []
+    outer: dict[str, tuple[str, int]] = {}
+    for name, line in scene.lines.items():
+        inside = []
+        for event_name, event in scene.events.items():
+            target, side, place = event.target()
+            if target == name and side is None:
+                assert place is not None
+                inside.append((place, event_name))
+        inside.sort()
+        cuts = [0, *(_cut(line, place) for place, _ in inside), _segments(line)]
+        if any(b <= a for a, b in pairwise(cuts)):
+            raise ValueError(
+                f'line "{name}" has too few segments for its breaks along its length: '
+                f"{_segments(line)} segments, {len(inside)} breaks"
+            )
+        marks = [None, *(event for _, event in inside), None]
+        for k in range(len(cuts) - 1):
+            piece = Piece(
+                name if not inside else f"{name}-{k + 1}",
+                name, cuts[k], cuts[k + 1] - cuts[k], marks[k], marks[k + 1],
+            )  # fmt: skip
+            if marks[k] is not None:
+                links.append({(pieces[-1].name, -1), (piece.name, 0)})
+                breaks.append((pieces[-1].name, -1, marks[k]))
+            pieces.append(piece)
+        own = [piece for piece in pieces if piece.line == name]
+        outer[f"{name}.start"] = (own[0].name, 0)
+        outer[f"{name}.end"] = (own[-1].name, -1)
+    bodies: dict[str, set] = {name: {("", name)} for name in scene.bodies}
+    links += bodies.values()
+    for name, line in scene.lines.items():
+        for side, end in (("start", line.start), ("end", line.end)):
+            if isinstance(end, str) and end != "free":
+                mine = outer[f"{name}.{side}"]
+                other = ("", end) if end in scene.bodies else outer[end]
+                links.append({mine, other})
+    for event_name, event in scene.events.items():
+        target, side, _ = event.target()
+        if side is not None:
+            piece, node = outer[f"{target}.{side}"]
+            breaks.append((piece, node, event_name))
+    layout = Layout(tuple(pieces), tuple(_joints(links)), tuple(breaks))
+    held = {outer[end] for end in outer if _holds(scene, end)}
+    for joint in layout.joints:
+        leaving = [m for m in joint.members if layout.event_at(*m) is not None]
+        if len(leaving) == len(joint.members) and not held & set(leaving):
+            where = "a joint" if joint.body is None else f'body "{joint.body}"'
+            ends = ", ".join(f"{piece}.{'end' if node else 'start'}" for piece, node in leaving)
+            raise ValueError(
+                f"expected an end at {where} that does not break away from it, found events that "
+                f"break all of them: {ends}"
+            )
+    return layout
+
+
+def _holds(scene: Scene, name: str) -> bool:
+    """Whether an end, "LINE.start" or "LINE.end", is held at a place or moved along a path."""
+    line, _, side = name.rpartition(".")
+    end = getattr(scene.lines[line], side)
+    by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
+    return not isinstance(end, str) and not by_force
+
+
+def _joints(links: list[set]) -> list[Joint]:
+    groups: list[set] = []
+    for link in links:
+        touching = [g for g in groups if g & link]
+        groups = [g for g in groups if not g & link] + [set().union(link, *touching)]
+    joints = []
+    for group in groups:
+        bodies = [name for piece, name in group if piece == ""]
+        members = tuple(sorted((m for m in group if m[0] != ""), key=str))
+        if members:
+            joints.append(Joint(members, bodies[0] if bodies else None))
+    return sorted(joints, key=lambda j: str(j.members))

@@ -1,0 +1,183 @@
+"""One line: its segments, its nodes and every force along it."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.physics.fluid import AbstractCurrent
+from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
+from lumpedcable.physics.morison import AddedMass, Drag
+from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
+from lumpedcable.physics.waves import Boundary, ReleaseWaves
+
+__all__ = ["Line", "LineForces", "node_lengths", "node_tangent", "placed", "strain_rate"]
+
+
+class LineForces(NamedTuple):
+    """What acts along a line at one instant; n segments, n + 1 nodes, d dimensions.
+
+    `force` is the net force on each node without drag and without what acts on the ends (N). The
+    tensions are the law's, the damping's, the dispersion correction's and the viscosity's (N), None
+    where the line has no such thing. `resistances` are the nodal forces (N), each (d, n+1), of the
+    line's resistances; empty at rest.
+    """
+
+    shape: Shape
+    force: Float[Array, "d nodes"]
+    tension: Float[Array, " n"]
+    stiffness: Float[Array, " n"]
+    damping: Float[Array, " n"] | None
+    correction: Float[Array, " n"] | None
+    viscosity: Float[Array, " n"] | None
+    resistances: tuple[Float[Array, "d nodes"], ...] = ()
+
+    def total_tension(self) -> Float[Array, " n"]:
+        """All that the segment carries (N): what its two nodes feel."""
+        parts = (self.damping, self.correction, self.viscosity)
+        return sum((p for p in parts if p is not None), self.tension)
+
+
+class Line(eqx.Module):
+    """A line of n segments between n + 1 nodes in d dimensions, from its start to its end.
+
+    Motion is a displacement u (d, n+1) from the `reference` position (d, n+1), both in m. Strains
+    come from displacement differences, so that float32 loses nothing on stiff lines:
+    (1 + e)^2 = (1 + e0)^2 + (2 X' . u' + u' . u') / l^2 with X', u' the differences over a segment
+    of unstretched length l, and e0 the strain of the reference.
+
+    `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre of unstretched
+    length (kg/m). What the line does not have is None and is not in the compiled program.
+    """
+
+    law: AbstractTensionLaw
+    mass: Float[Array, ""]
+    segment_length: Float[Array, "..."]
+    node_length: Float[Array, " nodes"]
+    reference: Float[Array, "d nodes"]
+    reference_step: Float[Array, "d n"]
+    reference_strain: Float[Array, " n"]
+    max_strain: Float[Array, ""]
+    loads: tuple[AbstractLoad, ...] = ()
+    resistances: tuple[AbstractResistance, ...] = ()
+    damping: Float[Array, ""] | None = None
+    drag: Drag | None = None
+    added_mass: AddedMass | None = None
+    current: AbstractCurrent | None = None
+    waves: ReleaseWaves | None = None
+
+    @property
+    def dimensions(self) -> int:
+        """Number of coordinates, 1 to 3."""
+        return self.reference.shape[0]
+
+    @property
+    def segments(self) -> int:
+        """Number of segments n."""
+        return self.reference.shape[1] - 1
+
+    @property
+    def tension_only(self) -> bool:
+        """Whether the law is cut at zero tension."""
+        return isinstance(self.law, TensionOnly)
+
+    def shape(self, displacement: Float[Array, "d nodes"]) -> Shape:
+        """Tangents, strains and lengths of a displacement (m)."""
+        length = self.segment_length
+        step = displacement[:, 1:] - displacement[:, :-1]
+        if self.dimensions == 1:
+            # along a straight line strain has a sign: below -1 a segment points backwards
+            tangent = jnp.sign(self.reference_step)
+            strain = self.reference_strain + (tangent * step)[0] / length
+            stretched = length * jnp.abs(1.0 + strain)
+        else:
+            e0 = self.reference_strain
+            change = jnp.sum((2.0 * self.reference_step + step) * step, axis=0) / length**2
+            square = e0 * (2.0 + e0) + change
+            stretch = jnp.sqrt(jnp.maximum(1.0 + square, 1e-12))
+            strain = square / (1.0 + stretch)
+            stretched = length * stretch
+            tangent = (self.reference_step + step) / stretched
+        return Shape(
+            self.reference + displacement, tangent, strain, stretched, length, self.node_length
+        )
+
+    def forces(
+        self,
+        displacement: Float[Array, "d nodes"],
+        velocity: Float[Array, "d nodes"] | None,
+        ends: tuple[Boundary, Boundary] | None = None,
+        dt: Float[Array, ""] | None = None,
+    ) -> LineForces:
+        """Everything along the line at a displacement (m) and velocity (m/s, None at rest).
+
+        `ends` and `dt` (s) are what the wave terms need: the boundaries, and the fixed step if any.
+        """
+        shape = self.shape(displacement)
+        tension, stiffness = tension_and_stiffness(self.law, shape.strain)
+        damping = correction = viscosity = None
+        if velocity is not None and (self.damping is not None or self.waves is not None):
+            rate = strain_rate(self, shape, velocity)
+            if self.damping is not None:
+                damping = self.damping * rate
+                if self.tension_only:
+                    damping = jnp.maximum(damping, -tension)
+            if self.waves is not None and ends is not None:
+                correction, viscosity = self.waves.terms(
+                    tension, stiffness, rate, shape.tangent, self.segment_length, self.mass, ends, dt,
+                    self.tension_only,
+                )  # fmt: skip
+        result = LineForces(
+            shape, jnp.zeros(()), tension, stiffness, damping, correction, viscosity
+        )
+        force = between_nodes(result.total_tension() * shape.tangent)
+        for load in self.loads:
+            force = force + load.force(shape)
+        if velocity is None:
+            return result._replace(force=force)
+        resistances = tuple(r.force(shape, velocity) for r in self.resistances)
+        return result._replace(force=sum(resistances, force), resistances=resistances)
+
+    def stored_energy(self, shape: Shape) -> Float[Array, ""]:
+        """Strain energy of the line (J)."""
+        return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
+
+
+def strain_rate(line: Line, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " n"]:
+    """de/dt = (v_j+1 - v_j) . u_j / l of each segment (1/s)."""
+    step = velocity[:, 1:] - velocity[:, :-1]
+    return jnp.sum(step * shape.tangent, axis=0) / line.segment_length
+
+
+def node_tangent(tangent: Float[Array, "d n"]) -> Float[Array, "d nodes"]:
+    """Unit tangent at each node: the mean direction of its segments, an end's own at an end.
+
+    Where two segments point exactly at each other the mean vanishes; the later one then decides.
+    """
+    total = tangent[:, 1:] + tangent[:, :-1]
+    square = jnp.sum(total**2, axis=0)
+    folded = square < 1e-12
+    inner = jnp.where(folded, tangent[:, 1:], total / jnp.sqrt(jnp.where(folded, 1.0, square)))
+    return jnp.concatenate([tangent[:, :1], inner, tangent[:, -1:]], axis=1)
+
+
+def node_lengths(segment_length: Float[Array, "..."], segments: int) -> Float[Array, " nodes"]:
+    """Unstretched length (m) that each node stands for: half of each neighbouring segment."""
+    half = 0.5 * jnp.broadcast_to(segment_length, (segments,))
+    return jnp.concatenate([half[:1], half[1:] + half[:-1], half[-1:]])
+
+
+def placed(line: Line, position: Float[Array, "d nodes"]) -> Line:
+    """The same line with its reference moved to `position` (m); displacements start there anew."""
+    step = position[:, 1:] - position[:, :-1]
+    if position.shape[0] == 1:
+        sign = jnp.where(step[0] < 0.0, -1.0, 1.0)
+        strain = sign * step[0] / line.segment_length - 1.0
+    else:
+        strain = jnp.sqrt(jnp.sum(step**2, axis=0)) / line.segment_length - 1.0
+    return eqx.tree_at(
+        lambda x: (x.reference, x.reference_step, x.reference_strain),
+        line,
+        (position, step, strain),
+    )

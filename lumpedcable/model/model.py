@@ -1,0 +1,356 @@
+"""The whole scene as one mechanical system: forces, masses and what happens at the ends."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model import inertia
+from lumpedcable.model.ends import (
+    Driven,
+    End,
+    Joined,
+    Junction,
+    Loaded,
+    Release,
+    solve_small,
+)
+from lumpedcable.model.line import Line, LineForces
+from lumpedcable.physics.motion import mean_velocity_of, velocity_of
+from lumpedcable.physics.waves import Boundary
+
+__all__ = ["END_NAMES", "Evaluation", "Model", "end_name"]
+
+Vectors = dict[str, Float[Array, "d nodes"]]
+END_NAMES = {0: "start", -1: "end"}
+
+
+def end_name(line: str, node: int) -> str:
+    """ "rope.start" for node 0 of rope, "rope.end" for node -1."""
+    return f"{line}.{END_NAMES[node]}"
+
+
+class Evaluation(NamedTuple):
+    """Everything known of one line at one instant: its forces, its nodes' inertia, its end forces.
+
+    `force` is the net force on each node (N), (d, nodes), with the known end forces and without
+    drag; `ends` are the known forces on start and end node (N), None where there is none.
+    """
+
+    line: LineForces
+    nodes: inertia.Frame
+    force: Float[Array, "d nodes"]
+    ends: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None]
+    boundaries: tuple[Boundary, Boundary]
+
+
+class Model(eqx.Module):
+    """Lines, what holds their ends, and the junctions between them.
+
+    `up` (d,) is the vertical unit vector in the scene's own coordinates and `base` the height of
+    their origin (m): heights are base + up . x. They serve currents, None where there is none.
+    """
+
+    lines: dict[str, Line]
+    ends: dict[str, tuple[End, End]]
+    junctions: tuple[Junction, ...]
+    up: Float[Array, " d"] | None = None
+    base: Float[Array, ""] | None = None
+
+    def breakable(self) -> list[tuple[str, int, End]]:
+        """Driven or joined ends that can break: (line, 0 or -1, end)."""
+        found = []
+        for name, pair in self.ends.items():
+            for node, end in zip((0, -1), pair, strict=True):
+                if end.release is not None and not isinstance(end, Loaded):
+                    found.append((name, node, end))
+        return found
+
+    def evaluate(
+        self,
+        t: Float[Array, ""],
+        displacement: Vectors,
+        velocity: Vectors | None,
+        reaction: dict[str, Float[Array, " d"]],
+        dt: Float[Array, ""] | None = None,
+    ) -> dict[str, Evaluation]:
+        """Forces and inertia of every line at t (s), before ends and junctions constrain them.
+
+        With velocity None: at rest, as statics asks. `dt` (s) is the fixed step, if any.
+        """
+        result = {}
+        for name, line in self.lines.items():
+            ends = tuple(self._end_force(name, node, t, reaction) for node in (0, -1))
+            boundaries = (
+                self._boundary(name, 0, t, ends[0]),
+                self._boundary(name, -1, t, ends[1]),
+            )
+            u = displacement[name]
+            v = None if velocity is None else velocity[name]
+            forces = line.forces(u, v, boundaries, dt)
+            height = None
+            if self.up is not None and self.base is not None and line.current is not None:
+                height = self.base + self.up @ forces.shape.position
+            total = forces.force
+            for node, force in zip((0, -1), ends, strict=True):
+                if force is not None:
+                    total = total.at[:, node].add(force)
+            nodes = inertia.frame(line, forces.shape, height)
+            result[name] = Evaluation(forces, nodes, total, (ends[0], ends[1]), boundaries)
+        return result
+
+    def _end_force(self, name: str, node: int, t, reaction) -> Float[Array, " d"] | None:
+        """The known force on an end node (N), None where there is none."""
+        end = self.ends[name][0 if node == 0 else 1]
+        if isinstance(end, Loaded):
+            return end.external(t)
+        if isinstance(end, Joined):
+            force = None
+            for member, other in self._leavers(end.junction):
+                sign = 1.0 if member == (name, node) else -1.0
+                if (name, node) in (member, self.carrier(end.junction)):
+                    share = other.held(t) * other.begun(t)
+                    part = reaction[end_name(*member)]
+                    part = sign * part * share.astype(part.dtype)
+                    force = part if force is None else force + part
+            return force
+        if end.release is None:
+            return None
+        held = reaction[end_name(name, node)]
+        share = end.release.held(t) * end.release.begun(t)
+        return held * share.astype(held.dtype)
+
+    def _leavers(self, junction: int):
+        for name, node in self.junctions[junction].members:
+            end = self.ends[name][0 if node == 0 else 1]
+            if end.release is not None:
+                yield (name, node), end.release
+
+    def carrier(self, index: int) -> tuple[str, int]:
+        """The end at a junction that stays for good: it keeps its mass and its loads (the first such).
+
+        A layout leaves one everywhere.
+        """
+        leaving = {member for member, _ in self._leavers(index)}
+        return next(m for m in self.junctions[index].members if m not in leaving)
+
+    def _boundary(self, name: str, node: int, t, force) -> Boundary:
+        end = self.ends[name][0 if node == 0 else 1]
+        if isinstance(end, Loaded):
+            return Boundary(True, force)
+        if isinstance(end, Driven):
+            return Boundary(False if end.release is None else end.release.begun(t), force)
+        release = self._parting(end.junction) if end.release is None else end.release
+        if release is None:
+            return Boundary(False, None, True)
+        begun = release.begun(t)
+        return Boundary(begun, force, ~begun)
+
+    def _parting(self, index: int) -> Release | None:
+        """The break that leaves one end and nothing else at a junction, None where none does."""
+        junction = self.junctions[index]
+        releases = [release for _, release in self._leavers(index)]
+        bare = junction.mass is None and junction.load is None and len(junction.members) == 2
+        return releases[0] if bare and len(releases) == 1 else None
+
+    # --- motion -----------------------------------------------------------------------------
+
+    def kick(
+        self,
+        t: Float[Array, ""],
+        displacement: Vectors,
+        before: Vectors,
+        reaction: dict[str, Float[Array, " d"]],
+        dt: Float[Array, ""],
+    ) -> tuple[Vectors, Vectors, dict[str, Float[Array, " d"]], dict[str, Evaluation]]:
+        """One kick of leapfrog, centred on t (s) with length dt (s).
+
+        From the velocities `before` (m/s) half a step earlier: the velocities at t, those half a
+        step later, the reactions (N) of ends that can break, and the evaluation at t.
+        """
+        found = self.evaluate(t, displacement, before, reaction, dt)
+        middle, after = {}, {}
+        for name, e in found.items():
+            _, w = inertia.kick(e.nodes, e.force, before[name], dt)
+            change = corrected_ends(self.lines[name], e, w - before[name], dt)
+            middle[name], after[name] = before[name] + 0.5 * change, before[name] + change
+        reaction = dict(reaction)
+        for name, node, end in self._driven():
+            now = velocity_of(end.motion, t)
+            half = mean_velocity_of(end.motion, t, dt)
+            now, half = now.astype(middle[name].dtype), half.astype(middle[name].dtype)
+            if end.release is not None:
+                begun = end.release.begun(t)
+                key = end_name(name, node)
+                push = self._reaction(found[name], node, now, (half - before[name][:, node]) / dt)
+                reaction[key] = jnp.where(begun, reaction[key], push)
+                now = jnp.where(begun, middle[name][:, node], now)
+                half = jnp.where(begun, after[name][:, node], half)
+            middle[name] = middle[name].at[:, node].set(now)
+            after[name] = after[name].at[:, node].set(half)
+        for index in range(len(self.junctions)):
+            gains, pushes = self._junction(index, t, found, before, dt)
+            reaction.update({k: jnp.where(b, reaction[k], p) for k, (b, p) in pushes.items()})
+            for (name, node), (active, gain) in gains.items():
+                start = before[name][:, node]
+                mid, end_ = start + 0.5 * dt * gain, start + dt * gain
+                mid = jnp.where(active, mid, middle[name][:, node])
+                end_ = jnp.where(active, end_, after[name][:, node])
+                middle[name] = middle[name].at[:, node].set(mid)
+                after[name] = after[name].at[:, node].set(end_)
+        return middle, after, reaction, found
+
+    def carried(self, t: Float[Array, ""], dt: Float[Array, ""], velocity: Vectors) -> Vectors:
+        """The same velocities (m/s), but for driven ends: theirs land on their paths at t + dt (s)."""
+        velocity = dict(velocity)
+        for name, node, end in self._driven():
+            own = velocity[name]
+            given = mean_velocity_of(end.motion, t, dt).astype(own.dtype)
+            if end.release is not None:
+                given = jnp.where(end.release.begun(t), own[:, node], given)
+            velocity[name] = own.at[:, node].set(given)
+        return velocity
+
+    def acceleration(
+        self,
+        t: Float[Array, ""],
+        displacement: Vectors,
+        velocity: Vectors,
+        reaction: dict[str, Float[Array, " d"]],
+    ) -> tuple[Vectors, dict[str, Evaluation]]:
+        """Accelerations of all nodes (m/s2) at t (s), constrained at the ends, for any integrator."""
+        found = self.evaluate(t, displacement, velocity, reaction)
+        result = {}
+        for name, e in found.items():
+            gain = inertia.acceleration(e.nodes, e.force, velocity[name])
+            result[name] = corrected_ends(self.lines[name], e, gain, None)
+        for name, node, end in self._driven():
+            given = jax.jvp(lambda s, m=end.motion: velocity_of(m, s), (t,), (jnp.ones_like(t),))[1]
+            given = given.astype(result[name].dtype)
+            if end.release is not None:
+                given = jnp.where(end.release.begun(t), result[name][:, node], given)
+            result[name] = result[name].at[:, node].set(given)
+        for index in range(len(self.junctions)):
+            gains, _ = self._junction(index, t, found, velocity, None)
+            for (name, node), (active, gain) in gains.items():
+                gain = jnp.where(active, gain, result[name][:, node])
+                result[name] = result[name].at[:, node].set(gain)
+        return result, found
+
+    def _driven(self):
+        for name, pair in self.ends.items():
+            for node, end in zip((0, -1), pair, strict=True):
+                if isinstance(end, Driven):
+                    yield name, node, end
+
+    def _reaction(self, e: Evaluation, node: int, velocity, gain) -> Float[Array, " d"]:
+        """Force (N) that whatever drives an end node exerts on it: M a - F - drag."""
+        mass, drag, flow = end_matrices(e.nodes, node, velocity)
+        return mass @ gain - e.force[:, node] + drag @ (velocity - flow)
+
+    def _junction(self, index: int, t, found, before, dt):
+        """Common acceleration (m/s2) of a junction's members, and what each breakable one carries.
+
+        (sum M + dt/2 D) a = sum F - D (v - w), D = k |v| lagging by half a step.
+        """
+        junction = self.junctions[index]
+        leaving = dict(self._leavers(index))
+        d = next(iter(before.values())).shape[0]
+        dtype = next(iter(before.values())).dtype
+        half = 0.0 if dt is None else 0.5 * dt
+        matrix, vector = jnp.zeros((d, d), dtype), jnp.zeros((d,), dtype)
+        if junction.mass is not None:
+            matrix = matrix + junction.mass * jnp.eye(d, dtype=dtype)
+        if junction.load is not None:
+            vector = vector + junction.load
+        name, node = self.carrier(index)
+        velocity = before[name][:, node]
+        parts = {}
+        for member in junction.members:
+            e = found[member[0]]
+            mass, drag, flow = end_matrices(e.nodes, member[1], velocity)
+            force = e.force[:, member[1]] - drag @ (velocity - flow)
+            parts[member] = (mass + half * drag, force)
+            active = 1.0
+            if member in leaving:
+                active = jnp.where(leaving[member].begun(t), 0.0, 1.0).astype(dtype)
+            matrix = matrix + active * parts[member][0]
+            vector = vector + active * force
+        gain = solve_small(matrix, vector)
+        gains, pushes, parting = {}, {}, self._parting(index)
+        for member in junction.members:
+            active = True
+            if member in leaving:
+                active = ~leaving[member].begun(t)
+                mass, force = parts[member]
+                pushes[end_name(*member)] = (~active, mass @ gain - force)
+            elif parting is not None:
+                active = ~parting.begun(t)  # left to itself it moves like any other end
+            gains[member] = (active, gain)
+        return gains, pushes
+
+
+def end_matrices(nodes: inertia.Frame, node: int, velocity: Float[Array, " d"]):
+    """Mass matrix (kg), linearised drag k |v| (N s/m), both (d, d), and flow (m/s) of an end node."""
+    d = velocity.shape[0]
+    eye = jnp.eye(d, dtype=velocity.dtype)
+    flow = jnp.zeros_like(velocity) if nodes.flow is None else nodes.flow[:, node]
+    if nodes.tangent is None:
+        along, across = eye, jnp.zeros_like(eye)
+    else:
+        t = nodes.tangent[:, node]
+        along = jnp.outer(t, t)
+        across = eye - along
+    mass = nodes.mass_t[node] * along + nodes.mass_n[node] * across
+    if nodes.drag_t is None or nodes.drag_n is None:
+        return mass, jnp.zeros_like(mass), flow
+    relative = velocity - flow
+    v_t, v_n = along @ relative, across @ relative
+    drag = (
+        nodes.drag_t[node] * safe_norm(v_t) * along + nodes.drag_n[node] * safe_norm(v_n) * across
+    )
+    return mass, drag, flow
+
+
+def safe_norm(vector: Float[Array, " d"]) -> Float[Array, ""]:
+    """Euclidean norm whose derivative at zero is zero."""
+    square = jnp.sum(vector**2)
+    zero = square == 0.0
+    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
+
+
+def end_correction(
+    line: Line, e: Evaluation, node: int, dt: Float[Array, ""] | None
+) -> Float[Array, ""] | None:
+    """theta of the dispersion correction at an end node (-): see `corrected_ends`.
+
+    None where the line has no such correction or the end's motion is known.
+    """
+    boundary = e.boundaries[0 if node == 0 else 1]
+    if line.waves is None or not line.waves.corrected or boundary.loaded is False:
+        return None
+    nu2 = jnp.zeros((), line.reference.dtype)
+    if dt is not None:
+        stiff = jnp.maximum(e.line.stiffness[node], 0.0)
+        nu2 = jnp.clip(stiff * (dt / line.segment_length[node]) ** 2 / line.mass, 0.0, 1.0)
+    theta = 0.25 * (1.0 - nu2)
+    return theta if boundary.loaded is True else jnp.where(boundary.loaded, theta, 0.0)
+
+
+def corrected_ends(
+    line: Line, e: Evaluation, gain: Float[Array, "d nodes"], dt: Float[Array, ""] | None
+) -> Float[Array, "d nodes"]:
+    """Accelerations, or changes of velocity, with the dispersion correction of loaded ends.
+
+    The end node stands for half a segment; a_N <- a_N + theta (a_N - a_N-1) along the line, with
+    theta = (1 - nu^2) / 4 and nu the Courant number there, cancels the leading error of its motion.
+    """
+    for node, inner in ((0, 1), (-1, -2)):
+        theta = end_correction(line, e, node, dt)
+        if theta is not None:
+            u = e.line.shape.tangent[:, node]
+            ahead = jnp.dot(gain[:, node] - gain[:, inner], u)
+            gain = gain.at[:, node].add(theta * ahead * u)
+    return gain

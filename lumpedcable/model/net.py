@@ -1,0 +1,114 @@
+"""The nodes of a scene as one net: which line ends share a node, and an order that keeps it narrow."""
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from lumpedcable.model.ends import Driven, Joined
+from lumpedcable.model.model import Model, Vectors
+from lumpedcable.physics.bending import Bending
+
+__all__ = ["Net", "make_net"]
+
+
+@dataclass(frozen=True)
+class Net:
+    """Where each line's nodes stand in one array of all nodes, cut into blocks of `width` nodes.
+
+    `index` gives, by line, the place (nodes,) of each of its nodes; `fixed` marks the places whose
+    motion is known, or which only fill up the last block. Blocks couple to their neighbours alone.
+    """
+
+    index: dict[str, np.ndarray]
+    fixed: np.ndarray
+    width: int
+
+    @property
+    def size(self) -> int:
+        """Number of places, a multiple of `width`."""
+        return self.fixed.shape[0]
+
+    def spread(self, everything: Float[Array, "places d"]) -> Vectors:
+        """Each line's nodes (d, nodes) out of all of them."""
+        return {name: everything[places].T for name, places in self.index.items()}
+
+    def gather(self, lines: Vectors) -> Float[Array, "places d"]:
+        """Sum over lines of their nodal vectors, at the places of the nodes."""
+        first = next(iter(lines.values()))
+        total = jnp.zeros((self.size, first.shape[0]), first.dtype)
+        for name, places in self.index.items():
+            total = total.at[places].add(lines[name].T)
+        return total
+
+    def pick(self, lines: Vectors) -> Float[Array, "places d"]:
+        """Nodal values that lines agree upon, at their places."""
+        first = next(iter(lines.values()))
+        total = jnp.zeros((self.size, first.shape[0]), first.dtype)
+        for name, places in self.index.items():
+            total = total.at[places].set(lines[name].T)
+        return total
+
+
+def make_net(model: Model, ordered: bool = True) -> Net:
+    """The net of a model, from its structure alone.
+
+    Where no system is to be solved on it, the order does not matter and need not be found.
+    """
+    index, count = {}, 0
+    shared: dict[int, int] = {}
+    for name, line in model.lines.items():
+        places = np.arange(count, count + line.segments + 1)
+        count += line.segments + 1
+        index[name] = places
+    for name, pair in model.ends.items():
+        for node, end in zip((0, -1), pair, strict=True):
+            if isinstance(end, Joined):
+                index[name][node] = shared.setdefault(end.junction, index[name][node])
+    used = np.unique(np.concatenate(list(index.values())))
+    compact = np.full(count, -1)
+    compact[used] = np.arange(used.size)
+    index = {name: compact[places] for name, places in index.items()}
+
+    place, width = _narrow_order(model, index, used.size) if ordered else (np.arange(used.size), 1)
+    size = -(-used.size // width) * width
+    fixed = np.ones(size, bool)
+    fixed[: used.size] = False
+    index = {name: place[places] for name, places in index.items()}
+    for name, pair in model.ends.items():
+        for node, end in zip((0, -1), pair, strict=True):
+            if isinstance(end, Driven):
+                fixed[index[name][node]] = True
+    return Net(index, fixed, width)
+
+
+def _narrow_order(model: Model, index: dict[str, np.ndarray], count: int) -> tuple[np.ndarray, int]:
+    """A place for each node such that coupled nodes are at most `width` places apart."""
+    # scipy.sparse takes as long to import as a small scene takes to run
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    rows, columns = [np.arange(count)], [np.arange(count)]
+    for name, places in index.items():
+        bending = any(isinstance(load, Bending) for load in model.lines[name].loads)
+        for reach in (1, 2) if bending else (1,):
+            if places.size > reach:
+                rows += [places[:-reach], places[reach:]]
+                columns += [places[reach:], places[:-reach]]
+    row, column = np.concatenate(rows), np.concatenate(columns)
+    graph = coo_matrix((np.ones(row.size), (row, column)), shape=(count, count)).tocsr()
+    place = np.empty(count, int)
+    place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
+    return place, max(1, int(np.max(np.abs(place[row] - place[column]))))
+
+
+def junction_forces(model: Model, net: Net) -> Float[Array, "places d"] | None:
+    """Loads of junctions with a weight (N), at their places; None where there is none."""
+    total = None
+    for junction in model.junctions:
+        if junction.load is not None:
+            name, node = junction.members[0]
+            total = jnp.zeros((net.size, junction.load.shape[0])) if total is None else total
+            total = total.at[int(net.index[name][node])].add(junction.load)
+    return total

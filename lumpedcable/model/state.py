@@ -1,0 +1,21 @@
+"""The state of a scene and what is accumulated on the way."""
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+__all__ = ["State"]
+
+
+class State(eqx.Module):
+    """Displacements and velocities of every line, and what the past has left behind.
+
+    displacement and velocity: by line, (d, nodes) in m and m/s. work: by line and kind, energies
+    (J) accumulated so far, per node, per segment or as scalars (empty where the scene asks for
+    none). reaction: by "line.start" or "line.end", the force (d,) in N that a driven or joined end
+    carried when it last held (empty where no such end can break).
+    """
+
+    displacement: dict[str, Float[Array, "d nodes"]]
+    velocity: dict[str, Float[Array, "d nodes"]]
+    work: dict[str, dict[str, Array]]
+    reaction: dict[str, Float[Array, " d"]]

@@ -1,0 +1,71 @@
+"""Bending stiffness of a line without torsion."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.physics.load import AbstractLoad, Shape, between_nodes
+
+__all__ = ["Bending"]
+
+
+class Bending(AbstractLoad):
+    """Shear forces from bending, as the gradient of a discrete bending energy.
+
+    At an inner node i, between the tangents u_i and u_i+1 of its segments (unstretched lengths
+    l_i, l_i+1, node length s_i = (l_i + l_i+1) / 2),
+
+        E_i = (EI / s_i) (1 - u_i . u_i+1)  (J),  EI in N m2,
+
+    the energy EI kappa^2 s / 2 of the curvature kappa = 2 sin(theta / 2) / s. The shear force of a
+    segment of length L between nodes i and i+1 is Q = -(I - u u^T) (EI/s_i u_- + EI/s_i+1 u_+) / L
+    with u_-, u_+ the neighbours' tangents: for small angles between segments this is -dM/ds x tau,
+    M = EI tau x dtau/ds. Zhu, Yin & Shen (2018), eq. 3, call dM/ds x tau the shear and take its
+    difference with a minus: the force on a node is the same.
+
+    An end is free to turn where `start` or `end` is None. Else it is clamped to that tangent (d,),
+    which stands for the neighbour's: E_0 = (EI / s_0) (1 - t . u_1), where s_0 = l_1 / 2 is the
+    distance from the wall to the middle of the segment. The deflection of a cantilever under
+    uniform load is then high by (l / L)^2.
+    """
+
+    energy_name: ClassVar[str] = "bending"
+    EI: Float[Array, ""]
+    start: Float[Array, " d"] | None = None
+    end: Float[Array, " d"] | None = None
+
+    def force(self, shape: Shape) -> Float[Array, "d nodes"]:
+        """Force on each node (N), the difference of its neighbours' shears."""
+        return between_nodes(self.shear(shape))
+
+    def shear(self, shape: Shape) -> Float[Array, "d segments"]:
+        """Shear Q (N) of each segment: +Q acts on its start node, -Q on its end node."""
+        tangent = shape.tangent
+        pull = self.EI / shape.node_length
+        none = jnp.zeros_like(tangent[:, :1])
+        first = none if self.start is None else pull[0] * self.start[:, None]
+        last = none if self.end is None else pull[-1] * self.end[:, None]
+        from_left = jnp.concatenate([first, pull[1:-1] * tangent[:, :-1]], axis=1)
+        from_right = jnp.concatenate([pull[1:-1] * tangent[:, 1:], last], axis=1)
+        moment = from_left + from_right
+        across = moment - tangent * jnp.sum(tangent * moment, axis=0)
+        # turning a segment towards its neighbours' directions lowers the energy
+        return -across / shape.length
+
+    def energy(self, shape: Shape) -> Float[Array, ""]:
+        """Bending energy of the line (J)."""
+        tangent, pull = shape.tangent, self.EI / shape.node_length
+        turn = 1.0 - jnp.sum(tangent[:, 1:] * tangent[:, :-1], axis=0)
+        total = jnp.sum(pull[1:-1] * turn)
+        if self.start is not None:
+            total = total + pull[0] * (1.0 - jnp.dot(self.start, tangent[:, 0]))
+        if self.end is not None:
+            total = total + pull[-1] * (1.0 - jnp.dot(self.end, tangent[:, -1]))
+        return total
+
+    def rate_squared(
+        self, mass: Float[Array, ""], segment_length: Float[Array, "..."]
+    ) -> Float[Array, "..."]:
+        """16 EI / (m l^4) (1/s2): the zigzag mode of a beam of lumps; clamps stay below it."""
+        return 16.0 * self.EI / (mass * segment_length**4)

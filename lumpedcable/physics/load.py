@@ -1,0 +1,71 @@
+"""Forces on the nodes of a line: those of its shape, which store energy, and those that resist."""
+
+import abc
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+__all__ = ["AbstractLoad", "AbstractResistance", "Shape", "between_nodes"]
+
+
+class Shape(NamedTuple):
+    """A line's geometry, worked out once per evaluation; n segments, n + 1 nodes, d dimensions.
+
+    position (d, n+1) m, tangent (d, n), strain (n,), length (n,) m, and the unstretched lengths of
+    segments (n,) or (1,) and nodes (n+1,) m.
+    """
+
+    position: Float[Array, "d nodes"]
+    tangent: Float[Array, "d segments"]
+    strain: Float[Array, " segments"]
+    length: Float[Array, " segments"]
+    segment_length: Float[Array, "..."]
+    node_length: Float[Array, " nodes"]
+
+
+class AbstractLoad(eqx.Module):
+    """A conservative load on a line: its force, its energy, its share in the step bound."""
+
+    energy_name: ClassVar[str]  # the name of the dataset that this load's energy is added to
+
+    @abc.abstractmethod
+    def force(self, shape: Shape) -> Float[Array, "d nodes"]:
+        """Force on each node (N)."""
+
+    @abc.abstractmethod
+    def energy(self, shape: Shape) -> Float[Array, ""]:
+        """Potential energy (J), up to a constant."""
+
+    @abc.abstractmethod
+    def rate_squared(
+        self, mass: Float[Array, ""], segment_length: Float[Array, "..."]
+    ) -> Float[Array, "..."]:
+        """Upper bound of omega^2 (1/s2) that the load alone gives a node of the line."""
+
+
+class AbstractResistance(eqx.Module):
+    """A force against the motion of a line: its force, its share in the step bound.
+
+    The power -f . v that it takes is booked as the work `work_name`, a key of `model.energy.WORKS`.
+    """
+
+    work_name: ClassVar[str]
+
+    @abc.abstractmethod
+    def force(self, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, "d nodes"]:
+        """Force on each node (N) at its velocity (m/s), zero at rest."""
+
+    @abc.abstractmethod
+    def rate(
+        self, mass: Float[Array, ""], segment_length: Float[Array, "..."]
+    ) -> Float[Array, "..."]:
+        """Upper bound of the rate (1/s) at which it damps a node: the largest -df/dv over mass."""
+
+
+def between_nodes(segment_force: Float[Array, "d n"]) -> Float[Array, "d nodes"]:
+    """Net force on nodes (N) from forces carried by segments: + on the start node, - on the end."""
+    first = segment_force[:, :1]
+    last = -segment_force[:, -1:]
+    return jnp.concatenate([first, segment_force[:, 1:] - segment_force[:, :-1], last], axis=1)

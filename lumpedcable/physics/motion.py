@@ -1,0 +1,98 @@
+"""Prescribed motions: where an end that something else moves is at a time."""
+
+import abc
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+__all__ = ["AbstractMotion", "Harmonic", "Recorded", "Still", "mean_velocity_of", "velocity_of"]
+
+
+class AbstractMotion(eqx.Module):
+    """A path x(t) in the scene's own coordinates, shape (d,), in m over s."""
+
+    @abc.abstractmethod
+    def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
+        """x(t) (m)."""
+
+
+def velocity_of(motion: AbstractMotion, t: Float[Array, ""]) -> Float[Array, " d"]:
+    """dx/dt (m/s), the derivative of the path."""
+    t = jnp.asarray(t)
+    return jax.jvp(motion.position, (t,), (jnp.ones_like(t),))[1]
+
+
+def mean_velocity_of(
+    motion: AbstractMotion, t: Float[Array, ""], dt: Float[Array, ""]
+) -> Float[Array, " d"]:
+    """(x(t + dt) - x(t)) / dt (m/s): a step of dt (s) with it lands on the path exactly."""
+    if isinstance(motion, Still):
+        return jnp.zeros_like(motion.at)
+    return (motion.position(t + dt) - motion.position(t)) / dt
+
+
+class Still(AbstractMotion):
+    """x(t) = x0."""
+
+    at: Float[Array, " d"]
+
+    def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
+        """x0 (m)."""
+        return self.at
+
+
+class Harmonic(AbstractMotion):
+    """x(t) = x0 + r(t) [v t + a sin(2 pi t / P + phase)].
+
+    x0 the mean position (m), v a steady velocity (m/s), a the amplitude (m) with period P (s) and
+    phase (rad); what is absent is None. r rises from 0 to 1 as sin^2(pi t / (2 ramp)) over `ramp` (s).
+    """
+
+    mean: Float[Array, " d"]
+    velocity: Float[Array, " d"] | None = None
+    amplitude: Float[Array, " d"] | None = None
+    period: Float[Array, ""] | None = None
+    phase: Float[Array, ""] | None = None
+    ramp: Float[Array, ""] | None = None
+
+    def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
+        """x(t) (m)."""
+        offset = jnp.zeros_like(self.mean)
+        if self.velocity is not None:
+            offset += (self.velocity * t).astype(offset.dtype)
+        if self.amplitude is not None:
+            assert self.period is not None
+            angle = 2.0 * jnp.pi * t / self.period
+            angle = angle if self.phase is None else angle + self.phase
+            offset += (self.amplitude * jnp.sin(angle)).astype(offset.dtype)
+        if self.ramp is not None:
+            share = jnp.clip(t / self.ramp, 0.0, 1.0)
+            offset *= (jnp.sin(0.5 * jnp.pi * share) ** 2).astype(offset.dtype)
+        return self.mean + offset
+
+
+class Recorded(AbstractMotion):
+    """A measured path: times (K,) in s and positions (K, d) in m, joined by a cubic spline.
+
+    Catmull-Rom slopes make the velocity continuous; before and after the record the end rests.
+    """
+
+    time: Float[Array, " K"]
+    record: Float[Array, "K d"]
+
+    def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
+        """x(t) (m)."""
+        last = self.time.shape[0] - 2
+        k = jnp.clip(jnp.searchsorted(self.time, t, side="right") - 1, 0, last)
+        h = self.time[k + 1] - self.time[k]
+        s = jnp.clip((t - self.time[k]) / h, 0.0, 1.0)
+        start, end = self.record[k], self.record[k + 1]
+        slope = jnp.gradient(self.record, self.time, axis=0)
+        left, right = h * slope[k], h * slope[k + 1]
+        rise = end - start
+        value = start + s * (
+            left + s * (3 * rise - 2 * left - right + s * (left + right - 2 * rise))
+        )
+        return value.astype(self.record.dtype)

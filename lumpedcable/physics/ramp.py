@@ -1,0 +1,20 @@
+"""The decay of a force while something breaks."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+__all__ = ["release_ramp"]
+
+
+def release_ramp(
+    t: Float[Array, ""], start: Float[Array, ""], time: Float[Array, ""]
+) -> Float[Array, ""]:
+    """The share of a force that is still held while its line breaks (-), from 1 to 0.
+
+    cos^2(pi (t - start) / (2 time)) between `start` and `start + time` (s), 1 before, 0 after
+    (Zhu, Yin & Shen 2018, eq. 7). With time = 0 it drops to 0 at `start` itself.
+    """
+    after = t >= start + time
+    safe = jnp.where(after | (t < start), 1.0, time)
+    share = jnp.clip((t - start) / safe, 0.0, 1.0)
+    return jnp.where(after, 0.0, jnp.cos(0.5 * jnp.pi * share) ** 2)

@@ -1,0 +1,32 @@
+"""Results in HDF5: written piece by piece while a study runs, read lazily afterwards.
+
+Knows nothing of the engine: variables come in by name, dimension and unit, and go out the same way.
+"""
+
+from lumpedcable.results.describe import describe
+from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.reader import Axis, LineData, ResultFile, open_result
+from lumpedcable.results.schema import (
+    SCHEMA_VERSION,
+    Coordinate,
+    Variable,
+    axis_names,
+    sweep_coordinates,
+)
+from lumpedcable.results.writer import ResultWriter
+
+__all__ = [
+    "SCHEMA_VERSION",
+    "Axis",
+    "Coordinate",
+    "LineData",
+    "OutputError",
+    "ResultError",
+    "ResultFile",
+    "ResultWriter",
+    "Variable",
+    "axis_names",
+    "describe",
+    "open_result",
+    "sweep_coordinates",
+]

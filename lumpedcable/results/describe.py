@@ -1,0 +1,131 @@
+"""What a results file holds, as text for a terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from lumpedcable.results.human import quantity, size
+from lumpedcable.results.reader import OK, Axis, ResultFile, open_result
+
+_FAILURES_SHOWN = 10
+
+
+def describe(path: str | Path) -> str:
+    """A summary of a results file: what was run, how, and how far it came.
+
+    Args:
+        path: the file, finished or not.
+
+    Returns:
+        Lines of text, "name   value".
+
+    Raises:
+        ResultError: it cannot be read as a results file.
+    """
+    with open_result(path) as result:
+        rows = [
+            ("title", str(result.attributes.get("title", "")) or "(none)"),
+            ("file", f"{result.path}, {size(result.path.stat().st_size)}"),
+            ("state", _state(result)),
+            ("runs", str(result.runs)),
+            *(("swept", _swept(axis)) for axis in result.axes),
+            *(("line", _line(result, name)) for name in result.lines),
+            ("time", _times(result.time)),
+            ("energy", ", ".join(result.energy_terms) or "not stored"),
+            ("solver", _solver(result)),
+            ("status", _statuses(result)),
+            *_failures(result),
+            *_origin(result),
+        ]
+    width = max(len(name) for name, _ in rows)
+    return "\n".join(f"{name:<{width}}  {value}" for name, value in rows)
+
+
+def _state(result: ResultFile) -> str:
+    if result.complete:
+        return "complete"
+    count = len(result.time)
+    done = int(np.count_nonzero(result.written >= count))
+    begun = result.written[(result.written > 0) & (result.written < count)]
+    text = f"incomplete: {done} of {result.runs} runs written to the end"
+    if begun.size:
+        upto = quantity(float(result.time[begun.min() - 1]), "s")
+        text += f", {begun.size} up to {upto} or further"
+    return text
+
+
+def _swept(axis: Axis) -> str:
+    values = list(dict.fromkeys(float(v) for v in axis.values))
+    shown = [quantity(value, axis.unit) for value in values]
+    if len(shown) > 8:
+        shown = [*shown[:4], "...", *shown[-2:]]
+    return f"{axis.key}: {len(values)} values, {', '.join(shown)}"
+
+
+def _line(result: ResultFile, name: str) -> str:
+    line = result.line(name)
+    lengths = [np.nanmax(line.unstretched_position(run)) for run in (0, result.runs - 1)]
+    text = " to ".join(dict.fromkeys(quantity(float(length), "m") for length in lengths))
+    return f"{name}: {line.nodes} nodes, {text} unstretched; {', '.join(line.fields)}"
+
+
+def _times(time: np.ndarray) -> str:
+    text = f"{quantity(float(time[0]), 's')} to {quantity(float(time[-1]), 's')}"
+    if len(time) > 1:
+        text += f" every {quantity(float(np.median(np.diff(time))), 's')}"
+    return f"{text}, {len(time)} saved"
+
+
+def _solver(result: ResultFile) -> str:
+    known = result.attributes
+    parts = [str(known.get("solver", "unknown"))]
+    step = known.get("step")
+    if isinstance(step, (int, float)) and np.isfinite(step):
+        parts.append(f"step {quantity(float(step), 's')}")
+    elif step is not None and not isinstance(step, (int, float)):
+        steps = np.atleast_1d(step)
+        low, high = (quantity(float(v), "s") for v in (np.nanmin(steps), np.nanmax(steps)))
+        parts.append(f"step {low}" if low == high else f"steps {low} to {high}")
+    if "waves" in known:
+        parts.append(f"waves {known['waves']}")
+    if "dtype" in known:
+        parts.append(str(known["dtype"]))
+    return ", ".join(parts)
+
+
+def _statuses(result: ResultFile) -> str:
+    counts = Counter(result.status)
+    return ", ".join(f"{count} {word}" for word, count in counts.most_common())
+
+
+def _failures(result: ResultFile) -> list[tuple[str, str]]:
+    failed = [run for run, word in enumerate(result.status) if word != OK]
+    times, messages = result.status_time, result.status_message
+    rows = []
+    for run in failed[:_FAILURES_SHOWN]:
+        if not messages[run] and not np.isfinite(times[run]):
+            continue  # a run not yet begun has nothing to say
+        when = f" at {quantity(float(times[run]), 's')}" if np.isfinite(times[run]) else ""
+        which = f" ({result.label(run)})" if result.label(run) else ""
+        rows.append((f"run {run}", f"{result.status[run]}{when}{which}: {messages[run]}"))
+    if len(failed) > _FAILURES_SHOWN:
+        rows.append(("", f"and {len(failed) - _FAILURES_SHOWN} more"))
+    return rows
+
+
+def _origin(result: ResultFile) -> list[tuple[str, str]]:
+    known = result.attributes
+    rows = [("scene", str(known["scene_path"]))] if "scene_path" in known else []
+    if known.get("overrides"):
+        rows.append(("changed", ", ".join(str(item) for item in known["overrides"])))
+    if "created" in known:
+        rows.append(("created", str(known["created"])))
+    versions = dict(known.get("versions") or {})
+    if "lumpedcable_version" in known:
+        versions = {"lumpedcable": known["lumpedcable_version"], **versions}
+    if versions:
+        rows.append(("versions", ", ".join(f"{name} {v}" for name, v in versions.items())))
+    return rows

@@ -1,0 +1,49 @@
+"""SI values in the units people speak in: 45000 N is 45 kN, 0.005 s is 5 ms."""
+
+from __future__ import annotations
+
+import math
+
+_STEPS = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+# units that take prefixes, with the largest one in use for each: nobody speaks of kiloseconds
+_LARGEST = {"N": 1e9, "J": 1e9, "W": 1e9, "Pa": 1e9, "Hz": 1e9, "m": 1e3, "s": 1.0}
+
+
+def scale(largest: float, unit: str) -> tuple[float, str]:
+    """The factor and the unit in which values up to `largest` read well.
+
+    Args:
+        largest: the largest magnitude to be shown, in `unit`.
+        unit: an SI unit such as "N", "N m2" or "m/s"; only a leading unit that people prefix gets a
+            prefix, so m/s and kg/m3 stay as they are.
+
+    Returns:
+        (factor, text): value * factor is in units of text. (1e-3, "kN") for 45000 and "N".
+    """
+    head, _, tail = unit.partition(" ")
+    if head not in _LARGEST or not math.isfinite(largest) or largest == 0:
+        return 1.0, "" if unit == "1" else unit
+    # a hair's breadth of slack: 1000 N computed as 999.9999999 is still 1 kN
+    fitting = (
+        step
+        for step in _STEPS
+        if step[0] <= _LARGEST[head] and abs(largest) >= step[0] * (1 - 1e-9)
+    )
+    step, prefix = next(fitting, _STEPS[-1])
+    return 1 / step, f"{prefix}{head} {tail}".rstrip()
+
+
+def quantity(value: float, unit: str, digits: int = 6) -> str:
+    """A value with its unit as text to so many digits, e.g. "45 kN", "5 ms", "0.3"."""
+    factor, text = scale(value, unit)
+    return f"{value * factor:.{digits}g} {text}".rstrip()
+
+
+def size(count: int) -> str:
+    """A number of bytes as text, e.g. "3.2 MB"."""
+    value, text = float(count), "B"
+    for text in ("B", "kB", "MB", "GB", "TB"):
+        if value < 1000 or text == "TB":
+            break
+        value /= 1000
+    return f"{value:.3g} {text}"

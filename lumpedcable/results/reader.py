@@ -1,0 +1,376 @@
+"""Reads a results file, finished or not; fields stay on the disk until they are asked for."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.results.errors import ResultError
+from lumpedcable.results.human import quantity
+from lumpedcable.results.schema import PARTIAL_SUFFIX, SCHEMA_VERSION, axis_words
+
+Array = NDArray[Any]
+Index = int | slice | None
+
+OK = "ok"
+"""The status of a run that reached its end."""
+
+
+class Axis(NamedTuple):
+    """A swept number.
+
+    Attributes:
+        name: the dataset's name, e.g. "held_pretension".
+        key: the full dotted path in the scene.
+        unit: SI unit, "" if none.
+        values: its value in every run, shape (run,).
+    """
+
+    name: str
+    key: str
+    unit: str
+    values: Array
+
+    @property
+    def words(self) -> str:
+        """What it is called in labels, e.g. "pretension" or "break time"."""
+        return axis_words(self.key)
+
+    def text(self, run: int, digits: int = 6) -> str:
+        """Its words and its value in one run, e.g. "break time 5 ms"."""
+        return f"{self.words} {quantity(float(self.values[run]), self.unit, digits)}"
+
+
+class LineData:
+    """The fields of one line, read when asked for.
+
+    `run` and `time` are indices or slices; leaving one out reads all along it. An index drops the
+    dimension. Where runs differ in their number of nodes, the surplus is NaN.
+    """
+
+    def __init__(self, group: h5py.Group, name: str) -> None:
+        self.name = name
+        self._group = group
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes, the largest where runs differ."""
+        return _dataset(self._group, "node").shape[0]
+
+    @property
+    def fields(self) -> list[str]:
+        """Names of the fields stored in every run and time."""
+        return [
+            key
+            for key, item in self._group.items()
+            if isinstance(item, h5py.Dataset) and item.ndim >= 2 and "time" in item.dims[1]
+        ]
+
+    def position(self, run: Index = None, time: Index = None) -> Array:
+        """Node positions in m, shape (run, time, node, 3)."""
+        return self.field("position", run, time)
+
+    def velocity(self, run: Index = None, time: Index = None) -> Array:
+        """Node velocities in m/s, shape (run, time, node, 3)."""
+        return self.field("velocity", run, time)
+
+    def tension(self, run: Index = None, time: Index = None) -> Array:
+        """Segment tensions in N, shape (run, time, segment)."""
+        return self.field("tension", run, time)
+
+    def strain(self, run: Index = None, time: Index = None) -> Array:
+        """Segment strains (-), shape (run, time, segment)."""
+        return self.field("strain", run, time)
+
+    def field(self, name: str, run: Index = None, time: Index = None) -> Array:
+        """Any field of shape (run, time, ...) by name.
+
+        Raises:
+            ResultError: the file does not hold it, or it cannot be read.
+        """
+        pick = tuple(slice(None) if index is None else index for index in (run, time))
+        return _read(_dataset(self._group, name), pick)
+
+    def unstretched_position(self, run: int = 0) -> Array:
+        """Unstretched distance of the nodes from the line's start in m, shape (node,)."""
+        return self._along("unstretched_position", run)
+
+    def unstretched_segment(self, run: int = 0) -> Array:
+        """Unstretched distance of the segments' midpoints from the start in m, (segment,)."""
+        return self._along("unstretched_segment", run)
+
+    def _along(self, name: str, run: int) -> Array:
+        dataset = _dataset(self._group, name)
+        return _read(dataset, (run,) if dataset.ndim == 2 else ())
+
+    def has(self, name: str) -> bool:
+        """Whether the file holds a field of this name."""
+        return name in self._group
+
+
+class ResultFile:
+    """An open results file; close it or use it as a context manager.
+
+    Attributes:
+        path: where it lies.
+        attributes: attributes of the whole file; `complete` is a bool, `versions`, `overrides` and
+            `dimensions` are unpacked from their JSON text.
+        complete: whether the study ran to its end.
+        runs: number of runs.
+        time: saved times in s, shape (time,).
+    """
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        self.path = path
+        self._file = file
+        self.attributes = _attributes(file)
+        self.complete = bool(self.attributes.get("complete", False))
+        self.attributes["complete"] = self.complete
+        self.runs = int(_dataset(file, "run").shape[0])
+        self.time: NDArray[np.float64] = _read(_dataset(file, "time"), ())
+
+    @property
+    def scene_text(self) -> str:
+        """The whole scene file the study was run from."""
+        return str(self.attributes.get("scene", ""))
+
+    @property
+    def axes(self) -> list[Axis]:
+        """The swept numbers, slowest first; empty without a sweep."""
+        found = []
+        for name, item in self._file.items():
+            if isinstance(item, h5py.Dataset) and "key" in item.attrs:
+                unit = _text(item.attrs.get("units", ""))
+                axis = Axis(name, _text(item.attrs["key"]), unit if unit != "1" else "", item[()])
+                found.append((int(item.attrs.get("axis", len(found))), axis))
+        return [axis for _, axis in sorted(found, key=lambda pair: pair[0])]
+
+    def label(self, run: int) -> str:
+        """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep."""
+        return ", ".join(axis.text(run) for axis in self.axes)
+
+    @property
+    def status(self) -> list[str]:
+        """How each run ended: "ok", or a word for what went wrong."""
+        if "status" not in self._file:
+            return [OK] * self.runs
+        dataset = _dataset(self._file, "status")
+        meanings = _text(dataset.attrs.get("flag_meanings", "")).split()
+        values = np.atleast_1d(dataset.attrs.get("flag_values", np.arange(len(meanings))))
+        words = {int(v): word for v, word in zip(values, meanings, strict=False)}
+        return [words.get(int(v), f"status {int(v)}") for v in _read(dataset, ())]
+
+    @property
+    def status_time(self) -> Array:
+        """When each failed run failed, in s, NaN for the others; shape (run,)."""
+        if "status_time" not in self._file:
+            return np.full(self.runs, np.nan)
+        return _read(_dataset(self._file, "status_time"), ())
+
+    @property
+    def status_message(self) -> list[str]:
+        """What each failed run said, "" for the others."""
+        if "status_message" not in self._file:
+            return [""] * self.runs
+        return [_text(value) for value in _read(_dataset(self._file, "status_message"), ())]
+
+    @property
+    def written(self) -> NDArray[np.int64]:
+        """Number of saved times on the disk, shape (run,); less than `time` where unfinished."""
+        if "written" not in self._file:
+            return np.full(self.runs, len(self.time))
+        return _read(_dataset(self._file, "written"), ()).astype(np.int64)
+
+    @property
+    def lines(self) -> list[str]:
+        """Names of the lines."""
+        return self._names("lines", h5py.Group)
+
+    def line(self, name: str) -> LineData:
+        """The fields of one line.
+
+        Raises:
+            ResultError: there is no such line.
+        """
+        self._check("line", name, self.lines)
+        group = self._file[f"lines/{name}"]
+        assert isinstance(group, h5py.Group)
+        return LineData(group, name)
+
+    @property
+    def energy_terms(self) -> list[str]:
+        """Names of the energy terms."""
+        return self._names("energy", h5py.Dataset)
+
+    def energy(self, term: str, run: Index = None) -> Array:
+        """An energy term in J, shape (run, time).
+
+        Raises:
+            ResultError: there is no such term.
+        """
+        self._check("energy term", term, self.energy_terms)
+        pick = () if run is None else (run,)
+        return _read(_dataset(self._file, f"energy/{term}"), pick)
+
+    def energy_name(self, term: str) -> str:
+        """What an energy term is, in words."""
+        self._check("energy term", term, self.energy_terms)
+        return _text(_dataset(self._file, f"energy/{term}").attrs.get("long_name", term))
+
+    @property
+    def ends(self) -> list[str]:
+        """The recoiling ends that the summary tells of, e.g. "rope.end"."""
+        return self._names("summary", h5py.Group)
+
+    def summary(self) -> dict[str, dict[str, Array]]:
+        """All summary numbers by end and quantity, each of shape (run,).
+
+        Numbers of the whole run, such as energy_closure, stand under "run".
+        """
+        found = {
+            end: {name: self._summary(end, name) for name in self._names(f"summary/{end}")}
+            for end in self.ends
+        }
+        whole = {name: self._summary("run", name) for name in self._names("summary")}
+        return {**({"run": whole} if whole else {}), **found}
+
+    def summary_attributes(self, end: str, name: str) -> dict[str, Any]:
+        """Attributes of a summary number: units, long_name, and `holds` or `source` if any."""
+        return _attributes(_dataset(self._file, _summary_path(end, name)))
+
+    def group_attributes(self, path: str) -> dict[str, Any]:
+        """Attributes of any group, e.g. "summary/rope.end"; empty if there is none."""
+        return _attributes(self._file[path]) if path in self._file else {}
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _summary(self, end: str, name: str) -> Array:
+        return _read(_dataset(self._file, _summary_path(end, name)), ())
+
+    def _names(self, path: str, kind: type = h5py.Dataset) -> list[str]:
+        group = self._file.get(path)
+        if not isinstance(group, h5py.Group):
+            return []
+        return [key for key, item in group.items() if isinstance(item, kind)]
+
+    def _check(self, what: str, name: str, known: Iterable[str]) -> None:
+        known = list(known)
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            hint = f"; nearest: {near[0]}" if near else f"; there is {', '.join(known) or 'none'}"
+            raise ResultError(f"{self.path}: no {what} {name!r}{hint}")
+
+
+def open_result(path: str | Path) -> ResultFile:
+    """Open a results file, finished or not.
+
+    Args:
+        path: the file; one still being written (*.partial) is read as far as it was flushed.
+
+    Returns:
+        The open file, to be closed or used as a context manager.
+
+    Raises:
+        ResultError: there is no such file, or it is not a results file of a layout known here.
+    """
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise ResultError(f"{path} is a folder, expected a results file (*.h5)")
+        if not path.exists():
+            partial = path.with_name(path.name + PARTIAL_SUFFIX)
+            hint = f"; there is an unfinished {partial.name} beside it" if partial.exists() else ""
+            raise ResultError(f"no such file: {path}{hint}")
+        # no lock: a file still being written must be readable, and its structure is fixed
+        file = h5py.File(path, "r", locking=False)
+    except PermissionError as error:
+        raise ResultError(f"{path} may not be read (permission denied)") from error
+    except OSError as error:
+        reason = "a damaged HDF5 file" if h5py.is_hdf5(path) else "not an HDF5 file"
+        raise ResultError(f"{path} is {reason}, expected a results file") from error
+    try:
+        _accept(path, file)
+        return ResultFile(path, file)
+    except (KeyError, AssertionError, OSError) as error:
+        file.close()
+        raise ResultError(f"{path} is damaged or lacks a part: {error}") from error
+    except ResultError:
+        file.close()
+        raise
+
+
+def _accept(path: Path, file: h5py.File) -> None:
+    version = _text(file.attrs.get("schema_version", ""))
+    if not version:
+        raise ResultError(f"{path} is HDF5 but not a results file of lumpedcable")
+    try:
+        major = int(version.split(".")[0])
+    except ValueError:
+        raise ResultError(f"{path} has the unknown layout version {version!r}") from None
+    if major > int(SCHEMA_VERSION):
+        raise ResultError(
+            f"{path} has layout version {version}, newer than the {SCHEMA_VERSION} known here;"
+            " update lumpedcable to read it"
+        )
+
+
+def _summary_path(end: str, name: str) -> str:
+    return f"summary/{name}" if end == "run" else f"summary/{end}/{name}"
+
+
+def _dataset(group: h5py.Group, name: str) -> h5py.Dataset:
+    found = group.get(name)
+    if not isinstance(found, h5py.Dataset):
+        raise ResultError(f"{group.file.filename}: no {name} in {group.name}")
+    return found
+
+
+def _read(dataset: h5py.Dataset, pick: tuple[int | slice, ...]) -> Array:
+    try:
+        return np.asarray(dataset[pick])
+    except (IndexError, ValueError) as error:
+        shape = dataset.shape
+        raise ResultError(f"{dataset.name} of shape {shape} has no part {pick}") from error
+    except OSError as error:
+        raise ResultError(f"{dataset.file.filename}: {dataset.name} is damaged") from error
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _attributes(item: Any) -> dict[str, Any]:
+    hidden = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
+    found: dict[str, Any] = {}
+    for name, value in item.attrs.items():
+        if name in hidden:
+            continue
+        if isinstance(value, (bytes, str)):
+            value = _text(value)
+            if name in {"versions", "overrides", "dimensions"}:
+                value = json.loads(value)
+        elif isinstance(value, np.generic):
+            value = value.item()
+        found[name] = value
+    return found

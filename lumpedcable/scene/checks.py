@@ -1,0 +1,261 @@
+"""What must hold between the parts of a scene.
+
+The parts check themselves (``Part.problems``); here is what needs two of them. The checks work on a
+``Draft``, in which a part that could not be read is None: what refers to it is then left alone,
+so that one mistake is told once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from lumpedcable.scene.environment import Seabed
+from lumpedcable.scene.events import Event
+from lumpedcable.scene.lines import (
+    Body,
+    FixedEnd,
+    HarmonicMotion,
+    HeldEnd,
+    HeldForce,
+    HeldPosition,
+    Line,
+    MovingEnd,
+)
+from lumpedcable.scene.materials import Material
+from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
+from lumpedcable.scene.quantities import found
+from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.units import format_quantity
+
+SIDES = ("start", "end")
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A scene as far as it could be read; None stands for an entry that could not."""
+
+    materials: Mapping[str, Material | None]
+    lines: Mapping[str, Line | None]
+    bodies: Mapping[str, Body | None]
+    events: Mapping[str, Event | None]
+    others: Mapping[str, Any]
+    """The single parts that could be read, by key: gravity, water, solver, ..."""
+    named: frozenset[str]
+    """The single parts that the scene names, readable or not."""
+
+    @classmethod
+    def of(cls, scene: Scene) -> Draft:
+        """Return the draft of a scene that could be read as a whole."""
+        singles = {key: value for key, value in children(scene) if not isinstance(value, dict)}
+        return cls(
+            scene.materials,
+            scene.lines,
+            scene.bodies,
+            scene.events,
+            {str(key): value for key, value in singles.items()},
+            frozenset(map(str, singles)),
+        )
+
+    @property
+    def fluid(self) -> str | None:
+        """The key of the fluid, "water" or "air", or None."""
+        return next((key for key in ("water", "air") if key in self.named), None)
+
+
+def problems(draft: Draft) -> Iterator[Problem]:
+    """Yield everything that is wrong in a draft."""
+    for section in ("materials", "lines", "bodies", "events"):
+        yield from _inside(getattr(draft, section), (section,))
+    for key, part in draft.others.items():
+        yield from _inside(part, (key,))
+    if "water" in draft.named and "air" in draft.named:
+        yield Problem(("air",), "expected water or air, found both")
+    if not draft.lines:
+        yield Problem(("lines",), "expected at least one line, [lines.NAME], found none")
+    for name in draft.bodies:
+        if name == "free":
+            yield Problem(("bodies", name), 'expected another name, found "free", which is no body')
+    for name, body in draft.bodies.items():
+        if body is not None and body.volume is not None and draft.fluid is None:
+            yield Problem(
+                ("bodies", name, "volume"),
+                "expected [water] or [air] where a body has a volume, found neither",
+            )
+    for name, line in draft.lines.items():
+        if line is not None:
+            yield from _line(draft, name, line)
+    yield from _seabed(draft)
+    yield from _events(draft)
+
+
+def _inside(value: Any, path: Path) -> Iterator[Problem]:
+    """Yield what the parts at and below a value say about themselves."""
+    if isinstance(value, Part):
+        for problem in value.problems():
+            yield Problem((*path, *problem.path), problem.message)
+    if isinstance(value, Part | dict):
+        for key, child in children(value):
+            yield from _inside(child, (*path, key))
+
+
+def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
+    path: Path = ("lines", name)
+    if line.material not in draft.materials:
+        yield Problem(
+            (*path, "material"),
+            f"expected the name of a material, found {_unknown(line.material, draft.materials)}",
+        )
+    yield from _water(draft, path, line)
+    for side in SIDES:
+        end = getattr(line, side)
+        if isinstance(end, str):
+            yield from _named_end(draft, (*path, side), end)
+        elif isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
+            yield from _pretension(draft, (*path, side, "held", "pretension"), line, end.held)
+        elif _clamped(end) and line.bending is None:
+            yield Problem(
+                (*path, side, "direction"),
+                "expected bending on a line whose end keeps a direction, found none",
+            )
+
+
+def _unknown(name: str, known: Mapping[str, Any]) -> str:
+    names = f"; known: {', '.join(known)}" if known else "; there is none"
+    return f"{found(name)}{did_you_mean(name, known) or names}"
+
+
+def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
+    """Yield what the fluid's effects on a line lack: a fluid, a diameter."""
+    effects = [key for key in ("drag", "added_mass") if getattr(line, key) is not None]
+    if draft.fluid is None:
+        for key in effects:
+            yield Problem((*path, key), f"expected [water] or [air] for {key}, found neither")
+        return
+    if "gravity" in draft.named:
+        effects.append(f"buoyancy in {draft.fluid}")
+    if effects and line.diameter is None:
+        yield Problem(
+            (*path, "diameter"),
+            f"expected a positive length (m) for {' and '.join(effects)}, found nothing",
+        )
+
+
+def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
+    """Yield what is wrong with an end given as text."""
+    if end == "free" or end in draft.bodies:
+        return
+    ends = [f"{line}.{side}" for line in draft.lines for side in SIDES]
+    own = dotted(path[1:])
+    if end not in ends:
+        others = [other for other in ends if other.split(".")[0] != path[1]]
+        yield Problem(
+            path,
+            f'expected "free", a body or the end of another line, found {found(end)}'
+            f"{did_you_mean(end, ['free', *draft.bodies, *others])}",
+        )
+    elif end.split(".")[0] == path[1]:
+        itself = "itself" if end == own else "the same line"
+        yield Problem(path, f'expected the end of another line, found "{end}" on {itself}')
+
+
+def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterator[Problem]:
+    material = draft.materials.get(line.material)
+    if material is None or next(iter(_inside(material, ())), None) is not None:
+        return
+    reach = material.reach()
+    if held.pretension > reach * (1 + 1e-12):
+        strain = format_quantity(material.top_strain(), "")
+        yield Problem(
+            path,
+            f"expected at most {format_quantity(reach, 'N')}, the largest tension of "
+            f'"{line.material}" up to its strain {strain}, '
+            f"found {format_quantity(held.pretension, 'N')}",
+        )
+
+
+def _clamped(end: Any) -> bool:
+    return isinstance(end, FixedEnd) and end.direction is not None
+
+
+def _seabed(draft: Draft) -> Iterator[Problem]:
+    """Yield the places where an end or a body starts below the bed."""
+    seabed = draft.others.get("seabed")
+    if not isinstance(seabed, Seabed):
+        return
+    places: list[tuple[Path, tuple[float, ...]]] = []
+    for name, line in draft.lines.items():
+        for side in SIDES if line is not None else ():
+            path, place = _place(getattr(line, side))
+            if place is not None:
+                places.append((("lines", name, side, *path), place))
+    for name, body in draft.bodies.items():
+        if body is not None and body.position is not None:
+            places.append((("bodies", name, "position"), body.position))
+    for path, place in places:
+        if place[2] < seabed.height:
+            yield Problem(
+                (*path, 2),
+                f"expected {format_quantity(seabed.height, 'm')} or more, the height of the "
+                f"seabed, found {format_quantity(place[2], 'm')}",
+            )
+
+
+def _place(end: Any) -> tuple[Path, tuple[float, ...] | None]:
+    """Return where an end starts, as far as the scene says it, and the keys that say it."""
+    if isinstance(end, FixedEnd):
+        return ("fixed",), end.fixed
+    if isinstance(end, HeldEnd) and isinstance(end.held, HeldPosition):
+        return ("held", "position"), end.held.position
+    if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
+        return ("motion", "position"), end.motion.position
+    return (), None
+
+
+def _events(draft: Draft) -> Iterator[Problem]:
+    if not draft.lines:
+        return  # told already
+    broken: dict[tuple[str, str | float | None], str] = {}
+    for name, event in draft.events.items():
+        if event is None or next(event.problems(), None) is not None:
+            continue
+        path: Path = ("events", name, "breaks")
+        target, side, place = event.target()
+        if target not in draft.lines:
+            yield Problem(
+                path,
+                f"expected the name of a line, found {_unknown(target, draft.lines)}",
+            )
+            continue
+        where = (target, side if side is not None else place)
+        if where in broken:
+            yield Problem(
+                path, f'expected one event per place, found the place of "{broken[where]}" again'
+            )
+            continue
+        broken[where] = name
+        line = draft.lines[target]
+        if line is None:
+            continue
+        if place is not None and not 0 < place < line.length:
+            yield Problem(
+                ("events", name, "place"),
+                f"expected a place inside the line, between 0 m and "
+                f"{format_quantity(line.length, 'm')}, found {format_quantity(place, 'm')}",
+            )
+        if side is not None and _clamped(getattr(line, side)):
+            yield Problem(
+                path,
+                f'expected an end that is free to turn, found "{event.breaks}", which keeps a '
+                "direction",
+            )
+        if side is not None and getattr(line, side) == "free" and not _tied(draft, event.breaks):
+            yield Problem(
+                path, f'expected an end that is held, found "{event.breaks}", which is free'
+            )
+
+
+def _tied(draft: Draft, end: str) -> bool:
+    """Return whether the end of some line is joined to ``end``, or may be."""
+    return any(line is None or end in (line.start, line.end) for line in draft.lines.values())

@@ -1,0 +1,82 @@
+"""What is around the lines: water or air with its current, and the seabed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Tag
+
+from lumpedcable.scene.part import Part, choose, pick_word, tag
+from lumpedcable.scene.quantities import (
+    Density,
+    FoundationDamping,
+    FoundationStiffness,
+    Length,
+    Number,
+    PositiveLength,
+    Velocity,
+)
+
+
+class UniformCurrent(Part):
+    """The same velocity everywhere."""
+
+    profile: Literal["uniform"] = "uniform"
+    """The shape over depth."""
+    velocity: Velocity
+    """Velocity of the fluid in m/s."""
+
+
+class PowerCurrent(Part):
+    """v(z) = V clip((z - surface + depth) / depth, 0, 1)^exponent."""
+
+    profile: Literal["power"]
+    """The shape over depth."""
+    velocity: Velocity
+    """Velocity V at the surface and above, in m/s."""
+    exponent: Number
+    """Exponent of the profile, about 1/7 for a tidal current."""
+    depth: PositiveLength
+    """Depth in m below the surface at which the current has died out."""
+    surface: Length = 0.0
+    """Height z of the surface in m."""
+
+
+CURRENTS: dict[str, type[Part]] = {"uniform": UniformCurrent, "power": PowerCurrent}
+"""The one place where ``profile = "..."`` becomes a class."""
+
+
+def _pick(value: Any) -> str:
+    return pick_word(value, "profile", CURRENTS, default="uniform")
+
+
+Current = Annotated[
+    Annotated[UniformCurrent, Tag(tag("uniform"))] | Annotated[PowerCurrent, Tag(tag("power"))],
+    *choose(_pick, "a table with velocity"),
+]
+"""A current; ``profile`` says which."""
+
+
+class Fluid(Part):
+    """Water or air: it carries part of the weight of lines, drags on them and moves with them."""
+
+    density: Density
+    """Mass per volume in kg/m3."""
+    current: Current | None = None
+    """Motion of the fluid. Absent: at rest."""
+
+
+class Seabed(Part):
+    """A flat, frictionless bed that lines rest on; a spring under every metre of them.
+
+    A line that weighs w (N/m) sinks about w / stiffness into it. There is no stiffness that suits a
+    rope and a chain alike, so it has no default: w over a hundredth of the diameter is a good one.
+    """
+
+    height: Length
+    """Height z of the bed in m; the axis of a line rests on it."""
+    stiffness: FoundationStiffness
+    """Upward force in N per m of unstretched length and per m of penetration, so in Pa."""
+    damping: FoundationDamping | None = None
+    """Force in N per m of unstretched length and per m/s of vertical speed, in contact only, so in
+    Pa s. Absent: none."""

@@ -1,0 +1,140 @@
+"""Lists that a scene keeps in CSV files: tension tables and recorded motions.
+
+A file has one header line with the names of its columns, then numbers in SI. Empty lines and lines
+that start with # are skipped.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path as FilePath
+from typing import Any
+
+from lumpedcable.scene.part import Path, Problem, did_you_mean
+from lumpedcable.scene.quantities import found
+
+TABLE_COLUMNS = ("strain", "tension")
+MOTION_COLUMNS = ("t", "x", "y", "z")
+
+
+class FileError(Exception):
+    """A file that cannot be used; the message follows "expected ... found"."""
+
+
+def fill(data: dict[str, Any], folder: FilePath) -> list[Problem]:
+    """Read every file that the raw data name, and put its columns beside the name.
+
+    Args:
+        data: the scene as TOML tables; changed in place.
+        folder: what the names are relative to.
+
+    Returns:
+        The problems, one per file that cannot be used.
+    """
+    problems = []
+    for path, table, columns in _tables(data):
+        targets = TABLE_COLUMNS if columns is TABLE_COLUMNS else ("time", "position")
+        double = [key for key in targets if key in table]
+        if double:
+            problems.append(
+                Problem(
+                    (*path, double[0]),
+                    f"expected {' and '.join(targets)}, or file, found both",
+                )
+            )
+        try:
+            rows = read_columns(folder / table["file"], columns)
+        except FileError as fault:
+            problems.append(Problem((*path, "file"), str(fault)))
+            continue
+        first = [row[0] for row in rows]
+        rest = [row[1] if columns is TABLE_COLUMNS else list(row[1:]) for row in rows]
+        table |= dict(zip(targets, (first, rest), strict=True))
+    return problems
+
+
+def _tables(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], tuple[str, ...]]]:
+    """Yield (path, raw table, columns wanted) of everything that names a file."""
+    for name, material in _entries(data, "materials"):
+        if material.get("law") == "table" and isinstance(material.get("file"), str):
+            yield ("materials", name), material, TABLE_COLUMNS
+    for name, line in _entries(data, "lines"):
+        for side in ("start", "end"):
+            end = line.get(side)
+            motion = end.get("motion") if isinstance(end, dict) else None
+            if isinstance(motion, dict) and isinstance(motion.get("file"), str):
+                yield ("lines", name, side, "motion"), motion, MOTION_COLUMNS
+
+
+def _entries(data: dict[str, Any], section: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    table = data.get(section)
+    if isinstance(table, dict):
+        yield from ((name, entry) for name, entry in table.items() if isinstance(entry, dict))
+
+
+def read_text(path: FilePath) -> str:
+    """Return the text of a UTF-8 file.
+
+    Raises:
+        FileError: there is no such file, it is a directory, or it is not UTF-8 text.
+    """
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+        hint = did_you_mean(path.name, [name for name in siblings if name.endswith(path.suffix)])
+        raise FileError(f'expected a file, found none at "{path}"{hint}') from None
+    except IsADirectoryError:
+        raise FileError("expected a file, found a directory") from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        byte = error.object[error.start]
+        raise FileError(f"expected UTF-8 text, found byte 0x{byte:02x} in line {line}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(f"expected a file that can be read, found: {reason}") from None
+
+
+def read_columns(path: FilePath, columns: tuple[str, ...]) -> list[tuple[float, ...]]:
+    """Return the rows of a CSV file, with the values of ``columns`` in that order.
+
+    Raises:
+        FileError: no file, a missing column, or something that is not a finite number.
+    """
+    lines = enumerate(read_text(path).splitlines(), start=1)
+    kept = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    expected = f"expected the columns {', '.join(columns)}"
+    if not kept:
+        raise FileError(f"{expected}, found nothing in {path.name}")
+    header = [word.strip() for word in next(csv.reader([kept[0][1]]))]
+    for column in columns:
+        if column not in header:
+            raise FileError(
+                f"{expected}, found {', '.join(header)} in {path.name}:{kept[0][0]}"
+                f"{did_you_mean(column, header)}"
+            )
+    places = [header.index(column) for column in columns]
+    return [_row(path, number, line, columns, places) for number, line in kept[1:]]
+
+
+def _row(
+    path: FilePath, number: int, line: str, columns: tuple[str, ...], places: list[int]
+) -> tuple[float, ...]:
+    words = next(csv.reader([line]))
+    row = []
+    for column, place in zip(columns, places, strict=True):
+        word = words[place].strip() if place < len(words) else ""
+        try:
+            value = float(word)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            given = found(word) if word else "nothing"
+            raise FileError(
+                f"expected a finite number in column {column}, found {given} "
+                f"in {path.name}:{number}"
+            )
+        row.append(value)
+    return tuple(row)

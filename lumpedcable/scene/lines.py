@@ -1,0 +1,295 @@
+"""Lines, what holds their two ends, and point bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Tag
+
+from lumpedcable.scene.part import Part, Path, Problem, Text, choose, did_you_mean_key, tag
+from lumpedcable.scene.quantities import (
+    Angle,
+    BendingStiffness,
+    MassPerLength,
+    NonNegativeForce,
+    NonNegativeNumber,
+    Number,
+    Position,
+    PositiveLength,
+    PositiveMass,
+    PositiveNumber,
+    PositiveTime,
+    SegmentCount,
+    Time,
+    Velocity,
+    Volume,
+    fault,
+    found,
+)
+from lumpedcable.scene.units import format_quantity
+
+
+def _unit_vector(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    norm = math.hypot(*vector)
+    if norm == 0:
+        raise fault("expected a direction, found the zero vector")
+    if abs(norm - 1) < 1e-15:
+        return vector  # already a unit vector: the same when read again
+    x, y, z = vector
+    return (x / norm, y / norm, z / norm)
+
+
+Direction = Annotated[tuple[Number, Number, Number], AfterValidator(_unit_vector)]
+"""A direction, made a unit vector when it is read."""
+
+
+class FixedEnd(Part):
+    """An end that stays where it is; with a direction, of a line with bending, it is clamped."""
+
+    fixed: Position
+    """Where, in m."""
+    direction: Direction | None = None
+    """Direction that the line keeps there, from its start towards its end. Absent: free to turn."""
+
+
+class HeldForce(Part):
+    """An end pulled by a constant force of size ``pretension``, until an event takes it away."""
+
+    pretension: NonNegativeForce
+    """Size of the force in N; the tension at this end in the start state."""
+    direction: Direction
+    """Direction of the force, away from the line."""
+
+
+class HeldPosition(Part):
+    """An end held at a place, as by :class:`FixedEnd`."""
+
+    position: Position
+    """Where, in m."""
+
+
+_HELD = "a table with pretension and direction, or with position alone"
+
+
+def _pick_held(value: Any) -> str:
+    if isinstance(value, Part):
+        return "position" if isinstance(value, HeldPosition) else "force"
+    if not isinstance(value, dict) or ("position" in value and len(value) > 1):
+        raise fault(f"expected {_HELD}, found {found(value)}")
+    return "position" if "position" in value else "force"
+
+
+Held = Annotated[
+    Annotated[HeldForce, Tag(tag("force"))] | Annotated[HeldPosition, Tag(tag("position"))],
+    *choose(_pick_held, _HELD),
+]
+
+
+class HeldEnd(Part):
+    """An end held by a force or at a place."""
+
+    held: Held
+    """What holds it."""
+
+
+class HarmonicMotion(Part):
+    """x(t) = position + velocity t + amplitude sin(2 pi t / period + phase)."""
+
+    position: Position
+    """Mean place in m at t = 0."""
+    velocity: Velocity | None = None
+    """Steady velocity in m/s. Absent: none."""
+    amplitude: Position | None = None
+    """Amplitude of the oscillation in m. Absent: none."""
+    period: PositiveTime | None = None
+    """Period in s; needed with amplitude."""
+    phase: Angle = 0.0
+    """Phase in rad at t = 0."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the motion grows from rest. Absent: at once."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where amplitude and period do not come together."""
+        if self.amplitude is not None and self.period is None:
+            yield Problem(("period",), "expected a positive time (s) with amplitude, found nothing")
+        if self.amplitude is None and self.period is not None:
+            yield Problem(
+                ("period",), "expected amplitude = [x, y, z] with period, found no amplitude"
+            )
+
+
+class RecordedMotion(Part):
+    """Places at times, from a CSV file or written out; a cubic spline between them."""
+
+    file: Text | None = None
+    """CSV file with columns t, x, y, z in s and m, relative to the scene file."""
+    time: tuple[Time, ...] = ()
+    """Times of the record in s, increasing."""
+    position: tuple[Position, ...] = ()
+    """Places at those times in m."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the record."""
+        where: Path = ("file",) if self.file else ("time",)
+        if len(self.time) < 2:
+            yield Problem(where, f"expected at least 2 times, found {len(self.time)}")
+        elif len(self.position) != len(self.time):
+            where = where if self.file else ("position",)
+            yield Problem(
+                where,
+                f"expected {len(self.time)} places, one per time, found {len(self.position)}",
+            )
+        else:
+            for before, after in zip(self.time, self.time[1:], strict=False):
+                if after <= before:
+                    yield Problem(
+                        where, f"expected times that increase, found {after:g} s after {before:g} s"
+                    )
+                    return
+
+
+_MOTION = "a table with position, or with file"
+
+
+def _pick_motion(value: Any) -> str:
+    if isinstance(value, Part):
+        return "recorded" if isinstance(value, RecordedMotion) else "harmonic"
+    if not isinstance(value, dict):
+        raise fault(f"expected {_MOTION}, found {found(value)}")
+    return "recorded" if {"file", "time"} & value.keys() else "harmonic"
+
+
+Motion = Annotated[
+    Annotated[HarmonicMotion, Tag(tag("harmonic"))]
+    | Annotated[RecordedMotion, Tag(tag("recorded"))],
+    *choose(_pick_motion, _MOTION),
+]
+
+
+class MovingEnd(Part):
+    """An end that is moved along a given path."""
+
+    motion: Motion
+    """The path in time."""
+
+
+ENDS: dict[str, type[Part]] = {"fixed": FixedEnd, "held": HeldEnd, "motion": MovingEnd}
+"""The one place where the key of an end's table becomes a class."""
+_END = f'"free", a body, the end of another line, or a table with one of {", ".join(ENDS)}'
+
+
+def _pick_end(value: Any) -> str:
+    if isinstance(value, str):
+        return "name"
+    if isinstance(value, Part):
+        return next((kind for kind, cls in ENDS.items() if isinstance(value, cls)), "name")
+    if isinstance(value, dict):
+        kinds = [kind for kind in ENDS if kind in value]
+        if len(kinds) == 1 and (len(value) == 1 or kinds == ["fixed"]):
+            return kinds[0]
+    hint = did_you_mean_key(value, ENDS) if isinstance(value, dict) else ""
+    raise fault(f"expected {_END}, found {found(value)}{hint}")
+
+
+End = Annotated[
+    Annotated[Text, Tag(tag("name"))]
+    | Annotated[FixedEnd, Tag(tag("fixed"))]
+    | Annotated[HeldEnd, Tag(tag("held"))]
+    | Annotated[MovingEnd, Tag(tag("motion"))],
+    *choose(_pick_end, _END),
+]
+"""What holds an end: text ("free", a body, another line's end) or a table."""
+
+
+class Drag(Part):
+    """Drag of the fluid on the line, with the velocity of the fluid relative to the line.
+
+    Force per length: normal 0.5 rho d normal |vn| vn; tangential f 0.5 rho d tangential |vt| vt,
+    with f = pi ("textbook"), pi/2 ("half") or 1 ("projected").
+    """
+
+    normal: NonNegativeNumber
+    """Coefficient across the line."""
+    tangential: NonNegativeNumber
+    """Coefficient along the line."""
+    convention: Literal["textbook", "half", "projected"] = "textbook"
+    """The area that the tangential coefficient refers to."""
+
+
+class AddedMass(Part):
+    """Fluid that moves with the line: coefficient times rho pi d^2 / 4, in kg per m."""
+
+    normal: NonNegativeNumber
+    """Coefficient for motion across the line, 1 for a smooth cylinder."""
+    tangential: NonNegativeNumber | None = None
+    """Coefficient for motion along the line. Absent: none."""
+
+
+class Bending(Part):
+    """Resistance to bending: moment = EI times curvature."""
+
+    EI: BendingStiffness
+    """Bending stiffness in N m2."""
+
+
+class Line(Part):
+    """A cable between two ends, cut into segments with masses between them."""
+
+    material: Text
+    """Name of its tension law, from [materials]."""
+    length: PositiveLength
+    """Unstretched length in m."""
+    segments: SegmentCount | None = None
+    """Number of segments."""
+    grading: PositiveNumber | None = None
+    """Last over first segment length, geometric between. Absent: all equal."""
+    segment_lengths: tuple[PositiveLength, ...] | None = None
+    """Unstretched lengths of all segments in m, from the start, instead of segments."""
+    mass: MassPerLength
+    """Dry mass in kg per m of unstretched length."""
+    diameter: PositiveLength | None = None
+    """Outer diameter in m; needed where there is a fluid."""
+    drag: Drag | None = None
+    """Drag of the fluid. Absent: none."""
+    added_mass: AddedMass | None = None
+    """Fluid that moves with the line. Absent: none."""
+    bending: Bending | None = None
+    """Bending stiffness. Absent: none."""
+    start: End
+    """What holds the end at unstretched distance 0."""
+    end: End
+    """What holds the end at unstretched distance ``length``."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the segments."""
+        lengths = self.segment_lengths
+        if lengths is None:
+            if self.segments is None:
+                yield Problem(("segments",), "expected a number of segments, found nothing")
+            elif self.grading is not None and self.segments == 1 and self.grading != 1:
+                yield Problem(("grading",), "expected at least 2 segments to grade, found 1")
+            return
+        for other in ("segments", "grading"):
+            if getattr(self, other) is not None:
+                yield Problem((other,), f"expected segment_lengths without {other}, found both")
+        if not lengths:
+            yield Problem(("segment_lengths",), "expected at least 1 length, found none")
+        elif abs(math.fsum(lengths) - self.length) > 1e-6 * self.length:
+            yield Problem(
+                ("segment_lengths",),
+                f"expected lengths that add up to {format_quantity(self.length, 'm')}, "
+                f"found {format_quantity(math.fsum(lengths), 'm')}",
+            )
+
+
+class Body(Part):
+    """A point mass that lines can be tied to."""
+
+    mass: PositiveMass
+    """Mass in kg."""
+    position: Position | None = None
+    """Guess of its place in m for the start state. Absent: found from the lines."""
+    volume: Volume | None = None
+    """Displaced volume in m3, for buoyancy. Absent: none."""

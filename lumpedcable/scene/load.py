@@ -1,0 +1,208 @@
+"""Reading a scene file: one call from a path to a study, or to every fault in the file."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path as FilePath
+from typing import Any
+
+from lumpedcable.scene import overrides as changes
+from lumpedcable.scene.errors import Fault, SceneError
+from lumpedcable.scene.files import FileError, fill, read_text
+from lumpedcable.scene.locate import LineMap
+from lumpedcable.scene.part import Path, Problem, dotted
+from lumpedcable.scene.quantities import found
+from lumpedcable.scene.references import aligned, count_problems
+from lumpedcable.scene.run import Reference
+from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.sweep import (
+    MAX_RUNS,
+    Axis,
+    Runs,
+    flattened,
+    read_axes,
+    run_problems,
+    with_values,
+)
+from lumpedcable.scene.validate import read_scene
+from lumpedcable.scene.writer import to_toml
+
+
+@dataclass(frozen=True)
+class Study:
+    """A scene file as read: one scene, the axes of its sweep, and every run."""
+
+    path: FilePath
+    """The file."""
+    text: str
+    """The text of the file as it stands."""
+    overrides: tuple[str, ...]
+    """The overrides that were applied."""
+    scene: Scene
+    """The file's own values with the overrides; the common base of the runs."""
+    axes: tuple[Axis, ...]
+    """The axes of the sweep, slowest first; none without a sweep."""
+    runs: Sequence[Scene]
+    """Every run's complete scene in grid order, built when asked for; one without a sweep."""
+    effective_text: str
+    """TOML text of scene and sweep in SI numbers, overrides included; reads back as this study."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The number of values on each axis."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def references(self) -> dict[str, Reference]:
+        """Numbers from elsewhere, one per run (nan where there is none)."""
+        return self.scene.references
+
+    def fault(self, key: str, message: str) -> Fault:
+        """Return a fault of a top-level key, with its line or the override that it comes from.
+
+        For what only shows when a scene is put to use.
+        """
+        for text in reversed(self.overrides):
+            if text.partition("=")[0].strip() == key:
+                return Fault("", None, key, message, text)
+        return Fault(str(self.path), LineMap(self.text).line((key,)), key, message)
+
+
+def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Study:
+    """Read a scene file.
+
+    Args:
+        path: a TOML file.
+        overrides: "KEY=VALUE" texts that change it; see :mod:`lumpedcable.scene.overrides`.
+
+    Raises:
+        SceneError: with every fault of file and overrides.
+    """
+    file, overrides = FilePath(path), tuple(overrides)
+    text, data = _read_toml(file)
+    reader = _Reader(file, text)
+    sweep = reader.sweep(data.pop("sweep", {}))
+    file_axes, _, wrong = read_axes(sweep, data)
+    sweep_is_right = not wrong and not reader.faults
+
+    changed = changes.apply(overrides, _with_first_values(data, file_axes), sweep)
+    reader.origins, reader.faults = changed.origins, reader.faults + changed.faults
+    data, scene, axes = reader.read(changed.data, changed.sweep)
+    if scene is not None and sweep_is_right:
+        reader.tell(count_problems(scene.references, file_axes))
+    if scene is None or reader.faults:
+        raise SceneError(reader.faults)
+    scene = scene.model_copy(update={"references": aligned(scene, file_axes, axes)})
+    runs = Runs(data, axes, scene)
+    return Study(file, text, overrides, scene, tuple(axes), runs, to_toml(scene, axes))
+
+
+class _Reader:
+    """The faults of one file, gathered while it is read."""
+
+    def __init__(self, file: FilePath, text: str):
+        self.file, self.map = file, LineMap(text)
+        self.origins: dict[Path, str] = {}
+        self.faults: list[Fault] = []
+
+    def tell(self, problems: Iterable[Problem]) -> None:
+        self.faults += map(self.fault, problems)
+
+    def fault(self, problem: Problem) -> Fault:
+        path = tuple(str(key) for key in problem.path)
+        key = dotted(path)
+        if path[0] == "events" and path[-1] == "place" and path not in self.map:
+            path = (*path[:-1], "breaks")  # the place may be written "LINE@DISTANCE"
+        for size in range(len(path), 0, -1):
+            if path[:size] in self.origins:
+                return Fault("", None, key, problem.message, self.origins[path[:size]])
+        return Fault(str(self.file), self.map.line(path), key, problem.message)
+
+    def sweep(self, raw: Any) -> dict[str, tuple[Path, Any]]:
+        """Return the file's sweep: place in the file and raw values by key."""
+        if not isinstance(raw, dict):
+            self.tell([Problem(("sweep",), f"expected a table, found {found(raw)}")])
+            return {}
+        entries = {}
+        for place, key, values in flattened(raw):
+            if key in entries:
+                self.tell([Problem(place, f'expected each key once, found "{key}" again')])
+            entries[key] = (place, values)
+        return entries
+
+    def read(
+        self, data: dict[str, Any], sweep: dict[str, tuple[Path, Any]]
+    ) -> tuple[dict[str, Any], Scene | None, list[Axis]]:
+        """Return raw data, base scene (None where it is faulty) and axes, telling every fault."""
+        axes, places, wrong = read_axes(sweep, data)
+        data = _with_first_values(data, axes)
+        scene, problems = read_scene(data, fill(data, self.file.parent))
+        # A number that only a faulty axis gives is missing for that reason: told once.
+        faulty = {tuple(key.split(".")) for key in sweep} - {axis.path for axis in axes}
+        problems = [p for p in problems if not (p.path in faulty and _is_open(data, p.path))]
+        problems += wrong
+        count = math.prod(len(axis.values) for axis in axes)
+        if count > MAX_RUNS:
+            problems.append(Problem(("sweep",), f"expected at most {MAX_RUNS} runs, found {count}"))
+        if axes:
+            problems += run_problems(data, axes, places, problems)
+        self.tell(problems)
+        return data, scene, axes
+
+
+def _with_first_values(data: dict[str, Any], axes: Iterable[Axis]) -> dict[str, Any]:
+    """Return data in which a number that stands in the sweep alone has its first value.
+
+    So there is a scene that all runs have in common.
+    """
+    alone = [axis for axis in axes if _is_open(data, axis.path)]
+    return with_values(data, {axis.path: axis.values[0] for axis in alone})
+
+
+def _is_open(data: Any, path: Path) -> bool:
+    """Return whether a path is absent, below tables that exist."""
+    for key in path[:-1]:
+        if not isinstance(data, dict) or key not in data:
+            return False
+        data = data[key]
+    return isinstance(data, dict) and path[-1] not in data
+
+
+def _read_toml(file: FilePath) -> tuple[str, dict[str, Any]]:
+    """Return the text of a file and its tables.
+
+    Raises:
+        SceneError: no file, no text, no TOML, or nothing in it.
+    """
+    try:
+        text = read_text(file)
+    except FileError as fault:
+        raise SceneError([Fault(str(file), None, "", str(fault))]) from None
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise SceneError([_syntax_fault(file, text, str(error))]) from None
+    if not data:
+        message = "expected a scene, found an empty file"
+        raise SceneError([Fault(str(file), 1, "", message)])
+    return text, data
+
+
+_UNQUOTED = re.compile(r"\s*([\w.\"-]+\s*=)\s*([+-]?[\d.]+\s*[A-Za-z%°µ][^#\"]*?)\s*(?:#.*)?")
+
+
+def _syntax_fault(file: FilePath, text: str, reason: str) -> Fault:
+    """Return the fault of a text that is not TOML; a number with its unit gets its quotes."""
+    place = re.search(r"\s*\(at (?:line (\d+), column \d+|end of document)\)", reason)
+    lines = text.splitlines()
+    line = int(place.group(1)) if place and place.group(1) else max(1, len(lines))
+    reason = reason[: place.start()] if place else reason
+    unquoted = _UNQUOTED.fullmatch(lines[line - 1]) if line <= len(lines) else None
+    hint = f'; did you mean {unquoted[1]} "{unquoted[2]}"?' if unquoted else ""
+    reason = reason[:1].lower() + reason[1:]
+    return Fault(str(file), line, "", f"expected TOML, found a mistake: {reason}{hint}")

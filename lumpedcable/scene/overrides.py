@@ -1,0 +1,131 @@
+"""Changes to a scene from outside its file: "KEY=VALUE" texts, as the command line takes them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from lumpedcable.scene.errors import Fault
+from lumpedcable.scene.part import Path, dotted
+from lumpedcable.scene.quantities import found
+from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.sweep import with_values
+from lumpedcable.scene.tree import Spot, numeric, paths, spot_at
+from lumpedcable.scene.units import nearest
+
+_SHOWN = 6  # candidates listed for an ambiguous key
+
+
+@dataclass
+class Overridden:
+    """Raw data after overrides, and what each of them changed."""
+
+    data: dict[str, Any]
+    """The scene as TOML tables, without its sweep."""
+    sweep: dict[str, tuple[Path, Any]]
+    """Swept values by key, with the place they come from."""
+    origins: dict[Path, str] = field(default_factory=dict)
+    """The override behind a path."""
+    faults: list[Fault] = field(default_factory=list)
+    """Overrides that could not be understood."""
+
+
+def apply(
+    overrides: Iterable[str], data: dict[str, Any], sweep: dict[str, tuple[Path, Any]]
+) -> Overridden:
+    """Return the data with every override applied, in order.
+
+    A list for a key that holds one number makes that key an axis of the sweep; one value for a
+    swept key takes its axis away.
+    """
+    result = Overridden(data, dict(sweep))
+    for text in overrides:
+        key, equals, value_text = text.partition("=")
+        key = key.strip()
+        if not equals or not key or not value_text.strip():
+            message = f"expected KEY=VALUE, found {found(text)}"
+            result.faults.append(Fault("", None, "", message, text))
+            continue
+        value = read_value(value_text)
+        path, message = resolve(key, value, result.data)
+        if path is None:
+            result.faults.append(Fault("", None, "", message, text))
+            continue
+        _set(result, text, path, value)
+    return result
+
+
+def _set(result: Overridden, text: str, path: Path, value: Any) -> None:
+    key = dotted(path)
+    spot = spot_at(Spot(Scene, result.data), path)
+    if isinstance(value, list) and spot is not None and numeric(spot) is not None:
+        place: Path = ("sweep", key)
+        result.sweep[key] = (place, value)
+        result.origins[place] = text
+        return
+    for swept in [k for k in result.sweep if k == key or k.startswith(f"{key}.")]:
+        del result.sweep[swept]
+    result.data = with_values(result.data, {path: value})
+    # A later override of the same value, or of a table around it, is the one to blame.
+    for older in [p for p in result.origins if p[: len(path)] == path]:
+        del result.origins[older]
+    result.origins[path] = text
+
+
+def read_value(text: str) -> Any:
+    """Return the TOML value of a text, or the text itself where it is none ("50 ms").
+
+    Texts inside a flat list need no quotes either: [45 kN, 90 kN].
+    """
+    text = text.strip()
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, KeyError, RecursionError):
+        pass
+    if text.startswith("[") and text.endswith("]") and not any(c in text[1:-1] for c in "[]{}\"'"):
+        items = [item.strip() for item in text[1:-1].split(",")]
+        return [read_value(item) for item in items if item]
+    return text
+
+
+def resolve(key: str, value: Any, data: dict[str, Any]) -> tuple[Path | None, str]:
+    """Return the path that a key means, or None and what is wrong with it.
+
+    A key is a full path, or the end of one: "break.time" for events.break.time. Of several paths
+    with that end, one that the scene gives is meant before one that it could give, and a key of a
+    table that the scene gives before the others.
+    """
+    wanted = tuple(key.split("."))
+    if wanted[0] == "sweep":
+        return None, (
+            f'expected the path of the number itself, found "{key}"; '
+            "a list of values makes it an axis of the sweep"
+        )
+    known = {
+        tuple(map(str, path)): given
+        for path, given in paths(Spot(Scene, data))
+        if path[0] != "references"
+    }
+    if wanted in known:
+        return wanted, ""
+    parent = spot_at(Spot(Scene, data), wanted)
+    if len(wanted) == 2 and isinstance(value, dict) and parent is not None:
+        return wanted, ""  # a new entry of a named section, given as a whole
+    ends = [path for path in known if path[-len(wanted) :] == wanted]
+    matches = (
+        [path for path in ends if known[path]]
+        or [path for path in ends if known.get(path[:-1], True)]
+        or ends
+    )
+    if len(matches) == 1:
+        return matches[0], ""
+    if matches:
+        listed = ", ".join(dotted(path) for path in matches[:_SHOWN])
+        more = f" and {len(matches) - _SHOWN} more" if len(matches) > _SHOWN else ""
+        return None, f'expected the path of one value, found "{key}" in {listed}{more}'
+    tails = {dotted(path[-n:]): path for path in known for n in range(1, len(path) + 1)}
+    guess = nearest(key, tails)
+    hint = f'; did you mean "{dotted(tails[guess])}"?' if guess else ""
+    return None, f'expected the path of a value, found "{key}"{hint}'

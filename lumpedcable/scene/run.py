@@ -1,0 +1,155 @@
+"""How a scene is computed and what is kept: [solver], [statics], [output], [references]."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from lumpedcable.scene.part import Name, Part, Problem, Text
+from lumpedcable.scene.quantities import (
+    Count,
+    Fraction,
+    PositiveNumber,
+    PositiveTime,
+    ReferenceNumber,
+    fault,
+)
+from lumpedcable.scene.units import (
+    Dimension,
+    UnitError,
+    format_quantity,
+    split_quantity,
+    unit_of,
+)
+
+MAX_SAMPLES = 10_000_000
+"""Largest number of output times of one run."""
+
+Method = Literal[
+    "leapfrog",
+    "euler",
+    "heun",
+    "midpoint",
+    "ralston",
+    "bosh3",
+    "tsit5",
+    "dopri5",
+    "dopri8",
+    "kvaerno3",
+    "kvaerno4",
+    "kvaerno5",
+]
+FieldQuantity = Literal["position", "velocity", "tension", "strain", "energy"]
+Precision = Literal["float64", "float32"]
+
+
+class Solver(Part):
+    """How time is stepped."""
+
+    method: Method = "leapfrog"
+    """The engine's own staggered leapfrog, or a method of diffrax by name."""
+    courant: Fraction = 0.9
+    """Fixed step over the largest stable step of the model (fixed-step methods)."""
+    step: PositiveTime | None = None
+    """Fixed step in s, instead of courant."""
+    rtol: PositiveNumber | None = None
+    """Relative tolerance (adaptive methods)."""
+    atol: PositiveNumber | None = None
+    """Absolute tolerance (adaptive methods)."""
+    max_steps: Annotated[int, Count(1, 10**12)] | None = None
+    """Largest number of steps before a run gives up."""
+    dtype: Precision = "float64"
+    """Floating-point type of the computation."""
+    waves: Literal["corrected", "viscous", "plain"] | None = None
+    """Treatment of release fronts. Absent: corrected where an event breaks a line, else plain."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield settings that exclude each other."""
+        if self.step is not None and "courant" in self.model_fields_set:
+            yield Problem(("step",), "expected step or courant, found both")
+        if self.method in ("leapfrog", "euler"):
+            for key in ("rtol", "atol"):
+                if getattr(self, key) is not None:
+                    yield Problem(
+                        (key,),
+                        f'expected no {key} with method = "{self.method}" (it has no error '
+                        f"estimate), found {getattr(self, key):g}",
+                    )
+
+
+class Statics(Part):
+    """How the start state is found."""
+
+    tolerance: PositiveNumber = 1e-10
+    """Largest residual force relative to the forces of the scene."""
+    max_iterations: Annotated[int, Count(1)] = 200
+    """Largest number of iterations."""
+
+
+class Output(Part):
+    """What is kept of a run."""
+
+    duration: PositiveTime
+    """Simulated time in s."""
+    every: PositiveTime
+    """Time in s between kept states."""
+    quantities: tuple[FieldQuantity, ...] = ("position", "velocity", "tension", "strain", "energy")
+    """Fields that are kept."""
+    precision: Precision = "float64"
+    """Floating-point type of the kept fields; scalars are always float64."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong between the fields."""
+        if self.every > self.duration:
+            yield Problem(
+                ("every",),
+                f"expected at most the duration, {format_quantity(self.duration, 's')}, "
+                f"found {format_quantity(self.every, 's')}",
+            )
+        elif self.duration / self.every > MAX_SAMPLES:
+            yield Problem(
+                ("every",),
+                f"expected at most {MAX_SAMPLES} output times, "
+                f"found {self.duration / self.every:.3g}",
+            )
+        if not self.quantities:
+            yield Problem(("quantities",), "expected at least one quantity, found none")
+        for i, quantity in enumerate(self.quantities):
+            if quantity in self.quantities[:i]:
+                yield Problem(
+                    ("quantities",), f'expected each quantity once, found "{quantity}" again'
+                )
+                break
+
+
+def _one_kind(value: Any) -> Any:
+    """Return the values as a list; texts among them must be of one dimension."""
+    values = value if isinstance(value, list | tuple | dict) else [value]
+    kinds: dict[Dimension, str] = {}
+    for item in values:
+        with suppress(UnitError):  # told by the item itself
+            if isinstance(item, str):
+                kinds.setdefault(unit_of(split_quantity(item)[1])[1], item)
+    if len(kinds) > 1:
+        given = " and ".join(f'"{item}"' for item in kinds.values())
+        raise fault(f"expected values of one dimension, found {given}")
+    return values
+
+
+ReferenceValues = Annotated[
+    tuple[Annotated[float, ReferenceNumber()], ...], BeforeValidator(_one_kind)
+]
+
+
+class Reference(Part):
+    """Numbers from elsewhere, shown beside the results."""
+
+    source: Text
+    """Where they come from: paper, section, table."""
+    note: Text | None = None
+    """What a reader should know about them."""
+    values: Annotated[dict[Name, ReferenceValues], Field(min_length=1)]
+    """Per result: one SI number per run, in the order of the sweep; nan where there is none."""

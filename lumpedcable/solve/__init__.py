@@ -1,0 +1,1 @@
+"""Solvers: static equilibrium, time integration, and the step that it may take."""

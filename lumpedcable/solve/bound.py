@@ -1,0 +1,45 @@
+"""The largest step at which leapfrog is stable, from what each force along a line contributes."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.line import Line
+from lumpedcable.model.model import Model
+from lumpedcable.physics.tension import stiffness_bound
+
+__all__ = ["courant_number", "line_step_bound", "step_bound"]
+
+
+def line_step_bound(line: Line) -> Float[Array, ""]:
+    """Largest stable step (s) of one line.
+
+    A segment between two lumps of half its mass is the stiffest element there can be:
+    omega^2 = 4 S / (m l^2) with S the largest stiffness of the law (N); loads add theirs. Leapfrog
+    needs omega dt <= 2. Damping that lags by half a step, of rate g = 2 zeta omega (1/s), lowers
+    that to 2 (sqrt(1 + zeta^2) - zeta) (Belytschko, Liu & Moran 2000, section 6.2.4), which is
+    dt <= 4 / (g + sqrt(g^2 + 4 omega^2)). Material damping has g = 4 c / (m l^2), c in N s;
+    resistances add theirs.
+    """
+    stiff = stiffness_bound(line.law, line.max_strain)
+    square = 4.0 * stiff / (line.mass * line.segment_length**2)
+    for load in line.loads:
+        square = square + load.rate_squared(line.mass, line.segment_length)
+    rate = jnp.zeros_like(square)
+    if line.damping is not None:
+        rate = 4.0 * line.damping / (line.mass * line.segment_length**2)
+    for resistance in line.resistances:
+        rate = rate + resistance.rate(line.mass, line.segment_length)
+    return jnp.min(4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square)))
+
+
+def step_bound(model: Model) -> Float[Array, ""]:
+    """Largest stable step (s) of the scene: the smallest of its lines'."""
+    return jnp.min(jnp.stack([line_step_bound(line) for line in model.lines.values()]))
+
+
+def courant_number(
+    line: Line, stiffness: Float[Array, " n"], dt: Float[Array, ""]
+) -> Float[Array, ""]:
+    """Largest sqrt(T'/m) dt / l over the segments (-); leapfrog is stable below 1."""
+    stiff = jnp.maximum(jnp.max(stiffness / line.segment_length**2), 0.0)
+    return jnp.sqrt(stiff / line.mass) * dt

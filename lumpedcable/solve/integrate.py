@@ -1,0 +1,194 @@
+"""Through time: from output to output with a fixed or an adaptive step, in pieces of fixed size.
+
+One compiled program advances a scene by up to `CHUNK` outputs, whatever their number and whatever
+the number of steps between them; a loop outside it shows progress, writes what is finished and can be
+interrupted.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int, PyTree
+
+from lumpedcable.model.ends import Driven
+from lumpedcable.model.energy import empty_work
+from lumpedcable.model.model import Model, end_name
+from lumpedcable.model.state import State
+from lumpedcable.physics.motion import Still, velocity_of
+from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
+from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
+
+__all__ = ["CHUNK", "METHODS", "Plan", "Progress", "advance", "begin", "initial_state"]
+
+CHUNK = 16
+
+METHODS = {
+    "leapfrog": Leapfrog,
+    "euler": diffrax.Euler,
+    "heun": diffrax.Heun,
+    "midpoint": diffrax.Midpoint,
+    "ralston": diffrax.Ralston,
+    "bosh3": diffrax.Bosh3,
+    "tsit5": diffrax.Tsit5,
+    "dopri5": diffrax.Dopri5,
+    "dopri8": diffrax.Dopri8,
+    "kvaerno3": diffrax.Kvaerno3,
+    "kvaerno4": diffrax.Kvaerno4,
+    "kvaerno5": diffrax.Kvaerno5,
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How to integrate, as far as it is structure: what it changes needs another compilation.
+
+    `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
+    """
+
+    method: str
+    adaptive: bool
+    quantities: tuple[str, ...]
+    recoils: tuple[Recoil, ...]
+    dtype: str
+    max_steps: int
+
+    @property
+    def energy(self) -> bool:
+        """Whether energies are accounted for."""
+        return "energy" in self.quantities
+
+
+class Progress(NamedTuple):
+    """Where a run is: its state, what its solver keeps between steps, its watches."""
+
+    y: State
+    solver_state: PyTree
+    seen: tuple[Watch, ...]
+    exhausted: Bool[Array, ""]
+
+
+class Numbers(NamedTuple):
+    """The numbers of a plan: output interval (s), steps in it, tolerances, first step (s)."""
+
+    every: Float[Array, ""]
+    steps: Int[Array, ""]
+    rtol: Float[Array, ""]
+    atol: Float[Array, ""]
+
+
+def initial_state(model: Model, energy: bool, stepping: bool) -> State:
+    """A model at rest at its reference, its driven ends already moving as they will."""
+    t = jnp.zeros(())
+    displacement = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
+    velocity = dict(displacement)
+    for name, pair in model.ends.items():
+        for node, end in zip((0, -1), pair, strict=True):
+            if isinstance(end, Driven) and not isinstance(end.motion, Still):
+                v = velocity_of(end.motion, t).astype(velocity[name].dtype)
+                velocity[name] = velocity[name].at[:, node].set(v)
+    work = {name: empty_work(line, stepping) for name, line in model.lines.items()}
+    # what breakable ends carry at rest: the force that keeps their node where it is
+    zero = {
+        end_name(name, node): jnp.zeros(model.lines[name].dimensions, displacement[name].dtype)
+        for name, node, _ in model.breakable()
+    }
+    reaction = {}
+    if zero:
+        found = model.evaluate(jnp.full((), -jnp.inf), displacement, None, zero)
+        for name, node, _ in model.breakable():
+            reaction[end_name(name, node)] = -found[name].force[:, node]
+    return State(displacement, velocity, work if energy else {}, reaction)
+
+
+def cast(tree: PyTree, dtype: str) -> PyTree:
+    """The same tree with all its floats in one precision."""
+    return jax.tree.map(lambda x: x.astype(dtype) if eqx.is_inexact_array(x) else x, tree)
+
+
+def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]:
+    """The start of a run and its first sample."""
+    y = initial_state(model, plan.energy, plan.method == "leapfrog")
+    dt = numbers.every / numbers.steps
+    zero = jnp.zeros(())
+    solver = METHODS[plan.method]()
+    solver_state = dt
+    if not plan.adaptive:
+        solver_state = solver.init(CableTerm(), zero, dt, y, model)
+    seen = watches(model, y, plan.recoils)
+    never = jnp.zeros((), bool)
+    first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
+    return Progress(y, solver_state, seen, never), first
+
+
+def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
+    """One output interval from `start` (s) in equal steps."""
+    solver, term = METHODS[plan.method](), CableTerm()
+    dt = numbers.every / numbers.steps
+
+    def step(i, carry):
+        y, state, seen = carry
+        t0 = start + i * dt
+        t1 = start + (i + 1) * dt
+        y, _, _, state, _ = solver.step(term, t0, t1, y, model, state, False)
+        seen = watch(model, y, seen, plan.recoils, t1, dt)
+        return y, state, seen
+
+    y, state, seen = jax.lax.fori_loop(0, numbers.steps, step, (run.y, run.solver_state, run.seen))
+    return Progress(y, state, seen, run.exhausted)
+
+
+def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
+    """One output interval from `start` (s), the step chosen by the estimated error."""
+
+    def norm(error: State):
+        # energies are a by-product: only the motion decides the step
+        return _rms((error.displacement, error.velocity))
+
+    controller = diffrax.PIDController(rtol=numbers.rtol, atol=numbers.atol, norm=norm)
+    end = start + numbers.every
+    guess = jnp.clip(run.solver_state, 1e-6 * numbers.every, numbers.every)
+    solution = diffrax.diffeqsolve(
+        CableTerm(), METHODS[plan.method](), start, end, guess, run.y, args=model,
+        stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True),
+        max_steps=plan.max_steps, throw=False, adjoint=diffrax.ForwardMode(),
+    )  # fmt: skip
+    assert solution.ys is not None
+    y = jax.tree.map(lambda x: x[0], solution.ys)
+    taken = jnp.maximum(solution.stats["num_accepted_steps"], 1)
+    seen = watch(model, y, run.seen, plan.recoils, end, numbers.every)
+    failed = solution.result != diffrax.RESULTS.successful
+    return Progress(y, numbers.every / taken, seen, run.exhausted | failed)
+
+
+def _rms(tree: PyTree) -> Float[Array, ""]:
+    leaves = [jnp.ravel(x) for x in jax.tree.leaves(tree)]
+    return jnp.sqrt(jnp.mean(jnp.concatenate(leaves) ** 2))
+
+
+def advance(
+    model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Int[Array, ""],
+    count: Int[Array, ""],
+) -> tuple[Progress, Sample]:  # fmt: skip
+    """`count` (at most CHUNK) outputs on from output number `first`; samples (CHUNK, ...)."""
+    move = _adaptive if plan.adaptive else _fixed
+    dt = None if plan.adaptive else numbers.every / numbers.steps
+
+    def sample_at(run: Progress, t) -> Sample:
+        return sample(model, t, run.y, plan.quantities, dt, run.exhausted)
+
+    empty = jax.tree.map(
+        lambda s: jnp.zeros((CHUNK, *s.shape), s.dtype),
+        jax.eval_shape(lambda r: sample_at(r, numbers.every), run),
+    )
+
+    def body(k, carry):
+        run, kept = carry
+        run = move(model, plan, numbers, run, (first + k) * numbers.every)
+        found = sample_at(run, (first + k + 1) * numbers.every)
+        return run, jax.tree.map(lambda all_, x: all_.at[k].set(x), kept, found)
+
+    return jax.lax.fori_loop(0, count, body, (run, empty))

@@ -1,0 +1,91 @@
+"""Leapfrog for cables, as a diffrax solver: one evaluation a step, drag at mid-step, second order."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+import diffrax
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.energy import powers
+from lumpedcable.model.model import Evaluation, Model
+from lumpedcable.model.state import State
+
+__all__ = ["CableTerm", "Leapfrog", "rates"]
+
+
+def rates(model: Model, t: Float[Array, ""], y: State) -> tuple[State, dict[str, Evaluation]]:
+    """dy/dt of a state: velocities (m/s), accelerations (m/s2) and powers (W)."""
+    gain, found = model.acceleration(t, y.displacement, y.velocity, y.reaction)
+    work = y.work
+    if work:
+        power = powers(model, t, found, y.velocity, y.velocity, gain, None)
+        work = {
+            name: {kind: power[name].get(kind, jnp.zeros_like(w)) for kind, w in kinds.items()}
+            for name, kinds in work.items()
+        }
+    still = jax.tree.map(lambda x: 0.0 * x, y.reaction)
+    return State(y.velocity, gain, work, still), found
+
+
+class CableTerm(diffrax.ODETerm):
+    """The equations of motion of a `Model` for any diffrax solver; the model is `args`.
+
+    Solvers that know more than a vector field, such as `Leapfrog`, ask the model itself.
+    """
+
+    vector_field: Callable
+
+    def __init__(self):
+        self.vector_field = lambda t, y, model: rates(model, t, y)[0]
+
+
+class Leapfrog(diffrax.AbstractSolver):
+    """Kick-drift leapfrog with velocities kept at half steps.
+
+    x_n+1 = x_n + dt v_n+1/2, then the forces at x_n+1 with the velocities of half a step before,
+    then a kick of length dt centred on t_n+1 (`Model.kick`) that gives v_n+1, the velocity of the
+    state, and v_n+3/2, kept between steps. Work is accumulated at the same instants, so that the
+    kinetic energy is accounted for to rounding. The step must be constant.
+    """
+
+    term_structure: ClassVar = CableTerm
+    interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
+
+    def order(self, terms):
+        """2."""
+        return 2
+
+    def init(self, terms, t0, t1, y0, args):
+        """Velocities and work half a step after the start, from the accelerations at the start."""
+        t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
+        half = 0.5 * dt
+        slope, _ = rates(args, t0, y0)
+        velocity, work = jax.tree.map(
+            lambda v, a: v + half.astype(v.dtype) * a,
+            (y0.velocity, y0.work),
+            (slope.velocity, slope.work),
+        )
+        return args.carried(t0, dt, velocity), work
+
+    def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
+        """One step from t0 to t1 (s)."""
+        model = args
+        before, work = solver_state
+        t1 = jnp.asarray(t1)
+        dt = (t1 - t0).astype(next(iter(before.values())).dtype)
+        place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
+        middle, after, reaction, found = model.kick(t1, place, before, y0.reaction, dt)
+        now = work
+        if work:
+            power = powers(model, t1, found, before, middle, after, dt)
+            now = jax.tree.map(lambda w, p: w + 0.5 * dt * p, work, power)
+            work = jax.tree.map(lambda w, p: w + dt * p, work, power)
+        y1 = State(place, middle, now, reaction)
+        dense = {"y0": y0, "y1": y1}
+        return y1, None, dense, (after, work), diffrax.RESULTS.successful
+
+    def func(self, terms, t0, y0, args):
+        """dy/dt at the start of a step."""
+        return rates(args, jnp.asarray(t0), y0)[0]

@@ -1,0 +1,158 @@
+"""What is looked at while a scene moves: fields at output times, and watches at every step."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from lumpedcable.model.energy import WORKS, energies
+from lumpedcable.model.line import Line
+from lumpedcable.model.model import Model
+from lumpedcable.model.state import State
+from lumpedcable.physics.load import Shape
+from lumpedcable.solve.bound import courant_number
+
+__all__ = ["Recoil", "Sample", "Watch", "end_tension", "sample", "watch", "watches"]
+
+ARRIVAL_DROP = 0.01  # share of the start tension that must be gone for the far end to feel it
+
+
+class Recoil(NamedTuple):
+    """An end that recoils once it is broken: node 0 or -1 of a line, and the event's start (s)."""
+
+    line: str
+    node: int
+
+
+class Watch(NamedTuple):
+    """What a recoiling end has done: peak speed (m/s) and its time, when the far end felt it (s).
+
+    `arrival` is the time at which the tension at the far end first lost 1 % of what it was at the
+    start, linear between steps, NaN before; `last` is the tension of the step before (N).
+    """
+
+    peak_speed: Float[Array, ""]
+    peak_time: Float[Array, ""]
+    arrival: Float[Array, ""]
+    last: Float[Array, ""]
+    first: Float[Array, ""]
+
+
+class Sample(NamedTuple):
+    """One output time: fields by line and quantity, energies (J), end tensions (N) and checks."""
+
+    fields: dict[str, dict[str, Array]]
+    energy: dict[str, Float[Array, ""]]
+    ends: dict[str, Float[Array, " 2"]]
+    finite: Bool[Array, ""]
+    reversed: Bool[Array, ""]
+    courant: Float[Array, ""]
+    exhausted: Bool[Array, ""]
+
+
+def end_tension(
+    line: Line, tension: Float[Array, " n"], node: int, shape: Shape | None = None
+) -> Float[Array, ""]:
+    """Tension at an end (N), taken there from the two segments next to it.
+
+    The end segment's tension is that of its middle. At an end that does not accelerate the slope
+    is dT/ds = -f . t, with f the loads per metre (N/m) and t the tangent; the parabola of that slope
+    through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. Without `shape` the
+    loads are left out: the waves that are added to them have no slope there.
+    """
+    here, next_ = (0, 1) if node == 0 else (-1, -2)
+    pull = jnp.zeros((), tension.dtype)
+    if shape is not None and line.loads:
+        total = sum(load.force(shape)[:, node] for load in line.loads)
+        along = jnp.dot(total, shape.tangent[:, node])
+        pull = along if node == 0 else -along  # on the end node: f l / 2
+    if line.segments == 1:
+        return tension[0] + pull
+    return tension[here] + (tension[here] - tension[next_]) / 8.0 + 0.75 * pull
+
+
+def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch, ...]:
+    """Watches at the start."""
+    result = []
+    for recoil in recoils:
+        line = model.lines[recoil.line]
+        shape = line.shape(y.displacement[recoil.line])
+        far = end_tension(line, line.law.tension(shape.strain), -1 - recoil.node)
+        never = jnp.full_like(far, jnp.nan)
+        result.append(Watch(jnp.zeros_like(far), never, never, far, far))
+    return tuple(result)
+
+
+def watch(
+    model: Model,
+    y: State,
+    seen: tuple[Watch, ...],
+    recoils: tuple[Recoil, ...],
+    t: Float[Array, ""],
+    dt: Float[Array, ""],
+) -> tuple[Watch, ...]:
+    """Watches after a step of dt that ended at t (s)."""
+    result = []
+    for recoil, old in zip(recoils, seen, strict=True):
+        line = model.lines[recoil.line]
+        speed = jnp.sqrt(jnp.sum(y.velocity[recoil.line][:, recoil.node] ** 2))
+        shape = line.shape(y.displacement[recoil.line])
+        far = end_tension(line, line.law.tension(shape.strain), -1 - recoil.node)
+        level = (1.0 - ARRIVAL_DROP) * old.first
+        crossed = jnp.isnan(old.arrival) & (far < level)
+        share = (old.last - level) / jnp.where(crossed, old.last - far, 1.0)
+        when = (t - dt * (1.0 - share)).astype(old.arrival.dtype)
+        arrival = jnp.where(crossed, when, old.arrival)
+        faster = speed > old.peak_speed
+        peak_time = jnp.where(faster, t.astype(speed.dtype), old.peak_time)
+        peak = jnp.where(faster, speed, old.peak_speed)
+        result.append(Watch(peak, peak_time, arrival, far, old.first))
+    return tuple(result)
+
+
+def sample(
+    model: Model,
+    t: Float[Array, ""],
+    y: State,
+    quantities: tuple[str, ...],
+    dt: Float[Array, ""] | None,
+    exhausted: Bool[Array, ""],
+) -> Sample:
+    """Everything that is kept of one output time."""
+    found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
+    fields, ends = {}, {}
+    finite = jnp.ones((), bool)
+    back = jnp.zeros((), bool)
+    courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
+    for name, line in model.lines.items():
+        e = found[name].line
+        whole = e.tension if e.damping is None else e.tension + e.damping
+        every = {
+            "position": y.displacement[name],
+            "velocity": y.velocity[name],
+            "tension": whole,
+            "strain": e.shape.strain,
+        }
+        fields[name] = {key: value for key, value in every.items() if key in quantities}
+        ends[name] = jnp.stack([end_tension(line, whole, node, e.shape) for node in (0, -1)])
+        finite &= jnp.all(jnp.isfinite(every["position"])) & jnp.all(
+            jnp.isfinite(every["velocity"])
+        )
+        back |= _reversed(line, e.shape.strain, e.shape.tangent)
+        if dt is not None:
+            courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
+    energy = {}
+    if y.work:
+        energy = dict(energies(model, found, y.velocity))
+        for kinds in y.work.values():
+            for kind, value in kinds.items():
+                key = f"work_{kind}" if WORKS[kind][0] > 0 else f"lost_{kind}"
+                energy[key] = energy.get(key, 0.0) + jnp.sum(value)
+    return Sample(fields, energy, ends, finite, back, courant, exhausted)
+
+
+def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:
+    """Whether a segment points back at its neighbour: the mesh no longer resolves the line."""
+    if line.dimensions == 1:
+        return jnp.any(strain <= -1.0)
+    return jnp.any(jnp.sum(tangent[:, 1:] * tangent[:, :-1], axis=0) < 0.0)

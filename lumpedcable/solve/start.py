@@ -1,0 +1,161 @@
+"""The start of a scene: a first shape for every line from no guess, then static equilibrium."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.assemble import assemble, make_line, segment_lengths
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.ends import Driven, Joined, Loaded
+from lumpedcable.model.layout import Layout
+from lumpedcable.model.line import Line, placed
+from lumpedcable.model.model import Model
+from lumpedcable.physics.bending import Bending
+from lumpedcable.scene import Scene
+from lumpedcable.solve.resting import draped_line, resting_line, seabed_of
+from lumpedcable.solve.statics import (
+    Equilibrium,
+    driven_position,
+    equilibrium,
+    hanging_line,
+    nodal_weight,
+    spanning_line,
+)
+
+__all__ = ["start_of"]
+
+
+def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
+    """The scene's model at static equilibrium before anything breaks or moves.
+
+    Each line of the scene, cut or not, is first laid out by itself between its two ends; then
+    Newton's method on all of them together finishes the work.
+    """
+    model = assemble(scene, layout, coordinates)
+    joints = _joint_places(scene, layout, model, coordinates)
+    lines = dict(model.lines)
+    for name in scene.lines:
+        pieces = layout.of_line(name)
+        lengths = [
+            jnp.broadcast_to(segment_lengths(scene, piece), (piece.segments,)) for piece in pieces
+        ]
+        whole = make_line(
+            scene, name, jnp.concatenate(lengths), sum(p.segments for p in pieces), coordinates
+        )
+        outer = ((pieces[0].name, 0), (pieces[-1].name, -1))
+        path = _lay_out(whole, model, outer, joints)
+        for piece in pieces:
+            nodes = path[:, piece.first : piece.first + piece.segments + 1]
+            lines[piece.name] = placed(lines[piece.name], nodes)
+    model = eqx.tree_at(lambda m: m.lines, model, lines)
+    tolerance = jnp.asarray(scene.statics.tolerance, float)
+    return equilibrium(model, tolerance, scene.statics.max_iterations)
+
+
+def _place(model: Model, end: tuple[str, int], joints) -> Float[Array, " d"] | None:
+    """Where an end is (m), None where only the force on it is known."""
+    name, node = end
+    kind = model.ends[name][0 if node == 0 else 1]
+    if isinstance(kind, Driven):
+        return driven_position(kind)
+    return joints[kind.junction] if isinstance(kind, Joined) else None
+
+
+def _pull(model: Model, end: tuple[str, int]) -> Float[Array, " d"]:
+    name, node = end
+    kind = model.ends[name][0 if node == 0 else 1]
+    d = model.lines[name].dimensions
+    if isinstance(kind, Loaded) and kind.force is not None:
+        return kind.force
+    return jnp.zeros(d)
+
+
+def _lay_out(line: Line, model: Model, outer, joints) -> Float[Array, "d nodes"]:
+    start, end = (_place(model, side, joints) for side in outer)
+    bed = seabed_of(line)
+    if start is not None and end is not None:
+        path = spanning_line(line, start, end)
+        return path if bed is None else resting_line(line, bed, start, end, path)
+    from_start = start is not None or end is None
+    anchor = next(
+        (place for place in (start, end) if place is not None), jnp.zeros(line.dimensions)
+    )
+    pull = _pull(model, outer[1 if from_start else 0])
+    path = hanging_line(line, anchor, pull, from_start)
+    path = path if bed is None else draped_line(line, bed, path, from_start)
+    return _stiffened(line, path, pull, from_start)
+
+
+def _stiffened(
+    line: Line, path: Float[Array, "d nodes"], pull: Float[Array, " d"], from_start: bool
+) -> Float[Array, "d nodes"]:
+    """The path, or a straight line out of the clamp (m) if its end turns by less than a radian.
+
+    The end of a cantilever turns by W L^2 / (6 EI) under its weight W and by P L^2 / (2 EI) under a
+    force P at its end (N).
+    """
+    bending = next((load for load in line.loads if isinstance(load, Bending)), None)
+    clamp = None if bending is None else (bending.start if from_start else bending.end)
+    if bending is None or clamp is None:
+        return path
+    full = jnp.broadcast_to(line.segment_length, (line.segments,))
+    sizes = [jnp.sqrt(jnp.sum(f**2)) for f in (jnp.sum(nodal_weight(line), axis=1), pull)]
+    turn = (sizes[0] / 6.0 + sizes[1] / 2.0) * jnp.sum(full) ** 2 / bending.EI
+    along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(full)])
+    straight = path[:, :1] + clamp[:, None] * along
+    if not from_start:
+        straight = path[:, -1:] - clamp[:, None] * (along[-1] - along)
+    return jnp.where(turn < 1.0, straight, path)
+
+
+def _joint_places(
+    scene: Scene, layout: Layout, model: Model, coordinates: Coordinates
+) -> list[Float[Array, " d"]]:
+    """First places (m) of the junctions: a net of springs of stiffness 1 / length.
+
+    Each junction is pulled by a unit force along its load, so that a single line hangs at its own
+    length. Where the scene gives a body's position, that is taken. None starts below the seabed.
+    """
+    count = len(model.junctions)
+    if count == 0:
+        return []
+    d = coordinates.dimensions
+    matrix = 1e-9 * jnp.eye(count)
+    right = jnp.zeros((count, d))
+    for name in scene.lines:
+        pieces = layout.of_line(name)
+        ends = ((pieces[0].name, 0), (pieces[-1].name, -1))
+        stiffness = 1.0 / jnp.asarray(scene.lines[name].length, float)
+        kinds = [model.ends[n][0 if k == 0 else 1] for n, k in ends]
+        for this, other, far in ((0, 1, ends[1]), (1, 0, ends[0])):
+            here, there = kinds[this], kinds[other]
+            if not isinstance(here, Joined):
+                continue
+            if isinstance(there, Joined):
+                matrix = matrix.at[here.junction, here.junction].add(stiffness)
+                matrix = matrix.at[here.junction, there.junction].add(-stiffness)
+            elif isinstance(there, Driven):
+                matrix = matrix.at[here.junction, here.junction].add(stiffness)
+                right = right.at[here.junction].add(stiffness * driven_position(there))
+            else:
+                right = right.at[here.junction].add(_unit(_pull(model, far)))
+    for index, junction in enumerate(model.junctions):
+        if junction.load is not None:
+            right = right.at[index].add(_unit(junction.load))
+    places = jax.numpy.linalg.solve(matrix, right)
+    result = [places[k] for k in range(count)]
+    for index, junction in enumerate(model.junctions):
+        joint = next(j for j in layout.joints if j.members == junction.members)
+        given = None if joint.body is None else scene.bodies[joint.body].position
+        if given is not None:
+            result[index] = coordinates.point(given)
+    bed = seabed_of(next(iter(model.lines.values())))
+    if bed is not None:
+        result = [x + bed.up * jnp.maximum(bed.height - bed.up @ x, 0.0) for x in result]
+    return result
+
+
+def _unit(vector: Float[Array, " d"]) -> Float[Array, " d"]:
+    size = jnp.sqrt(jnp.sum(vector**2))
+    return jnp.where(size > 0.0, vector / jnp.where(size > 0.0, size, 1.0), 0.0)

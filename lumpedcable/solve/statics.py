@@ -1,0 +1,356 @@
+"""Static equilibrium: the root of the same residual that dynamics integrates.
+
+Two stages. A shape is found for each line by itself from the dual problem, which is convex and needs
+no guess: the tensions of a hanging chain of lumps follow from the force at its end by adding up
+loads, so only that force is unknown. Where a scene has more than that (joints, bending, current),
+Newton's method on the residual of the whole scene follows, with the Jacobian by blocks. The residual
+judges the result in either case.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from lumpedcable.model import inertia
+from lumpedcable.model.ends import Driven, Loaded
+from lumpedcable.model.line import Line, placed
+from lumpedcable.model.model import Model, Vectors
+from lumpedcable.model.net import Net, junction_forces, make_net
+from lumpedcable.physics.tension import strain_at
+from lumpedcable.physics.weight import Weight
+from lumpedcable.solve.blocks import block_jacobian, solve_blocks
+
+__all__ = ["Equilibrium", "equilibrium", "hanging_line", "spanning_line", "static_residual"]
+
+
+class Equilibrium(NamedTuple):
+    """A model placed at its equilibrium, and how well it got there.
+
+    `imbalance` is the largest nodal force left (N) over the largest force in the scene (N);
+    `converged` whether that is below the tolerance; `iterations` the Newton steps taken.
+    """
+
+    model: Model
+    imbalance: Float[Array, ""]
+    converged: Bool[Array, ""]
+    iterations: Int[Array, ""]
+
+
+def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Array, "places d"]:
+    """Net force (N) on every node of the net at rest, all breaks still ahead; 0 where held."""
+    whole = {}
+    t = jnp.full((), -jnp.inf)
+    for name, line in model.lines.items():
+        forces = line.forces(displacement[name], None)
+        height = None
+        if model.up is not None and model.base is not None and line.current is not None:
+            height = model.base + model.up @ forces.shape.position
+        force = forces.force
+        still = jnp.zeros_like(force)
+        drag = inertia.drag_force(inertia.frame(line, forces.shape, height), still)
+        if drag is not None and line.current is not None:
+            force = force + drag
+        for node, end in zip((0, -1), model.ends[name], strict=True):
+            if isinstance(end, Loaded) and end.force is not None:
+                force = force.at[:, node].add(end.external(t))
+        whole[name] = force
+    total = net.gather(whole)
+    extra = junction_forces(model, net)
+    total = total if extra is None else total + extra
+    return jnp.where(net.fixed[:, None], 0.0, total)
+
+
+def hanging_line(
+    line: Line, anchor: Float[Array, " d"], pull: Float[Array, " d"], from_start: bool
+) -> Float[Array, "d nodes"]:
+    """Positions (m) of a line from its anchor (m), with a known force `pull` (N) on the far end.
+
+    Tensions are sums: T_j = pull + the loads of all nodes beyond segment j; segment j is then
+    l (1 + e(|T_j|)) long and points along T_j. Exact for weight; other loads are left out.
+    """
+    weight = nodal_weight(line)
+    if not from_start:
+        weight = weight[:, ::-1]
+    beyond = jnp.cumsum(weight[:, :0:-1], axis=1)[:, ::-1]
+    steps = _steps(line, pull[:, None] + beyond, reverse=not from_start)
+    path = jnp.concatenate([anchor[:, None], anchor[:, None] + jnp.cumsum(steps, axis=1)], axis=1)
+    return path if from_start else path[:, ::-1]
+
+
+def _beyond(line: Line) -> Float[Array, "d n"]:
+    """Loads (N) of the inner nodes beyond each segment, as seen from the start."""
+    weight = nodal_weight(line)
+    beyond = jnp.cumsum(weight[:, -2:0:-1], axis=1)[:, ::-1]
+    return jnp.concatenate([beyond, jnp.zeros_like(weight[:, :1])], axis=1)
+
+
+def spanning_force(
+    line: Line, start: Float[Array, " d"], end: Float[Array, " d"], iterations: int = 60
+) -> Float[Array, " d"]:
+    """Tension vector (N) in the last segment of a line hanging between two known points (m).
+
+    Newton's method: the far end reached, x(F), is the gradient of a convex function of F, the
+    complementary energy, so steps that lower that function converge from any start. The tension in
+    segment j is F plus the loads of the inner nodes beyond it.
+    """
+    beyond = _beyond(line)
+    weight = jnp.sum(nodal_weight(line), axis=1)
+    span = end - start
+    size = jnp.sqrt(jnp.sum(span**2))
+    total = jnp.sum(jnp.broadcast_to(line.segment_length, (line.segments,)))
+    heavy = jnp.sqrt(jnp.sum(weight**2))
+    away = jnp.where(size > 0.0, span / jnp.where(size > 0.0, size, 1.0), 0.0)
+    taut = line.law.tension(jnp.asarray(size / total - 1.0))
+    # a third of the weight across keeps the first shape from folding
+    guess = away * jnp.maximum(taut, 0.3 * heavy) - 0.5 * weight
+
+    def reached(force):
+        return jnp.sum(_steps(line, force[:, None] + beyond), axis=1)
+
+    def dual(force):
+        t = _lengths(force[:, None] + beyond)
+        strain = strain_at(line.law, t, line.max_strain)
+        over = jnp.maximum(t - line.law.tension(strain), 0.0)  # beyond the law's reach
+        value = t * (1.0 + strain) - line.law.energy(strain) + over * 1e3
+        return jnp.sum(value * line.segment_length) - jnp.dot(force, span)
+
+    scales = 0.5 ** jnp.arange(24)
+
+    def step(_, force):
+        gap = span - reached(force)
+        slope = jax.jacfwd(reached)(force)
+        eye = jnp.eye(force.shape[0])
+        change = jnp.linalg.solve(slope + 1e-14 * jnp.trace(slope) * eye, gap)
+        trials = force + scales[:, None] * change
+        values = jax.vmap(dual)(trials)
+        best = jnp.argmin(jnp.where(jnp.isfinite(values), values, jnp.inf))
+        better = values[best] < dual(force)
+        # at the minimum the function is flat to rounding: the full Newton step is then the best
+        close = jnp.sum(gap**2) < (1e-6 * total) ** 2
+        good = jnp.all(jnp.isfinite(change))
+        trial = jnp.where(close, trials[0], jnp.where(better, trials[best], force))
+        return jnp.where(good, trial, force)
+
+    force = jax.lax.stop_gradient(jax.lax.fori_loop(0, iterations, step, guess))
+    # one more step, its slope frozen, carries the derivative (implicit function theorem)
+    slope = jax.lax.stop_gradient(jax.jacfwd(reached)(force))
+    last = jnp.linalg.solve(slope, span - reached(force))
+    return force + jnp.where(jnp.all(jnp.isfinite(last)), last, 0.0)
+
+
+def spanning_line(
+    line: Line, start: Float[Array, " d"], end: Float[Array, " d"]
+) -> Float[Array, "d nodes"]:
+    """Positions (m) of a line hanging between two known points (m) under its weight.
+
+    Where `spanning_force` finds no force (ends straight above each other and slack between them:
+    the fold has no tension to point it anywhere), the line is laid out in a parabola of its length.
+    """
+    path = jnp.cumsum(
+        _steps(line, spanning_force(line, start, end)[:, None] + _beyond(line)), axis=1
+    )
+    gap = (end - start) - path[:, -1]
+    total = jnp.sum(jnp.broadcast_to(line.segment_length, (line.segments,)))
+    # what rounding leaves of the gap is shared out, so that the ends are met exactly
+    share = jnp.arange(1, line.segments + 1) / line.segments
+    path = jnp.concatenate([jnp.zeros_like(path[:, :1]), path + gap[:, None] * share], axis=1)
+    met = jnp.all(jnp.isfinite(path)) & (jnp.sum(gap**2) < (1e-6 * total) ** 2)
+    return start[:, None] + jnp.where(met, path, _parabola(line, end - start, total))
+
+
+def _parabola(
+    line: Line, span: Float[Array, " d"], total: Float[Array, ""]
+) -> Float[Array, "d nodes"]:
+    """A parabola across a span (m), about as long as the line, sagging along its weight."""
+    d = span.shape[0]
+    along = jnp.linspace(0.0, 1.0, line.segments + 1)
+    straight = span[:, None] * along
+    if d == 1:
+        return straight
+    weight = jnp.sum(nodal_weight(line), axis=1)
+    down = weight / jnp.maximum(jnp.sqrt(jnp.sum(weight**2)), 1e-300)
+    size = jnp.sqrt(jnp.sum(span**2))
+    chord = span / jnp.maximum(size, 1e-300)
+    across = down - jnp.dot(down, chord) * chord
+    aside = jnp.zeros(d).at[0].set(1.0)
+    aside = aside - jnp.dot(aside, chord) * chord
+    across = jnp.where(jnp.sum(across**2) > 1e-6, across, aside)
+    across = across / jnp.maximum(jnp.sqrt(jnp.sum(across**2)), 1e-300)
+    slack = jnp.maximum(total - size, 0.0)
+    sag = jnp.minimum(jnp.sqrt(0.375 * jnp.maximum(size, 0.1 * total) * slack), 0.5 * total)
+    return straight + across[:, None] * sag * 4.0 * along * (1.0 - along)
+
+
+def nodal_weight(line: Line) -> Float[Array, "d nodes"]:
+    weight = jnp.zeros_like(line.reference)
+    for load in line.loads:
+        if isinstance(load, Weight):
+            weight = weight + load.per_length[:, None] * line.node_length
+    return weight
+
+
+def _lengths(tension: Float[Array, "d n"]) -> Float[Array, " n"]:
+    square = jnp.sum(tension**2, axis=0)
+    return jnp.sqrt(jnp.where(square > 0.0, square, 1e-300))
+
+
+def _steps(line: Line, tension: Float[Array, "d n"], reverse: bool = False):
+    """Segment vectors (m) that carry given tension vectors (N)."""
+    size = _lengths(tension)
+    stretch = line.segment_length * (1.0 + strain_at(line.law, size, line.max_strain))
+    if reverse:
+        full = jnp.broadcast_to(line.segment_length, (line.segments,))[::-1]
+        stretch = full * (1.0 + strain_at(line.law, size, line.max_strain))
+    first = jnp.zeros_like(tension).at[0].set(1.0)
+    return stretch * jnp.where(size > 1e-140, tension / size, first)
+
+
+def equilibrium(model: Model, tolerance: Float[Array, ""], max_iterations: int) -> Equilibrium:
+    """The model placed at static equilibrium, starting from its reference.
+
+    Lines between known points or under known forces that carry weight alone are at equilibrium
+    already, by `spanning_line` and `hanging_line`; anything else goes through Newton's method.
+    """
+    goal = tolerance * force_scale(model) + _rounding(model)
+    if not laid_out_exactly(model):
+        return _newton(model, make_net(model), goal, max_iterations)
+    start = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
+    left = jnp.max(jnp.abs(static_residual(model, start, make_net(model, ordered=False))))
+    return Equilibrium(model, left / force_scale(model), left <= goal, jnp.zeros((), int))
+
+
+def laid_out_exactly(model: Model) -> bool:
+    """Whether the first stage leaves nothing to do: weight only, every line hanging from one end.
+
+    A line between two points is found by iteration and goes on to Newton's method, which costs it
+    nothing where that iteration was good. Joints count as points, except where they only cut a line.
+    """
+    only_weight = all(
+        line.current is None and all(isinstance(load, Weight) for load in line.loads)
+        for line in model.lines.values()
+    )
+    loaded = any(isinstance(end, Loaded) for pair in model.ends.values() for end in pair)
+    cuts = all(j.mass is None and len(j.members) == 2 for j in model.junctions)
+    held = sum(isinstance(end, Driven) for pair in model.ends.values() for end in pair)
+    return only_weight and loaded and cuts and held <= 1
+
+
+def _rounding(model: Model) -> Float[Array, ""]:
+    """Force (N) below which a residual is rounding: places are known to a few units in their last
+    digit, strains to that over a segment's length, and tensions to that times the stiffness; other
+    loads to that times their own."""
+    sizes = []
+    for line in model.lines.values():
+        e = line.reference_strain
+        stiff = jnp.max(jnp.abs(line.law.tension(e + 1e-6) - line.law.tension(e))) / 1e-6
+        far = jnp.max(jnp.abs(line.reference))
+        sizes.append(stiff * (1.0 + far / jnp.min(line.segment_length)))
+        for load in line.loads:
+            square = load.rate_squared(line.mass, line.segment_length)
+            sizes.append(jnp.max(square * line.mass * line.segment_length) * far)
+    return 8.0 * jnp.finfo(jnp.float64).eps * jnp.max(jnp.stack(sizes))
+
+
+def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int) -> Equilibrium:
+    """Newton's method on the net force at every node.
+
+    (K + mu k I) dx = F with K = -dF/dx by blocks and k the stiffness of a taut segment across
+    itself: implicit steps in a pseudo-time, long where mu is small (pseudo-transient continuation,
+    Kelley & Keyes, SIAM J. Numer. Anal. 35, 1998). No step turns a segment by more than a third of
+    its length; mu falls with the residual, so that the end is Newton's own. Slack and
+    buckled shapes relax towards a stable equilibrium. A last step with frozen K gives the result
+    its derivative with respect to every number of the scene (implicit function theorem).
+    """
+    d = next(iter(model.lines.values())).dimensions
+    blocks, b = net.size // net.width, net.width * d
+    held = jnp.asarray(net.fixed)[:, None]
+
+    def residual(mine: Model, x):
+        everything = x.reshape(net.size, d)
+        force = static_residual(mine, net.spread(everything), net)
+        return jnp.where(held, -everything, force).reshape(blocks, b)
+
+    frozen = partial(residual, jax.lax.stop_gradient(model))
+
+    shortest = jnp.min(jnp.stack([jnp.min(line.segment_length) for line in model.lines.values()]))
+    across = jax.lax.stop_gradient(force_scale(model) / shortest)
+
+    def change_of(x, force, mu):
+        lower, diagonal, upper = block_jacobian(frozen, x)
+        diagonal = -diagonal + mu * across * jnp.eye(b)
+        return solve_blocks(jax.lax.stop_gradient((-lower, diagonal, -upper)), force)
+
+    def worst(force):
+        return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf))
+
+    def norm(force):
+        return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
+
+    def turn(change):
+        lines = net.spread(change.reshape(net.size, d))
+        longest = [
+            jnp.max(jnp.abs(u[:, 1:] - u[:, :-1]) / model.lines[name].segment_length)
+            for name, u in lines.items()
+        ]
+        return jnp.max(jnp.stack(longest))
+
+    def unfinished(carry):
+        _, force, _, count = carry
+        return (worst(force) > goal) & (count < max_iterations)
+
+    def step(carry):
+        x, force, mu, count = carry
+        change = change_of(x, force, mu)
+        share = jnp.minimum(1.0, 0.33 / jnp.maximum(turn(change), 1e-300))
+        trial = x + share * change
+        after = frozen(trial)
+        usable = jnp.isfinite(norm(after))
+        ratio = jnp.where(usable, norm(after) / jnp.maximum(norm(force), 1e-300), 10.0)
+        free = jnp.where(ratio <= 1.0, jnp.minimum(0.3, ratio), jnp.minimum(ratio, 4.0))
+        factor = jnp.where(share < 1.0, jnp.clip(ratio, 0.5, 4.0), free)
+        mu = jnp.clip(mu * factor, 0.0, 1e6)
+        mu = jnp.where((mu < 1e-7) & (share == 1.0), 0.0, jnp.maximum(mu, 1e-9))
+        return jnp.where(usable, trial, x), jnp.where(usable, after, force), mu, count + 1
+
+    goal = jax.lax.stop_gradient(goal)
+    x = jnp.zeros((blocks, b))
+    start = frozen(x)
+    # a shape that is nearly right needs no pseudo-time
+    first = jnp.where(norm(start) < 1e-6 * force_scale(model), 0.0, 1.0)
+    carry = (x, start, jax.lax.stop_gradient(first), jnp.zeros((), int))
+    x, force, _, count = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
+    found = worst(force) <= goal
+    # the step that carries the derivative; it also polishes, where K is regular
+    polished = x + change_of(x, residual(model, x), jnp.zeros(()))
+    regular = jnp.all(jnp.isfinite(polished)) & (worst(frozen(polished)) <= 10.0 * goal)
+    x = jnp.where(regular, polished, x)
+    everything = net.spread(x.reshape(net.size, d))
+    lines = {
+        name: placed(line, line.reference + everything[name]) for name, line in model.lines.items()
+    }
+    there = eqx.tree_at(lambda m: m.lines, model, lines)
+    return Equilibrium(there, worst(force) / force_scale(model), found, count)
+
+
+def force_scale(model: Model) -> Float[Array, ""]:
+    """Largest of the tensions, weights and end forces of a scene (N), to judge a residual by."""
+    sizes = [jnp.full((), 1e-12)]
+    for name, line in model.lines.items():
+        sizes.append(jnp.max(jnp.abs(line.law.tension(line.reference_strain))))
+        sizes.append(jnp.sqrt(jnp.sum(jnp.sum(nodal_weight(line), axis=1) ** 2)))
+        for end in model.ends[name]:
+            if isinstance(end, Loaded) and end.force is not None:
+                sizes.append(jnp.sqrt(jnp.sum(end.force**2)))
+    for junction in model.junctions:
+        if junction.load is not None:
+            sizes.append(jnp.sqrt(jnp.sum(junction.load**2)))
+    return jnp.max(jnp.stack(sizes))
+
+
+def driven_position(end: Driven) -> Float[Array, " d"]:
+    """Where a driven end is at the start (m)."""
+    return end.motion.position(jnp.zeros(()))

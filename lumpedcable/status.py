@@ -1,0 +1,47 @@
+"""How a run ended: a code, what it means, and what to do about it."""
+
+from enum import IntEnum
+
+__all__ = ["ADVICE", "MEANING", "Status"]
+
+
+class Status(IntEnum):
+    """The end of a run. A run that is not `OK` never spoils the others of its batch."""
+
+    OK = 0
+    STATICS_NOT_CONVERGED = 1
+    NON_FINITE = 2
+    STEP_BOUND_BROKEN = 3
+    LINE_REVERSED = 4
+    TOO_MANY_STEPS = 5
+    INTERRUPTED = 6
+
+
+MEANING = {
+    Status.OK: "ok",
+    Status.STATICS_NOT_CONVERGED: "no static equilibrium was found to start from",
+    Status.NON_FINITE: "a number became infinite or undefined",
+    Status.STEP_BOUND_BROKEN: "a wave became faster than the step allows",
+    Status.LINE_REVERSED: "the line reversed on itself, so that the result depends on the mesh",
+    Status.TOO_MANY_STEPS: "the solver used up its steps",
+    Status.INTERRUPTED: "interrupted before the end",
+}
+
+ADVICE = {
+    Status.OK: "",
+    Status.STATICS_NOT_CONVERGED: (
+        "check that the ends and forces can balance (a slack line needs gravity to have a shape), "
+        "or raise statics.max_iterations"
+    ),
+    Status.NON_FINITE: "lower solver.courant; check masses, stiffness and drag for the units",
+    Status.STEP_BOUND_BROKEN: (
+        "strains left the range that the step was chosen for: raise max_strain of the material, "
+        "or lower solver.courant"
+    ),
+    Status.LINE_REVERSED: (
+        "what happens after this time is a pile-up that no line model resolves: use the results "
+        "up to it, or add the drag or damping that the real line has"
+    ),
+    Status.TOO_MANY_STEPS: "raise solver.max_steps, loosen rtol, or use the leapfrog method",
+    Status.INTERRUPTED: "run it again",
+}

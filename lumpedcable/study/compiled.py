@@ -1,0 +1,133 @@
+"""The compiled programs of a study: statics, start and advance, each over a batch of runs.
+
+They are keyed by structure alone. Every number of the scene is an argument, so that another
+pretension or another number of steps finds the program already compiled, in this process or, through
+the persistent cache, in the next.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import platformdirs
+from jaxtyping import Array, Bool, Float
+
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.layout import Layout
+from lumpedcable.model.model import Model
+from lumpedcable.scene import Scene
+from lumpedcable.solve.bound import step_bound
+from lumpedcable.solve.integrate import Numbers, Plan, Progress, advance, begin, cast
+from lumpedcable.solve.modal import Linear, linearised
+from lumpedcable.solve.observe import Sample
+from lumpedcable.solve.start import start_of
+
+__all__ = [
+    "Ready",
+    "Structure",
+    "advance_batch",
+    "begin_batch",
+    "configure",
+    "linearise",
+    "prepare_batch",
+]
+
+CACHE_VARIABLE = "LUMPEDCABLE_CACHE"
+
+
+def configure() -> None:
+    """Float64, and compiled programs kept in the user's cache folder for the next process.
+
+    LUMPEDCABLE_CACHE names another folder, or "off".
+    """
+    jax.config.update("jax_enable_x64", True)
+    folder = os.environ.get(CACHE_VARIABLE) or platformdirs.user_cache_dir("lumpedcable")
+    if folder.lower() == "off":
+        return
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return  # a cache is a convenience: without one everything works, only slower
+    jax.config.update("jax_compilation_cache_dir", folder)
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+configure()
+
+# Statics and start run once: compiling them takes longer than running them ever will, so that the
+# compiler is asked not to try hard. (The options are those of the CPU's compiler.)
+RUN_ONCE = (
+    {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
+    if jax.default_backend() == "cpu"
+    else None
+)
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What two runs must share to share a compiled program; `scene` is any one that has it."""
+
+    skeleton: str
+    layout: Layout
+    scene: Scene = field(compare=False, repr=False)
+
+
+class Ready(NamedTuple):
+    """A batch of runs ready to move: models at rest, step bounds (s), how statics went."""
+
+    model: Model
+    bound: Float[Array, " runs"]
+    converged: Bool[Array, " runs"]
+    imbalance: Float[Array, " runs"]
+
+
+@partial(jax.jit, static_argnames=("structure", "dtype"), compiler_options=RUN_ONCE)
+def prepare_batch(
+    structure: Structure,
+    dtype: str,
+    axes: Float[Array, "3 d"],
+    origin: Float[Array, " 3"],
+    shared: Mapping[str, Float[Array, ""]],
+    swept: Mapping[str, Float[Array, " runs"]],
+) -> Ready:
+    """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not."""
+    coordinates = Coordinates(axes, origin)  # type: ignore[arg-type]
+
+    def one(mine):
+        scene = structure.scene.with_numbers({**shared, **mine})
+        found = start_of(scene, structure.layout, coordinates)
+        bound = step_bound(found.model)
+        return Ready(cast(found.model, dtype), bound, found.converged, found.imbalance)
+
+    return jax.vmap(one)(swept)
+
+
+@partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)
+def begin_batch(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]:
+    """States and samples at the start of every run."""
+    return jax.vmap(lambda m: begin(m, plan, numbers))(model)
+
+
+@partial(jax.jit, static_argnames=("plan",), donate_argnames=("run",))
+def advance_batch(
+    model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Array, count: Array
+) -> tuple[Progress, Sample]:
+    """The next `count` outputs of every run."""
+    return jax.vmap(lambda m, r: advance(m, plan, numbers, r, first, count))(model, run)
+
+
+@partial(jax.jit, compiler_options=RUN_ONCE)
+def linearise(model: Model) -> Linear:
+    """Stiffness and masses of one model at rest, for its natural modes."""
+    return linearised(model)
+
+
+def number(value: float) -> Float[Array, ""]:
+    """A Python number as a strong-typed scalar, so that equal types find equal programs."""
+    return jnp.asarray(value, jnp.float64)

@@ -1,0 +1,54 @@
+"""Natural modes of one run of a study, at its static equilibrium."""
+
+from __future__ import annotations
+
+import jax
+import numpy as np
+
+from lumpedcable.model.layout import make_layout
+from lumpedcable.model.net import make_net
+from lumpedcable.scene import SceneError, Study
+from lumpedcable.solve.modal import Modes, natural_modes
+from lumpedcable.status import ADVICE, MEANING, Status
+from lumpedcable.study.compiled import Structure, linearise, number, prepare_batch
+from lumpedcable.study.plan import common_coordinates
+
+__all__ = ["NoEquilibriumError", "find_modes"]
+
+
+class NoEquilibriumError(Exception):
+    """Statics found no equilibrium to vibrate about; the message says what to do."""
+
+
+def find_modes(study: Study, count: int, run: int = 0) -> Modes:
+    """The `count` lowest natural modes of run number `run` of a study.
+
+    Raises:
+        SceneError: the scene cannot be laid out, or nothing in it can move.
+        NoEquilibriumError: it has no static equilibrium that could be found.
+    """
+    scene = study.runs[run]
+    try:
+        layout = make_layout(scene)
+    except ValueError as error:
+        raise SceneError([study.fault("lines", str(error))]) from None
+    coordinates = common_coordinates(study, [scene])
+    numbers = {key: number(value) for key, value in scene.numbers().items()}
+    # a batch needs something that may differ between its runs
+    swept = {"output.duration": np.array([scene.output.duration])}
+    ready = prepare_batch(
+        Structure(scene.skeleton(), layout, scene), "float64",
+        coordinates.axes, coordinates.origin,
+        {key: value for key, value in numbers.items() if key not in swept}, swept,
+    )  # fmt: skip
+    if not bool(ready.converged[0]):
+        status = Status.STATICS_NOT_CONVERGED
+        raise NoEquilibriumError(
+            f"{MEANING[status]} (forces out of balance by {float(ready.imbalance[0]):.1e} of the "
+            f"largest): {ADVICE[status]}"
+        )
+    model = jax.tree.map(lambda x: np.asarray(x)[0], ready.model)
+    try:
+        return natural_modes(linearise(model), make_net(model), layout, coordinates, count)
+    except ValueError as error:
+        raise SceneError([study.fault("lines", str(error))]) from None

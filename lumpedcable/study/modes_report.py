@@ -1,0 +1,199 @@
+"""What a person sees of natural modes: a table, the titles of a picture, the contents of a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+import lumpedcable
+from lumpedcable.results.human import quantity
+from lumpedcable.scene import Scene, Study, format_quantity
+from lumpedcable.solve.modal import Modes
+from lumpedcable.study.report import WIDE
+
+__all__ = ["heading", "modes_contents", "modes_table", "titles"]
+
+MOVES = 0.05  # share of a mode's motion from which an axis is named
+SKEWED = 0.1  # share of forces without energy from which a mode says so
+BLURRED = 1e-3  # share of omega^2 lost in rounding from which a mode says so
+ROUNDING = 1e-9  # asymmetry of K that is nobody's doing
+
+
+def heading(study: Study, run: int) -> str:
+    """The scene's title, and which run of its sweep this is."""
+    name = study.scene.title or study.path.stem
+    return ": ".join(filter(None, [name, _run_values(study, run)]))
+
+
+def _run_values(study: Study, run: int) -> str:
+    if not study.axes:
+        return ""
+    values = study.runs.values(run)  # type: ignore[attr-defined]
+    return ", ".join(
+        f"{axis.label} {format_quantity(values[axis.key], axis.unit)}" for axis in study.axes
+    )
+
+
+def titles(modes: Modes) -> list[str]:
+    """A short text for each mode: its number, and its frequency or what it is instead."""
+    return [
+        f"mode {k + 1}: {f'{frequency:.4g} Hz' if state == 'stable' else state}"
+        for k, frequency in enumerate(modes.frequency)
+        for state in [_state(modes, k)]
+    ]
+
+
+def _state(modes: Modes, k: int) -> str:
+    if modes.unstable[k]:
+        return "unstable"
+    return "neutral" if modes.neutral[k] else "stable"
+
+
+def _remark(modes: Modes, k: int) -> str:
+    """What is special about a mode, if anything."""
+    remarks = []
+    if modes.unstable[k]:
+        time = quantity(1.0 / float(np.sqrt(-modes.square[k])), "s", 3)
+        remarks.append(f"unstable: grows e-fold in {time}")
+    elif modes.neutral[k]:
+        remarks.append("neutral: nothing resists it")
+    if _state(modes, k) == "stable" and modes.resolution[k] > BLURRED * modes.square[k]:
+        share = 50.0 * modes.resolution[k] / modes.square[k]
+        remarks.append(f"rounding leaves {share:.1g} % of doubt")
+    if modes.skew[k] > SKEWED:
+        remarks.append(f"drag without energy: {modes.skew[k]:.2g} of its forces")
+    return "; ".join(remarks)
+
+
+def _directions(modes: Modes, k: int) -> list[str]:
+    """The axes along which a mode moves, the busiest first."""
+    motion = sum(np.sum(shape[k] ** 2, axis=0) for shape in modes.shapes.values())
+    share = motion / np.sum(motion)
+    return ["xyz"[c] for c in np.argsort(-share, kind="stable") if share[c] >= MOVES]
+
+
+def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
+    """Print one row a mode, and what a reader should know about all of them."""
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, markup=False, width=WIDE)
+    bodies = bool(np.any(modes.bodies > 0.0))
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for words in (
+        "mode",
+        "frequency\n(Hz)",
+        "period\n(s)",
+        "along\nlines (%)",
+        "across\nlines (%)",
+    ):
+        table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
+    if bodies:
+        table.add_column(Text("bodies\n(%)"), justify="right", vertical="bottom", no_wrap=True)
+    table.add_column(Text("moves\nin"), vertical="bottom", no_wrap=True)
+    table.add_column(Text("remark"), vertical="bottom")
+    for k, frequency in enumerate(modes.frequency):
+        shares = [modes.axial[k], modes.transverse[k], *([modes.bodies[k]] if bodies else [])]
+        cells = [
+            str(k + 1),
+            "-" if np.isnan(frequency) else f"{frequency:.6g}",
+            f"{1.0 / frequency:.6g}" if frequency > 0.0 else "-",
+            *(f"{100.0 * abs(share):.1f}" for share in shares),
+            ", ".join(_directions(modes, k)),
+            _remark(modes, k),
+        ]
+        table.add_row(*(Text(cell) for cell in cells))
+    console.print(Text(heading(study, run), "bold"))
+    console.print(table)
+    for note in _notes(study, run, modes, asked):
+        console.print(Text(note, "dim"))
+
+
+def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
+    scene = study.runs[run]
+    notes = [
+        f"Shares are of the kinetic energy. {_plane(modes)}{_damping(scene)}".strip(),
+    ]
+    if len(modes.square) < asked:
+        notes.append(f"There are {modes.unknowns} modes in all.")
+    unstable = int(np.count_nonzero(modes.unstable))
+    if unstable:
+        count = f"{unstable} mode{'s' if unstable > 1 else ''}"
+        notes.append(f"The equilibrium is unstable: {count} shown would grow, not swing.")
+    if modes.asymmetry > ROUNDING:
+        notes.append(
+            f"Drag of the current makes the stiffness unsymmetric (by {modes.asymmetry:.0e}); its "
+            "symmetric part is used. Good where drag without energy is a small share of the "
+            "forces: omega^2 is off by about the square of that share."
+        )
+    if scene.seabed is not None:
+        notes.append("What lies on the bed stays on it; what hangs above it does not meet it.")
+    if len(study.runs) > 1:
+        notes.append(f"Run {run} of 0 to {len(study.runs) - 1}; --run takes another.")
+    return notes
+
+
+def _plane(modes: Modes) -> str:
+    """Where modes cannot move, because the scene is computed in fewer than three dimensions."""
+    d = modes.axes.shape[1]
+    if d == 3:
+        return ""
+    spans = ["xyz"[c] for c in range(3) if np.linalg.norm(modes.axes[c]) > 1.0 - 1e-12]
+    what = " and ".join(spans) if len(spans) == d else f"{d} dimensions"
+    return f"Motion in {what} only; dimensions = 3 allows all. "
+
+
+def _damping(scene: Scene) -> str:
+    drag = any(line.drag is not None for line in scene.lines.values())
+    damped = [*scene.materials.values(), *([scene.seabed] if scene.seabed is not None else [])]
+    damping = any(part.damping is not None for part in damped)
+    left_out = [word for word, there in (("drag", drag), ("damping", damping)) if there]
+    return f"Without the {' and '.join(left_out)} of the motion." if left_out else ""
+
+
+def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What goes into the file of natural modes: everything short, and places and shapes by line."""
+    table = []
+    for k, frequency in enumerate(modes.frequency):
+        stable = _state(modes, k) == "stable"
+        table.append(
+            {
+                "mode": k + 1,
+                "state": _state(modes, k),
+                "frequency": float(frequency) if np.isfinite(frequency) else None,
+                "period": float(1.0 / frequency) if stable else None,
+                "omega_squared": float(modes.square[k]),
+                "omega_squared_rounding": float(modes.resolution[k]),
+                "modal_mass": float(modes.mass[k]),
+                "share_along_lines": float(modes.axial[k]),
+                "share_across_lines": float(modes.transverse[k]),
+                "share_bodies": float(modes.bodies[k]),
+                "moves_in": _directions(modes, k),
+                "remark": _remark(modes, k),
+            }
+        )
+    head = {
+        "title": study.scene.title,
+        "scene": str(study.path),
+        "overrides": list(study.overrides),
+        "run": run,
+        "swept": study.runs.values(run) if study.axes else {},  # type: ignore[attr-defined]
+        "lumpedcable_version": lumpedcable.__version__,
+        "units": {
+            "frequency": "Hz", "period": "s", "omega_squared": "rad2/s2", "modal_mass": "kg",
+            "position": "m", "shapes": "largest displacement 1",
+        },
+        "dimensions": modes.axes.shape[1],
+        "unknowns": modes.unknowns,
+        "stiffness_asymmetry": modes.asymmetry,
+        "modes": table,
+    }  # fmt: skip
+    lines = {
+        name: {"position": nodes.tolist(), "shapes": np.round(modes.shapes[name], 12).tolist()}
+        for name, nodes in modes.nodes.items()
+    }
+    return head, lines

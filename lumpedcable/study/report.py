@@ -1,0 +1,188 @@
+"""What a person sees of a study: a progress bar while it runs, a table when it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from rich import box
+from rich.console import Console, JustifyMethod
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from lumpedcable.scene import Study, format_quantity
+from lumpedcable.status import Status
+from lumpedcable.study.run import Timings, run_study
+from lumpedcable.study.summary import EXACT, Outcome
+
+__all__ = ["results_table", "run_with_progress"]
+
+# quantity -> (words over the column, unit shown, factor to it, format)
+HEADS = {
+    "static_strain": ("strain", "-", 1.0, "{:.4f}"),
+    "peak_end_speed": ("peak end\nspeed", "m/s", 1.0, "{:.2f}"),
+    "end_displacement": ("end dis-\nplacement", "m", 1.0, "{:.3f}"),
+    "front_arrival": ("far end\nfeels it", "ms", 1e3, "{:.2f}"),
+}
+# spaces between columns and what stands beside the measured values, from wide to narrow
+LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
+MOST_ROWS = 60  # of the table; the file holds them all
+MOST_FAILURES = 10  # told one by one
+WIDE = 200  # columns where no terminal says how many there are
+
+
+def run_with_progress(
+    study: Study, target: Path, stopped: Callable[[], bool] = lambda: False
+) -> tuple[list[Outcome], Timings]:
+    """`run_study` with a live bar where there is a terminal to show it.
+
+    `stopped` is asked after every piece whether somebody has interrupted it.
+    """
+    timings = Timings()
+    console = Console(stderr=True)
+    with Progress(
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("output times"),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,  # the table takes its place
+        disable=not console.is_terminal,
+    ) as progress:
+        task = progress.add_task(study.scene.title or study.path.name, total=None)
+
+        def show(done: int, total: int) -> None:
+            if stopped():
+                raise KeyboardInterrupt
+            progress.update(task, completed=done, total=total)
+
+        outcomes = run_study(study, target, show, timings)
+    return outcomes, timings
+
+
+def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> None:
+    """One row a run and recoiling end: measured, the reference's value, the exact one.
+
+    A narrow terminal gets less space between columns, then fewer of them.
+    """
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, markup=False, width=WIDE)
+    ends = list(dict.fromkeys(end for o in outcomes for end in o.recoils))
+    rows = len(outcomes) * max(len(ends), 1)
+    table, beside = _fitting(console, study, outcomes, ends)
+    if study.scene.title:
+        console.print(Text(study.scene.title, "bold"))
+    console.print(table)
+    for note in _notes(study, ends, beside, rows):
+        console.print(Text(note, "dim"))
+    _failures(console, outcomes)
+    console.print(f"written: {target}", soft_wrap=True)
+
+
+def _fitting(
+    console: Console, study: Study, outcomes: Sequence[Outcome], ends: Sequence[str]
+) -> tuple[Table, Sequence[str]]:
+    """The richest look that the console is wide enough for, and what stands beside the values."""
+    boundless = console.options.update(max_width=10_000)
+    for padding, beside in LOOKS[:-1]:
+        table = _table(study, outcomes, ends, beside, padding)
+        if console.measure(table, options=boundless).maximum <= console.width:
+            return table, beside
+    padding, beside = LOOKS[-1]
+    return _table(study, outcomes, ends, beside, padding), beside
+
+
+def _table(
+    study: Study,
+    outcomes: Sequence[Outcome],
+    ends: Sequence[str],
+    beside: Sequence[str],
+    padding: int,
+) -> Table:
+    """The table; what is named in `beside` stands right of the value that it belongs to."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, padding, 0, 0), pad_edge=False)
+
+    def column(words: str, unit: str = "", style: str = "", justify: JustifyMethod = "right"):
+        head = f"{words}\n({unit})" if unit else words
+        table.add_column(Text(head), justify=justify, style=style, vertical="bottom", no_wrap=True)
+
+    column("run")
+    for axis in study.axes:
+        column(axis.label.replace(" ", "\n"))
+    if len(ends) > 1:
+        column("end", justify="left")
+    for quantity, (words, unit, _, _) in HEADS.items() if ends else ():
+        column(words, unit)
+        for name in _told(study, quantity) if "references" in beside else ():
+            column(name, style="dim")
+        if quantity in EXACT and "exact" in beside:
+            column("exact*", style="cyan")
+    column("energy\nclosure", "%")
+    column("status", justify="left")
+    rows = [(outcome, end) for outcome in outcomes for end in ends or [""]]
+    for outcome, end in rows[:MOST_ROWS]:
+        table.add_row(*_row(study, outcome, end, ends, beside))
+    return table
+
+
+def _told(study: Study, quantity: str) -> list[str]:
+    """The references that have a number for a quantity."""
+    return [name for name, r in study.scene.references.items() if quantity in r.values]
+
+
+def _row(
+    study: Study, outcome: Outcome, end: str, ends: Sequence[str], beside: Sequence[str]
+) -> list[Text]:
+    values = study.runs.values(outcome.run) if study.axes else {}  # type: ignore[attr-defined]
+    cells = [str(outcome.run)]
+    cells += [format_quantity(values[axis.key], axis.unit) for axis in study.axes]
+    if len(ends) > 1:
+        cells.append(end)
+    numbers = outcome.recoils.get(end, {})
+    for quantity, (_, _, factor, form) in HEADS.items() if ends else ():
+        cells.append(_cell(numbers.get(quantity), factor, form))
+        for name in _told(study, quantity) if "references" in beside else ():
+            told = study.scene.references[name].values[quantity][outcome.run]
+            cells.append(_cell(told, factor, "{:.4g}"))
+        if quantity in EXACT and "exact" in beside:
+            cells.append(_cell(numbers.get(f"exact_{quantity}"), factor, form))
+    cells.append(_cell(outcome.energy_closure, 100.0, "{:.3f}"))
+    cells.append(outcome.status.name.lower().replace("_", " "))
+    return [Text(cell) for cell in cells]
+
+
+def _cell(value: float | None, factor: float, form: str) -> str:
+    return form.format(value * factor) if value is not None and np.isfinite(value) else "-"
+
+
+def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) -> list[str]:
+    notes = []
+    if rows > MOST_ROWS:
+        notes.append(f"{MOST_ROWS} of {rows} rows shown; the file holds all.")
+    if ends and "exact" in beside:
+        notes.append(
+            "* exact: a straight line without drag or weight, broken instantaneously; drag and a "
+            "slower break lower the speed and delay the arrival (1 % of the tension gone)."
+        )
+    hidden = ["exact values"] if ends and "exact" not in beside else []
+    if study.scene.references and ends and "references" not in beside:
+        hidden.append("references")
+    if hidden:
+        notes.append(f"A wider terminal shows {' and '.join(hidden)} as well.")
+    for name, reference in study.scene.references.items() if "references" in beside else ():
+        note = f" {reference.note}." if reference.note else ""
+        changed = " These numbers belong to the scene without --set." if study.overrides else ""
+        notes.append(f"{name}: {reference.source}.{note}{changed}")
+    return notes
+
+
+def _failures(console: Console, outcomes: Sequence[Outcome]) -> None:
+    failed = [outcome for outcome in outcomes if outcome.status is not Status.OK]
+    for outcome in failed[:MOST_FAILURES]:
+        console.print(Text(f"run {outcome.run}: {outcome.message}", "red"))
+    if len(failed) > MOST_FAILURES:
+        console.print(Text(f"and {len(failed) - MOST_FAILURES} more runs went wrong", "red"))

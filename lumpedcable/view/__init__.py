@@ -1,0 +1,6 @@
+"""Figures drawn from a results file or of natural modes, for a screen or a printed page."""
+
+from lumpedcable.view.modes import ModeShapes, plot_modes
+from lumpedcable.view.plot import plot_result
+
+__all__ = ["ModeShapes", "plot_modes", "plot_result"]

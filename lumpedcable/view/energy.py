@@ -1,0 +1,112 @@
+"""Energies against time, with the residual of their balance on a scale of its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from lumpedcable.results.human import scale
+from lumpedcable.results.reader import ResultFile
+from lumpedcable.view import style
+from lumpedcable.view.groups import Group
+
+Array = NDArray[Any]
+
+RESIDUAL = "residual"
+VISIBLE = 2e-3
+"""A term that stays below this share of the largest one in every run is named, not drawn."""
+
+
+def energy_figure(result: ResultFile, group: Group) -> Figure:
+    """Every energy term against time, a panel for each run, each over a panel of the residual.
+
+    Terms that are zero throughout are left out; those too small to be seen are named in a note.
+    """
+    count = len(group.runs)
+    terms = {
+        name: result.energy(name)[list(group.runs)]
+        for name in result.energy_terms
+        if name != RESIDUAL
+    }
+    terms = {name: values for name, values in terms.items() if style.largest(values) > 0}
+    small = _too_small(terms)
+    terms = {name: values for name, values in terms.items() if name not in small}
+    rest = result.energy(RESIDUAL)[list(group.runs)] if RESIDUAL in result.energy_terms else None
+    panels = [np.array([values[place] for values in terms.values()]) for place in range(count)]
+    factor, unit = style.shared_unit(panels, "J")
+    to_time, time_unit = scale(float(result.time[-1]), "s")
+    rest_unit = ""
+    figure, upper, lower = _stacked(result, group, rest is not None)
+    looks = {name: style.curve(index) for index, name in enumerate(terms)}
+    for ax, curves in zip(upper, panels, strict=True):
+        for look, values in zip(looks.values(), curves, strict=True):
+            ax.plot(result.time * to_time, values * factor, **look)
+        ax.set_ylim(style.limits(curves * factor, zero=True))
+        if not np.isfinite(curves).any():
+            style.say_empty(ax)
+    if rest is not None:
+        rest_unit = _residuals(lower, result.time * to_time, rest)
+    for ax in (*upper, *lower):
+        ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
+    label = style.with_unit("time", time_unit)
+    style.label_outer(upper, "" if lower else label, style.with_unit("energy", unit))
+    if lower:
+        style.label_outer(lower, label, style.with_unit("residual\n", rest_unit))
+    handles = [Line2D([], [], label=result.energy_name(name), **looks[name]) for name in terms]
+    note = group.note
+    if small:
+        names = ", ".join(name.replace("_", " ") for name in small)
+        note = f"{note} Below {100 * VISIBLE:g} % of the largest, not drawn: {names}.".strip()
+    style.foot(figure, note, handles)
+    figure.align_ylabels()
+    return figure
+
+
+def _too_small(terms: dict[str, Array]) -> list[str]:
+    """Names of the terms that no run would show on the scale of its largest term."""
+    if not terms:
+        return []
+    sizes = {name: np.nanmax(np.abs(_finite(values)), axis=1) for name, values in terms.items()}
+    top = np.max(list(sizes.values()), axis=0)
+    return [name for name, size in sizes.items() if np.all(size < VISIBLE * top)]
+
+
+def _finite(values: Array) -> Array:
+    return np.where(np.isfinite(values), values, 0.0)
+
+
+def _stacked(
+    result: ResultFile, group: Group, residual: bool
+) -> tuple[Figure, list[Axes], list[Axes]]:
+    """Panels in the usual grid, each split into energies above and residual below."""
+    heading = group.heading(result, "Energy")
+    if not residual:
+        return *style.panel_figure(group.titles, heading), []
+    rows, columns = style.grid_shape(len(group.runs))
+    figure = style.new_figure(max(2.7 * rows, 3.6) + 0.4, heading)
+    cells = figure.add_gridspec(2 * rows, columns, height_ratios=(3, 1) * rows)
+    upper, lower = [], []
+    for place, title in enumerate(group.titles):
+        row, column = divmod(place, columns)
+        above = figure.add_subplot(cells[2 * row, column])
+        below = figure.add_subplot(cells[2 * row + 1, column], sharex=above)
+        above.tick_params(labelbottom=False)
+        above.set_title(style.panel_title(title, columns))
+        upper.append(above)
+        lower.append(below)
+    return figure, upper, lower
+
+
+def _residuals(axes: list[Axes], time: Array, rest: Array) -> str:
+    """Draw the residual of each run; returns the unit it is drawn in."""
+    factor, unit = style.shared_unit(list(rest), "J")
+    for ax, values in zip(axes, rest, strict=True):
+        ax.plot(time, values * factor, color=style.NEUTRAL, linewidth=0.8)
+        ax.set_ylim(style.limits(values * factor, zero=True, margin=0.12))
+        ax.locator_params(axis="y", nbins=3)
+    return unit

@@ -1,0 +1,119 @@
+"""Figures of any scene: tension at the lines' ends against time, and their shapes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from lumpedcable.results.human import scale
+from lumpedcable.results.reader import ResultFile
+from lumpedcable.view import style
+from lumpedcable.view.groups import Group
+from lumpedcable.view.sampling import node_count
+
+Array = NDArray[Any]
+
+_SHAPES = 5  # times at which the shape is drawn
+_TRUE_SHAPE = 6.0  # lines longer than so many times their height get a stretched vertical scale
+_AXES = "xyz"
+
+
+def end_tension_figure(result: ResultFile, group: Group) -> Figure:
+    """Tension of every line's first and last segment against time, a panel for each run."""
+    names = [name for name in result.lines if result.line(name).has("tension")]
+    data: dict[int, list[tuple[str, int, Array]]] = {run: [] for run in group.runs}
+    for run in group.runs:
+        for index, name in enumerate(names):
+            line = result.line(name)
+            tension = line.tension(run)
+            data[run].append((f"{name}.start", index, tension[:, 0]))
+            data[run].append((f"{name}.end", index, tension[:, node_count(line, run) - 2]))
+    together = [np.array([tension for _, _, tension in curves]) for curves in data.values()]
+    factor, unit = style.shared_unit(together, "N")
+    to_time, time_unit = scale(float(result.time[-1]), "s")
+    heading = group.heading(result, "Tension at the ends")
+    figure, axes = style.panel_figure(group.titles, heading)
+    entries: dict[str, Line2D] = {}
+    for ax, curves, values in zip(axes, data.values(), together, strict=True):
+        for name, index, tension in curves:
+            look = {
+                "color": style.COLOURS[index % len(style.COLOURS)],
+                "linestyle": style.DASHES[0 if name.endswith(".start") else 1],
+            }
+            ax.plot(result.time * to_time, tension * factor, **look)
+            entries[name] = Line2D([], [], label=name, **look)
+        ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
+        ax.set_ylim(style.limits(values * factor, zero=True))
+        if not np.isfinite(values).any():
+            style.say_empty(ax)
+    style.label_outer(axes, style.with_unit("time", time_unit), style.with_unit("tension", unit))
+    style.foot(figure, group.note, list(entries.values()))
+    return figure
+
+
+def shape_figure(result: ResultFile, group: Group) -> Figure:
+    """All lines seen from the side at a few times, a panel for each run."""
+    times = np.unique(np.linspace(0, len(result.time) - 1, _SHAPES).round().astype(int))
+    shapes = {run: _shapes(result, run, times) for run in group.runs}
+    across, up = _view([shape for run in shapes.values() for shape in run])
+    to_time, time_unit = scale(float(result.time[-1]), "s")
+    everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
+    true = _extent(everything[:, across]) <= _TRUE_SHAPE * _extent(everything[:, up])
+    note = "" if true else "Vertical scale stretched."
+    heading = group.heading(result, "Shape")
+    figure, axes = style.panel_figure(group.titles, heading)
+    colours = Normalize(result.time[0] * to_time, result.time[-1] * to_time)
+    for ax, drawn in zip(axes, shapes.values(), strict=True):
+        _draw(ax, drawn, (across, up), result.time[times] * to_time, colours)
+        if true:
+            ax.set_aspect("equal", adjustable="datalim")
+    style.label_outer(axes, f"{_AXES[across]} (m)", f"{_AXES[up]} (m)")
+    shown = ScalarMappable(colours, style.time_colours())
+    bar = figure.colorbar(
+        shown, ax=axes, label=style.with_unit("time", time_unit), aspect=35, pad=0.02
+    )
+    bar.set_ticks((result.time[times] * to_time).tolist())
+    style.foot(figure, f"{note}\n{group.note}")
+    return figure
+
+
+def _shapes(result: ResultFile, run: int, times: Array) -> list[Array]:
+    found = []
+    for name in result.lines:
+        line = result.line(name)
+        if line.has("position"):
+            found.append(line.position(run)[times, : node_count(line, run)])
+    return found
+
+
+def _draw(
+    ax: Axes, lines: list[Array], plane: tuple[int, int], keys: Array, colours: Normalize
+) -> None:
+    table = style.time_colours()
+    for shape in lines:
+        for key, points in zip(keys, shape, strict=True):
+            ax.plot(points[:, plane[0]], points[:, plane[1]], color=table(colours(key)))
+    points = np.concatenate([shape.reshape(-1, 3) for shape in lines])
+    if not np.isfinite(points).any():
+        style.say_empty(ax)
+
+
+def _view(shapes: list[Array]) -> tuple[int, int]:
+    """Components to draw across and up: the longer horizontal one; z, or y where z is nothing."""
+    points = np.concatenate([shape.reshape(-1, 3) for shape in shapes])
+    extents = [_extent(points[:, component]) for component in range(3)]
+    across = 0 if extents[0] >= extents[1] else 1
+    flat = extents[2] <= 1e-9 * max(extents) and extents[1 - across] > 0
+    return (0, 1) if flat else (across, 2)
+
+
+def _extent(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0

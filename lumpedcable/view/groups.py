@@ -1,0 +1,97 @@
+"""Which runs go into one figure, what the panels are called, and what the file is called."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumpedcable.results.human import quantity
+from lumpedcable.results.reader import OK, Axis, ResultFile
+
+MOST_PANELS = 12
+"""Panels in one figure; of more runs an even choice is shown."""
+
+_DIGITS = 4  # of values in titles
+
+
+@dataclass(frozen=True)
+class Group:
+    """Runs shown in one figure.
+
+    Attributes:
+        label: the swept numbers that they share, e.g. "break time 5 ms".
+        tag: part of a file name that sets this group apart, e.g. "break_time_5ms"; "" if it is all.
+        runs: the runs shown.
+        titles: one per run shown: what sets it apart, and its status where it failed.
+        note: what a reader must know, such as runs left out; "" if nothing.
+    """
+
+    label: str
+    tag: str
+    runs: tuple[int, ...]
+    titles: tuple[str, ...]
+    note: str
+
+    def heading(self, result: ResultFile, what: str) -> str:
+        """Title of a figure of this group."""
+        first = str(result.attributes.get("title", ""))
+        return "\n".join(filter(None, [first, ", ".join(filter(None, [what, self.label]))]))
+
+
+def groups(result: ResultFile) -> list[Group]:
+    """The groups of a result: one per value of the last swept number where several are swept.
+
+    A last number of more than `MOST_PANELS` values does not make groups: so many figures would help
+    nobody.
+    """
+    axes = result.axes
+    last = axes[-1] if len(axes) > 1 else None
+    values = np.unique(last.values) if last else np.zeros(0)
+    if last is None or not 1 < len(values) <= MOST_PANELS:
+        return [_group(result, list(range(result.runs)), "")]
+    made: list[Group] = []
+    for value in dict.fromkeys(last.values.tolist()):
+        runs = [run for run in range(result.runs) if last.values[run] == value]
+        tag = file_tag(f"{last.words} {quantity(float(value), last.unit)}")
+        if tag in [group.tag for group in made]:  # values that differ beyond the digits shown
+            tag += f"_{len(made)}"
+        made.append(_group(result, runs, tag))
+    return made
+
+
+def file_tag(label: str) -> str:
+    """A label as part of a file name: "break time 5 ms" is break_time_5ms."""
+    text = re.sub(r"(?<=\d) (?=[^\W\d])", "", label).replace("µ", "u").replace("/", "_per_")
+    return re.sub(r"[^A-Za-z0-9.+-]+", "_", text).strip("_")
+
+
+def _group(result: ResultFile, runs: list[int], tag: str) -> Group:
+    shown = runs
+    notes = []
+    if len(runs) > MOST_PANELS:
+        places = np.unique(np.linspace(0, len(runs) - 1, MOST_PANELS).round().astype(int))
+        shown = [runs[place] for place in places]
+        which = ", ".join(map(str, shown))
+        notes.append(f"{len(shown)} of {len(runs)} runs shown: numbers {which}.")
+    if not result.complete:
+        notes.append("The study is incomplete.")
+    # what the runs share goes above the figure, what sets them apart above the panels
+    shared = [axis for axis in result.axes if len(set(axis.values[runs].tolist())) == 1]
+    label = ", ".join(axis.text(runs[0], _DIGITS) for axis in shared)
+    apart = [axis for axis in result.axes if len(set(axis.values[runs].tolist())) > 1]
+    titles = tuple(_title(result, apart, run) for run in shown)
+    return Group(label, tag, tuple(shown), titles, " ".join(notes))
+
+
+def _title(result: ResultFile, axes: list[Axis], run: int) -> str:
+    name = ", ".join(axis.text(run, _DIGITS) for axis in axes)
+    if not name and result.runs > 1:
+        name = f"run {run}"
+    status = result.status[run]
+    if status == OK:
+        return name
+    time = float(result.status_time[run])
+    when = f" at {quantity(time, 's')}" if np.isfinite(time) else ""
+    return "\n".join(filter(None, [name, f"{status}{when}"]))

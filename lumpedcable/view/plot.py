@@ -1,0 +1,93 @@
+"""Draws all the figures a results file calls for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.reader import ResultFile, open_result
+from lumpedcable.view import style
+from lumpedcable.view.energy import energy_figure
+from lumpedcable.view.general import end_tension_figure, shape_figure
+from lumpedcable.view.groups import Group, file_tag, groups
+from lumpedcable.view.recoil import (
+    end_speed_figure,
+    tension_figure,
+    velocity_figure,
+    xt_figure,
+)
+from lumpedcable.view.sampling import RecoilingEnd
+
+Draw = Callable[[], Figure]
+
+
+def plot_result(
+    path: str | Path, outdir: str | Path, formats: Sequence[str] = ("png",)
+) -> list[Path]:
+    """Draw the figures of a results file, finished or not.
+
+    Where a line parts: tension and velocity along it, the speed of the broken end, and the x-t
+    diagram; otherwise tension at the ends and shapes. Energies always. Figures whose fields the
+    file does not hold are left out. Where several numbers are swept there is one set of figures
+    for each value of the last, and its name ends in that value: tension_break_time_5ms.png.
+
+    Args:
+        path: the results file.
+        outdir: folder for the figures, made if it does not exist.
+        formats: any of "png", "pdf", "svg".
+
+    Returns:
+        The files made.
+
+    Raises:
+        ResultError: the file cannot be read, or holds nothing to draw.
+        OutputError: the figures cannot be written there, or not in that format.
+    """
+    for kind in formats:
+        if kind not in style.FORMATS:
+            known = ", ".join(style.FORMATS)
+            raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
+    folder = Path(outdir)
+    made: list[Path] = []
+    with open_result(path) as result:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"cannot make the folder {folder}: {os.strerror(error.errno or 0)}"
+            ) from error
+        for group in groups(result):
+            for name, draw in _figures(result, group):
+                stem = "_".join(filter(None, [name, group.tag]))
+                made += style.save(draw, folder / stem, formats)
+    if not made:
+        raise ResultError(f"{path} holds neither lines nor energies to draw")
+    return made
+
+
+def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
+    """Names and makers of the figures of one group, as far as the file holds their fields."""
+    ends = [RecoilingEnd(result, name) for name in result.ends]
+    for end in ends:
+        which = f"_{file_tag(end.name)}" if len(ends) > 1 else ""
+        tension, velocity = end.line.has("tension"), end.line.has("velocity")
+        if tension:
+            yield f"tension{which}", partial(tension_figure, result, end, group)
+        if velocity and end.line.has("position"):
+            yield f"velocity{which}", partial(velocity_figure, result, end, group)
+        if velocity:
+            yield f"end_speed{which}", partial(end_speed_figure, result, end, group)
+        if tension:
+            yield f"xt{which}", partial(xt_figure, result, end, group)
+    lines = [result.line(name) for name in result.lines]
+    if not ends and any(line.has("tension") for line in lines):
+        yield "end_tension", partial(end_tension_figure, result, group)
+    if not ends and any(line.has("position") for line in lines):
+        yield "shape", partial(shape_figure, result, group)
+    if result.energy_terms:
+        yield "energy", partial(energy_figure, result, group)

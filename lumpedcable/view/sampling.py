@@ -1,0 +1,148 @@
+"""Picks what to draw of a result: times at a round spacing, node places, motion along the line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.results.errors import ResultError
+from lumpedcable.results.reader import LineData, ResultFile
+
+Array = NDArray[Any]
+
+_USUAL = 0.010  # s; the spacing of curves in published snap-back figures
+_MOST_CURVES = 31
+
+
+def curve_times(time: Array) -> tuple[Array, float]:
+    """Indices of saved times at a round spacing: 10 ms, or coarser or finer by 1-2-5 steps.
+
+    Args:
+        time: saved times in s, shape (time,), increasing.
+
+    Returns:
+        Indices of the saved times nearest to the multiples of the spacing after the first time, and
+        the spacing in s. Where times were saved more coarsely than that, all of them.
+    """
+    span = float(time[-1] - time[0])
+    if span <= 0:
+        return np.arange(len(time)), 0.0
+    spacing = _USUAL
+    if not 8 <= span / spacing < _MOST_CURVES:
+        rough = span / 20
+        power = 10.0 ** np.floor(np.log10(rough))
+        spacing = float(power * min((1, 2, 5, 10), key=lambda m: abs(np.log(m * power / rough))))
+    wanted = time[0] + spacing * np.arange(int(span / spacing + 1e-9) + 1)
+    picked = np.unique(np.abs(time[None, :] - wanted[:, None]).argmin(axis=1))
+    if len(picked) < len(wanted):
+        return np.arange(len(time)), float(np.median(np.diff(time)))
+    return picked, spacing
+
+
+def node_count(line: LineData, run: int) -> int:
+    """Number of nodes a run has; the rest of the arrays is padding."""
+    return int(np.isfinite(line.unstretched_position(run)).sum())
+
+
+def along(line: LineData, run: int) -> tuple[Array, Array]:
+    """Velocity along the line as it lay at first, and the nodes' unstretched places.
+
+    The direction is that of the line at each node at the first saved time (for a straight line, its
+    direction), positive from the start of the line to its end.
+
+    Returns:
+        Unstretched places in m, shape (node,), and velocities in m/s, shape (time, node).
+    """
+    nodes = node_count(line, run)
+    first = line.position(run, 0)[:nodes]
+    secant = np.empty_like(first)
+    secant[1:-1] = first[2:] - first[:-2]
+    secant[0], secant[-1] = first[1] - first[0], first[-1] - first[-2]
+    length = np.linalg.norm(secant, axis=-1, keepdims=True)
+    direction = np.divide(secant, length, out=np.zeros_like(secant), where=length > 0)
+    velocity = line.velocity(run)[:, :nodes]
+    return line.unstretched_position(run)[:nodes], np.sum(velocity * direction, axis=-1)
+
+
+class RecoilingEnd:
+    """An end of a line that breaks, found from its name in the summary.
+
+    Attributes:
+        name: e.g. "rope.end".
+        line: the fields of its line.
+        at_end: whether it is the line's end, not its start.
+    """
+
+    def __init__(self, result: ResultFile, name: str) -> None:
+        owner, _, side = name.rpartition(".")
+        if owner not in result.lines or side not in ("start", "end"):
+            known = ", ".join(result.lines)
+            raise ResultError(
+                f"{result.path}: the summary tells of {name!r}, expected LINE.start or LINE.end"
+                f" of one of the lines {known}"
+            )
+        self.name = name
+        self.line = result.line(owner)
+        self.at_end = side == "end"
+        self._result = result
+        self._numbers = result.summary()[name]
+
+    def places(self, run: int) -> tuple[float, float]:
+        """Unstretched places (m) of the broken end and of the other end."""
+        node = self.line.unstretched_position(run)
+        low, high = float(np.nanmin(node)), float(np.nanmax(node))
+        return (high, low) if self.at_end else (low, high)
+
+    def start(self, run: int) -> float:
+        """When the break begins, in s; 0 where the file does not say."""
+        return self._number("break_start", run) or 0.0
+
+    def speed(self, run: int) -> Array:
+        """Speed of the broken end in m/s, shape (time,)."""
+        node = node_count(self.line, run) - 1 if self.at_end else 0
+        return np.linalg.norm(self.line.velocity(run)[:, node], axis=-1)
+
+    def recoil(self, run: int) -> tuple[Array, Array]:
+        """Like `along`, but positive away from the break, into the line."""
+        place, velocity = along(self.line, run)
+        return place, -velocity if self.at_end else velocity
+
+    def exact_speed(self, run: int) -> float | None:
+        """The exact end speed in m/s, None where the file holds none."""
+        return self._number("exact_end_speed", run)
+
+    def arrivals(self, run: int) -> list[tuple[str, bool, float]]:
+        """When fronts reach the other end: (label, exact or else reported, s after the break).
+
+        Taken from `exact_front_arrival`, any other `exact_..._arrival` and the references' values
+        of the same, where the file holds them.
+        """
+        found = []
+        for name in self._numbers:
+            exact, reference = name.startswith("exact_"), name.startswith("reference_")
+            value = self._number(name, run)
+            if not name.endswith("_arrival") or value is None or not (exact or reference):
+                continue
+            known = self._result.summary_attributes(self.name, name)
+            if exact:
+                what = name.removeprefix("exact_").removesuffix("_arrival").replace("_", " ")
+                why = f" ({known['holds']})" if "holds" in known else ""
+                found.append((f"exact {what}{why}", True, value))
+            else:
+                source = known.get("source") or name.removeprefix("reference_").split("_")[0]
+                found.append((f"front arrival in {source}", False, value))
+        return found
+
+    def holds(self) -> str:
+        """For which idealisation the exact end speed holds, "" where the file does not say."""
+        if "exact_end_speed" not in self._numbers:
+            return ""
+        return str(self._result.summary_attributes(self.name, "exact_end_speed").get("holds", ""))
+
+    def _number(self, name: str, run: int) -> float | None:
+        values = self._numbers.get(name)
+        if values is None or not np.isfinite(values[run]):
+            return None
+        return float(values[run])

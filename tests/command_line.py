@@ -1,0 +1,69 @@
+"""Commands run as a user runs them, in this process or in one of their own."""
+
+import os
+import subprocess
+import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import NamedTuple
+from unittest import mock
+
+import good_scenes
+
+from lumpedcable.cli import main
+
+ROOT = Path(__file__).parents[1]
+# The rope of the scene tests, short and coarse: 2 runs, 20 segments, 3 output times.
+SMALL = (
+    good_scenes.ROPE.replace("segments = 200", "segments = 20")
+    .replace('"200 ms"', '"4 ms"')
+    .replace('"1 ms"', '"2 ms"')
+)
+
+
+class Said(NamedTuple):
+    """How a command ended and what it said."""
+
+    code: int
+    out: str
+    err: str
+
+
+def say(folder, *arguments):
+    """Run a command in a folder, as the entry point does."""
+    out, err, code = StringIO(), StringIO(), 0
+    argv = mock.patch.object(sys, "argv", ["lumpedcable", *map(str, arguments)])
+    with chdir(folder), argv, redirect_stdout(out), redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as left:
+            code = left.code or 0
+    return Said(code, out.getvalue(), err.getvalue())
+
+
+def files(folder):
+    return {p.relative_to(folder): p.stat().st_mtime_ns for p in folder.rglob("*") if p.is_file()}
+
+
+def refused(folder, *arguments):
+    """The message of a command that must fail, say why, and leave the folder as it was."""
+    before = files(folder)
+    said = say(folder, *arguments)
+    assert said.code == 2
+    assert said.out == ""
+    assert "Traceback" not in said.err
+    assert files(folder) == before
+    return said.err
+
+
+def process(folder, *arguments, **options):
+    return subprocess.Popen(
+        [sys.executable, "-m", "lumpedcable", *map(str, arguments)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )

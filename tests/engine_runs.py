@@ -1,0 +1,146 @@
+"""Scenes run by the engine through its own front door: TOML in, results file out, read back."""
+
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.model.layout import make_layout
+from lumpedcable.results import open_result
+from lumpedcable.scene import Scene, Study, load_study
+from lumpedcable.solve.start import start_of
+from lumpedcable.study.compiled import Structure
+from lumpedcable.study.run import run_study
+from lumpedcable.study.summary import Outcome
+
+# Zhu, Yin & Shen 2018, eq. 5 and table 1; without weight and water the line of exact waves
+NYLON = """
+[materials.nylon]
+law = "tanh"
+p1 = "270.3 kN"
+p2 = 10.2
+p3 = -2.128
+p4 = "262.7 kN"
+p5 = "135.5 N"
+tension_only = false
+"""
+ROPE = f"""{NYLON}
+[lines.rope]
+material = "nylon"
+length = "60 m"
+segments = 100
+mass = "2.238 kg/m"
+start = {{ fixed = [0, 0, 0] }}
+end = {{ held = {{ pretension = "45 kN", direction = [1, 0, 0] }} }}
+
+[events.break]
+breaks = "rope.end"
+time = "5 ms"
+
+[output]
+duration = "20 ms"
+every = "1 ms"
+"""
+# a line of Hooke's law with round numbers: 1000 m/s, 50 m/s when it is let go
+HOOKE = """
+[materials.hooke]
+law = "linear"
+EA = "1 MN"
+
+[lines.rope]
+material = "hooke"
+length = "100 m"
+segments = 50
+mass = "1 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }
+
+[events.break]
+breaks = "rope.end"
+time = 0
+
+[output]
+duration = "100 ms"
+every = "1 ms"
+"""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A finished study: outcomes, and histories with the run first (run, time, ...)."""
+
+    outcomes: list[Outcome]
+    time: np.ndarray
+    lines: dict[str, dict[str, np.ndarray]]
+    energy: dict[str, np.ndarray]
+    attributes: dict[str, Any]
+    places: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A field of the only line, or of a named one: "velocity", "rope-1.velocity"."""
+        line, _, quantity = name.rpartition(".")
+        return self.lines[line or next(iter(self.lines))][quantity]
+
+    @property
+    def statuses(self) -> list[str]:
+        return [outcome.status.name for outcome in self.outcomes]
+
+
+def study_of(folder: Path, text: str, *overrides: str) -> Study:
+    """The study of a scene text; overrides as on the command line, "key=value"."""
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_study(path, list(overrides))
+
+
+def run_text(folder: Path, text: str, *overrides: str) -> Ran:
+    """Run a scene text and read everything back."""
+    return run_scenes(folder, study_of(folder, text, *overrides))
+
+
+def run_scenes(folder: Path, study: Study) -> Ran:
+    """Run a study and read everything back."""
+    target = folder / "result.h5"
+    outcomes = run_study(study, target)
+    with open_result(target) as found:
+        lines, places = {}, {}
+        for name in found.lines:
+            line = found.line(name)
+            lines[name] = {key: line.field(key) for key in line.fields}
+            places[name] = line.unstretched_position()
+        energy = {term: found.energy(term) for term in found.energy_terms}
+        return Ran(outcomes, found.time, lines, energy, dict(found.attributes), places)
+
+
+def scene_of(folder: Path, text: str, *overrides: str) -> Scene:
+    """The one scene of a text without a sweep."""
+    return study_of(folder, text, *overrides).runs[0]
+
+
+def equilibrium_of(scene: Scene):
+    """The engine's equilibrium of a scene, and the coordinates that it is computed in."""
+    coordinates = coordinates_of([scene])
+    structure = Structure(scene.skeleton(), make_layout(scene), scene)
+    return _equilibrium(structure, *coordinates, scene.numbers()), coordinates
+
+
+@partial(jax.jit, static_argnames=("structure",))
+def _equilibrium(structure, axes, origin, numbers):
+    scene = structure.scene.with_numbers(numbers)
+    return start_of(scene, structure.layout, Coordinates(axes, origin))
+
+
+def nodes_in_space(found, coordinates, name: str = "rope") -> np.ndarray:
+    """Positions (3, nodes) in m of a line at the engine's equilibrium."""
+    reference = np.asarray(found.model.lines[name].reference)
+    return coordinates.expand(reference, 0, place=True)
+
+
+def order_of(errors, factors) -> np.ndarray:
+    """Observed orders between successive errors of meshes or steps finer by `factors`."""
+    errors = np.asarray(errors, float)
+    return np.log(errors[:-1] / errors[1:]) / np.log(factors)

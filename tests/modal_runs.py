@@ -1,0 +1,75 @@
+"""Natural modes about shapes known in closed form, or about the engine's own equilibrium."""
+
+from functools import partial
+
+import equinox as eqx
+import jax
+import numpy as np
+from engine_runs import scene_of, study_of
+
+from lumpedcable.model.assemble import assemble
+from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.model.layout import make_layout
+from lumpedcable.model.line import placed
+from lumpedcable.model.net import make_net
+from lumpedcable.solve.modal import natural_modes
+from lumpedcable.study.compiled import Structure, linearise
+from lumpedcable.study.modes import find_modes
+
+# two fixed ends 105 m apart: 5 % strain, 50 kN, in as many dimensions as a test asks for
+STRING = """
+[materials.hooke]
+law = "linear"
+EA = "1 MN"
+
+[lines.rope]
+material = "hooke"
+length = "100 m"
+segments = 32
+mass = "1 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { fixed = [105, 0, 0] }
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+def straight(length, segments, direction=(1.0, 0.0, 0.0)):
+    """Nodes (n + 1, 3) in m on a straight line from the origin."""
+    return np.linspace(0.0, length, segments + 1)[:, None] * np.asarray(direction, float)
+
+
+@partial(jax.jit, static_argnames=("structure",))
+def _placed(structure, axes, origin, numbers, places):
+    scene = structure.scene.with_numbers(numbers)
+    model = assemble(scene, structure.layout, Coordinates(axes, origin))
+    lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
+    return eqx.tree_at(lambda m: m.lines, model, lines)
+
+
+def model_at(scene, nodes):
+    """The model of a scene with its lines at given places (nodes, 3) in m, by line of the model."""
+    layout, coordinates = make_layout(scene), coordinates_of([scene])
+    places = {
+        name: coordinates.axes.T @ (np.asarray(x) - coordinates.origin).T
+        for name, x in nodes.items()
+    }
+    structure = Structure(scene.skeleton(), layout, scene)
+    model = _placed(structure, *coordinates, scene.numbers(), places)
+    return model, layout, coordinates
+
+
+def modes_at(folder, text, nodes, *overrides, count=4):
+    """Modes of a scene text about given places of its only line, (nodes, 3), or of all by name."""
+    scene = scene_of(folder, text, *overrides)
+    if not isinstance(nodes, dict):
+        nodes = {next(iter(scene.lines)): nodes}
+    model, layout, coordinates = model_at(scene, nodes)
+    return natural_modes(linearise(model), make_net(model), layout, coordinates, count)
+
+
+def modes_of(folder, text, *overrides, count=4, run=0):
+    """Modes of a scene text about the equilibrium that the engine finds."""
+    return find_modes(study_of(folder, text, *overrides), count, run)

@@ -1,0 +1,125 @@
+"""The dispersion correction and the shock viscosity: where they act, and what they may not do."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import lumpedcable.study.compiled  # noqa: F401  (double precision)
+from lumpedcable.physics.waves import Boundary, ReleaseWaves
+
+MASS, LENGTH, EA, DT = 1.3, 0.4, 5e5, 4e-4  # kg/m, m, N, s: a Courant number of 0.62
+WALL = Boundary(False)
+N = 12
+
+
+def terms(tension, rate, ends=(WALL, WALL), dt=DT, corrected=True, stiffness=None, cut=False):
+    tension, rate = jnp.asarray(tension, float), jnp.asarray(rate, float)
+    stiffness = jnp.full(tension.shape, EA) if stiffness is None else jnp.asarray(stiffness, float)
+    tangent = jnp.stack([jnp.ones(tension.shape[0]), jnp.zeros(tension.shape[0])])
+    return ReleaseWaves(corrected).terms(
+        tension, stiffness, rate, tangent, jnp.asarray(LENGTH), jnp.asarray(MASS), ends,
+        None if dt is None else jnp.asarray(dt), cut,
+    )  # fmt: skip
+
+
+def test_nothing_happens_where_a_line_stretches_evenly():
+    correction, viscous = terms(np.full(N, 9e3), np.full(N, 3.0))
+    np.testing.assert_array_equal(viscous, 0.0)
+    np.testing.assert_allclose(correction, 0.0, atol=1e-9)
+    _, still = terms(np.full(N, 9e3), np.zeros(N))
+    np.testing.assert_array_equal(still, 0.0)
+
+
+def test_a_linear_rate_is_smooth():
+    # the limiter is one for any straight line, so that second order survives
+    _, viscous = terms(np.full(N, 9e3), 5.0 + 0.3 * np.arange(N))
+    np.testing.assert_allclose(viscous[1:-1], 0.0, atol=1e-9)
+
+
+def test_the_correction_is_the_leading_error_of_the_scheme():
+    # -(1 - nu^2) / 12 times the second difference, nu the Courant number: here of a parabola
+    nu2 = EA / MASS * (DT / LENGTH) ** 2
+    j = np.arange(N)
+    correction, _ = terms(9e3 + 7.0 * j**2, 5.0 + 0.3 * j)
+    np.testing.assert_allclose(correction[1:-1], -(1 - nu2) / 12 * 14.0, rtol=1e-9)
+
+
+def test_a_step_at_courant_one_needs_no_correction():
+    # leapfrog at c dt = l is exact on a linear line
+    correction, viscous = terms(
+        9e3 + 7.0 * np.arange(N) ** 2, np.sin(np.arange(N)), dt=LENGTH / np.sqrt(EA / MASS)
+    )
+    np.testing.assert_allclose(correction, 0.0, atol=1e-9)
+    np.testing.assert_allclose(viscous, 0.0, atol=1e-9)
+
+
+def test_viscosity_resists():
+    # it has the sign of the strain rate: it can only take energy
+    rng = np.random.default_rng(3)
+    for cut in (False, True):
+        tension = np.maximum(rng.normal(size=200) * 1e4, 0.0)
+        rate = rng.normal(size=200) * 30.0
+        _, viscous = terms(tension, rate, stiffness=np.where(tension > 0, EA, 0.0), cut=cut)
+        assert np.all(np.asarray(viscous) * rate >= 0.0)
+        assert np.max(np.abs(viscous)) > 10.0
+
+
+@pytest.mark.parametrize("dt", [DT, 0.2 * DT, None])
+def test_viscosity_is_what_the_docstring_says_at_an_extremum(dt):
+    # one segment that is stretched among resting ones: f = 1, b = 0.1 c + |D| / 2 or its bound
+    rate = np.zeros(N)
+    rate[5] = 20.0
+    _, viscous = terms(np.full(N, 9e3), rate, dt=dt)
+    c, jump = np.sqrt(EA / MASS), 20.0 * LENGTH
+    b = 0.1 * c + 0.5 * jump
+    if dt is not None:
+        nu2 = (c * dt / LENGTH) ** 2
+        b = min(b, 0.4 * (1 - nu2) * (3 - nu2) * LENGTH / (6 * dt))
+    expected = np.zeros(N)
+    expected[5] = MASS * b * jump
+    np.testing.assert_allclose(viscous, expected, rtol=1e-12)
+
+
+def test_a_slack_segment_evens_out_the_shortest_wave_in_one_step():
+    # b = l / 4 dt on a weightless zigzag: m l dv/dt = -4 Q, and the velocity is gone after dt
+    zigzag = np.where(np.arange(N + 1) % 2 == 0, 1.0, -1.0)
+    rate = np.diff(zigzag) / LENGTH
+    _, viscous = terms(np.zeros(N), rate, stiffness=np.zeros(N), cut=True)
+    after = zigzag[1:-1] + DT * np.diff(np.asarray(viscous)) / (MASS * LENGTH)
+    np.testing.assert_allclose(after, 0.0, atol=1e-12)
+
+
+def test_a_line_that_cannot_push_is_not_pushed_by_the_correction():
+    tension = np.where(np.arange(N) < 6, 0.0, 9e3)
+    correction, _ = terms(tension, 5.0 + 0.3 * np.arange(N), cut=True)
+    assert np.all(tension + np.asarray(correction) >= 0.0)
+    signed, _ = terms(tension, 5.0 + 0.3 * np.arange(N))
+    assert np.any(tension + np.asarray(signed) < 0.0)
+
+
+class TestBoundary:
+    outward = jnp.asarray([0.6, 0.8])
+
+    def test_a_wall_mirrors_the_tension(self):
+        assert float(WALL.ghost_tension(jnp.asarray(7.0), self.outward)) == 7.0
+        assert float(WALL.ghost_rate(jnp.asarray(7.0))) == 7.0
+
+    def test_a_load_is_the_mean_of_the_tensions_on_its_two_sides(self):
+        held = Boundary(True, 10.0 * self.outward)
+        assert float(held.ghost_tension(jnp.asarray(7.0), self.outward)) == pytest.approx(13.0)
+        free = Boundary(True)
+        assert float(free.ghost_tension(jnp.asarray(7.0), self.outward)) == -7.0
+        assert float(free.ghost_rate(jnp.asarray(7.0))) == 0.0
+
+    def test_what_breaks_is_a_wall_before_and_a_load_after(self):
+        for begun in (False, True):
+            breaks = Boundary(jnp.asarray(begun), None)
+            fixed = free = float(breaks.ghost_tension(jnp.asarray(7.0), self.outward))
+            assert (free == -7.0) if begun else (fixed == 7.0)
+            assert float(breaks.ghost_rate(jnp.asarray(7.0))) == (0.0 if begun else 7.0)
+
+    def test_no_correction_at_a_joint(self):
+        joint = Boundary(False, None, True)
+        assert float(joint.correction_share(jnp.asarray(0.3))) == 0.0
+        assert float(WALL.correction_share(jnp.asarray(0.3))) == 0.3
+        assert float(Boundary(True).correction_share(jnp.asarray(0.3))) == 1.0

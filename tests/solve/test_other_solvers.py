@@ -1,0 +1,71 @@
+"""Other integrators and another precision solve the same equations of motion."""
+
+import numpy as np
+import pytest
+from engine_runs import ROPE, run_text
+
+PLAIN = ROPE + '\n[solver]\nwaves = "plain"\n'
+SMOOTH = ("rope.segments=20", "break.time=10 ms", "output.duration=10 ms", "output.every=5 ms")
+SIZE = 43.0  # m/s, what the end gets to
+
+
+def velocities(folder, text, *options):
+    ran = run_text(folder, text, *SMOOTH, *options)
+    assert ran.statuses == ["OK"]
+    return ran["velocity"][0, :, :, 0]
+
+
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory):
+    """Leapfrog extrapolated to no step at all, by its second order (Richardson)."""
+    folder = tmp_path_factory.mktemp("leapfrog")
+    one, half = (velocities(folder, PLAIN, f"solver.step={h}") for h in (2e-5, 1e-5))
+    return (4.0 * half - one) / 3.0
+
+
+@pytest.mark.parametrize("method", ["tsit5", "dopri8", "kvaerno5"])
+def test_adaptive_solvers_come_as_close_as_they_are_asked_to(tmp_path, truth, method):
+    errors = []
+    for rtol in (1e-4, 1e-7):
+        text = PLAIN + f'method = "{method}"\nrtol = {rtol}\natol = {1e-3 * rtol}\n'
+        found = velocities(tmp_path, text)
+        errors.append(np.max(np.abs(found - truth)) / SIZE)
+    assert errors[0] < 1e-2
+    assert errors[1] < 1e-5
+    assert errors[1] < 0.1 * errors[0]
+
+
+@pytest.mark.parametrize(
+    ("method", "order"), [("leapfrog", 2), ("heun", 2), ("midpoint", 2), ("euler", 1)]
+)
+def test_fixed_steps_converge_with_their_order(tmp_path, truth, method, order):
+    errors = []
+    for step in (1e-4, 5e-5):
+        text = PLAIN + f'method = "{method}"\nstep = {step}\n'
+        errors.append(np.max(np.abs(velocities(tmp_path, text) - truth)) / SIZE)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)
+    assert errors[1] < (2e-3 if order == 2 else 0.1)
+
+
+def test_all_solvers_book_the_same_energies(tmp_path):
+    # another integrator accumulates work as part of its state; the balance closes to its tolerance
+    text = PLAIN + 'method = "dopri5"\nrtol = 1e-8\natol = 1e-10\n'
+    ran = run_text(tmp_path, text, *SMOOTH)
+    assert ran.outcomes[0].energy_closure < 1e-6
+    assert "lost_stepping" not in ran.energy  # a loss of leapfrog's alone
+    other = run_text(tmp_path, PLAIN, *SMOOTH, "solver.step=1e-5")
+    for term in ("kinetic", "strain"):
+        np.testing.assert_allclose(ran.energy[term], other.energy[term], rtol=1e-4, atol=1e-2)
+
+
+def test_single_precision_is_enough(tmp_path):
+    # strains come from displacement differences, not from places: no digits are lost
+    text = ROPE.replace("tension_only = false", "tension_only = true")
+    double = run_text(tmp_path, text, "output.duration=60 ms")
+    single = run_text(tmp_path, text + '\n[solver]\ndtype = "float32"\n', "output.duration=60 ms")
+    assert single.attributes["dtype"] == "float32"
+    moves = [r.outcomes[0].recoils["rope.end"]["end_displacement"] for r in (double, single)]
+    assert moves[1] == pytest.approx(moves[0], rel=1e-5)
+    assert moves[1] != moves[0]  # it was another precision
+    velocity = np.max(np.abs(single["velocity"] - double["velocity"]))
+    assert velocity < 1e-3 * SIZE

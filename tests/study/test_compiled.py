@@ -1,0 +1,144 @@
+"""What is compiled: absent physics is absent, and a changed number finds its program again."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from engine_runs import ROPE, scene_of, study_of
+
+from lumpedcable.model.coordinates import coordinates_of
+from lumpedcable.solve.integrate import Numbers
+from lumpedcable.study import compiled
+from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
+from lumpedcable.study.plan import batches, plan_of, rounded_steps
+from lumpedcable.study.run import run_study
+
+WATER = '[water]\ndensity = "1025 kg/m3"\n'
+# fields only, so that the energy account of a term does not hide the cost of the term
+FIELDS = 'every = "1 ms"\nquantities = ["position", "velocity"]\n'
+BARE = ROPE.replace('every = "1 ms"\n', FIELDS)
+WET = WATER + BARE.replace(
+    'mass = "2.238 kg/m"\n',
+    'mass = "2.238 kg/m"\ndiameter = "50 mm"\ndrag = { normal = 1.5, tangential = 0.01 }\n',
+)
+PLANAR = 'gravity = "9.81 m/s2"\n' + BARE
+BENT = PLANAR.replace('mass = "2.238', 'bending = { EI = "10 N m2" }\nmass = "2.238')
+DAMPED = BARE.replace("tension_only = false", 'tension_only = false\ndamping = "1 kN s"')
+PLAIN = BARE + '\n[solver]\nwaves = "plain"\n'
+
+
+def program(folder, text):
+    """The advance program of a scene, lowered but not run."""
+    scene = scene_of(folder, text)
+    batch = batches([scene])[0]
+    coordinates = coordinates_of([scene])
+    shared = {key: number(value) for key, value in scene.numbers().items()}
+    swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
+    ready = prepare_batch(
+        batch.structure, "float64", coordinates.axes, coordinates.origin, shared, swept
+    )
+    plan = plan_of(scene, batch.structure.layout)
+    steps = jnp.asarray(int(rounded_steps(scene, np.asarray(ready.bound))[0]))
+    numbers = Numbers(number(1e-3), steps, number(1e-6), number(1e-8))
+    state, _ = begin_batch(ready.model, plan, numbers)
+    return advance_batch.lower(ready.model, plan, numbers, state, jnp.asarray(0), jnp.asarray(16))
+
+
+def operations(folder, text):
+    """Floating-point operations that XLA counts in one pass through the program's loops.
+
+    Counted before fusion, which may compute a value twice to save a trip to memory.
+    """
+    analysis = program(folder, text).cost_analysis()
+    return analysis["flops"] + analysis.get("transcendentals", 0.0)
+
+
+@pytest.mark.parametrize("more", [WET, PLANAR, DAMPED], ids=["drag", "second dimension", "damping"])
+def test_what_a_scene_names_is_what_is_computed(tmp_path, more):
+    assert operations(tmp_path, BARE) < operations(tmp_path, more)
+
+
+def test_bending_costs_only_where_it_is(tmp_path):
+    assert operations(tmp_path, PLANAR) < operations(tmp_path, BENT)
+
+
+def test_waves_cost_only_where_they_are(tmp_path):
+    assert operations(tmp_path, PLAIN) < operations(tmp_path, BARE)
+
+
+def test_energy_costs_only_where_it_is_asked_for(tmp_path):
+    assert operations(tmp_path, BARE) < operations(tmp_path, ROPE)
+
+
+def test_a_third_dimension_costs_only_where_it_is(tmp_path):
+    bent = PLANAR.replace("direction = [1, 0, 0]", "direction = [1, 1, 0]")
+    moved = PLANAR.replace("start = { fixed = [0, 0, 0] }", "start = { fixed = [5, 7, 9] }")
+    assert operations(tmp_path, moved) == operations(tmp_path, PLANAR)
+    # a direction out of the axes is still a plane, once turned; only the start adds a rotation
+    assert operations(tmp_path, bent) == pytest.approx(operations(tmp_path, PLANAR), rel=1e-3)
+
+
+def test_water_that_touches_nothing_is_not_there(tmp_path):
+    # density alone, without gravity, drag or added mass, acts on nothing
+    assert operations(tmp_path, WATER + BARE) == operations(tmp_path, BARE)
+
+
+def test_a_straight_line_needs_no_norms(tmp_path):
+    # in one dimension a strain has a sign; in two it takes the root of a square
+    straight = program(tmp_path, PLAIN).as_text().count("stablehlo.sqrt")
+    planar = program(tmp_path, PLAIN.replace(BARE, PLANAR)).as_text().count("stablehlo.sqrt")
+    assert straight < planar
+
+
+CHANGES = [
+    "pretension=90 kN",
+    "rope.length=45 m",
+    "nylon.p1=280 kN",
+    "mass=3 kg/m",
+    "break.time=7 ms",
+    "break.start=3 ms",
+    "courant=0.5",
+    "output.every=0.5 ms",
+    "output.duration=35 ms",
+    "rope.start.fixed=[1, 0, 0]",
+]
+
+
+def traces():
+    """How often each program has been traced so far."""
+    return {
+        name: getattr(compiled, name)._cache_size()
+        for name in ("prepare_batch", "begin_batch", "advance_batch")
+    }
+
+
+def test_another_number_needs_no_other_program(tmp_path):
+    run_study(study_of(tmp_path, ROPE), tmp_path / "first.h5")
+    before = traces()
+    for change in CHANGES:
+        run_study(study_of(tmp_path, ROPE, change), tmp_path / "next.h5")
+    assert traces() == before
+
+
+def test_another_structure_needs_another_program(tmp_path):
+    run_study(study_of(tmp_path, ROPE), tmp_path / "first.h5")
+    before = traces()
+    run_study(study_of(tmp_path, ROPE, "rope.segments=31"), tmp_path / "next.h5")
+    after = traces()
+    assert all(after[name] == before[name] + 1 for name in before)
+
+
+def test_the_energy_account_does_not_change_the_motion(tmp_path):
+    scenes = [scene_of(tmp_path, text) for text in (BARE, ROPE)]
+    ends = []
+    for text in (BARE, ROPE):
+        target = tmp_path / "out.h5"
+        outcome = run_study(study_of(tmp_path, text), target)[0]
+        ends.append(outcome.recoils["rope.end"]["end_displacement"])
+    assert scenes[0].output.quantities != scenes[1].output.quantities
+    assert ends[0] == pytest.approx(ends[1], rel=1e-12)
+
+
+def test_programs_are_kept_for_the_next_process():
+    assert jax.config.jax_compilation_cache_dir
+    assert jax.config.jax_persistent_cache_min_compile_time_secs <= 0.1

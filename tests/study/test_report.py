@@ -1,0 +1,97 @@
+"""The table after a run: every number at its place at any width, nothing eaten on the way."""
+
+import re
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lumpedcable.scene import load_study
+from lumpedcable.status import Status
+from lumpedcable.study import report
+from lumpedcable.study.summary import Outcome
+
+SNAPBACK = Path(__file__).parents[2] / "configs" / "snapback.toml"
+# quantity -> (what the runs have, how it is printed with its unit in the heading)
+NUMBERS = {
+    "static_strain": (0.29228, "0.2923"),
+    "exact_static_strain": (0.31416, "0.3142"),
+    "peak_end_speed": (212.754, "212.75"),
+    "exact_peak_end_speed": (228.839, "228.84"),
+    "end_displacement": (16.7082, "16.708"),
+    "front_arrival": (0.061443, "61.44"),
+    "exact_front_arrival": (0.058429, "58.43"),
+}
+HEADINGS = ["strain", "(-)", "peak end", "(m/s)", "placement", "(m)", "(ms)", "(%)", "status"]
+
+
+def outcome(run, status=Status.OK, message="ok"):
+    numbers = {name: value for name, (value, _) in NUMBERS.items()}
+    return Outcome(run, status, np.nan, message, 100, 1e-5, 3.2e-4, 1e4, 1e-12, np.zeros(1),
+                   {"rope.end": numbers})  # fmt: skip
+
+
+def printed(monkeypatch, width, study, outcomes, target="out.h5"):
+    monkeypatch.setattr(report, "WIDE", width)
+    with redirect_stdout(StringIO()) as out:
+        report.results_table(study, Path(target), outcomes)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("width", "exact", "references"), [(200, True, True), (120, True, True), (80, False, False)]
+)
+def test_numbers_and_headings_are_whole_at_any_width(monkeypatch, width, exact, references):
+    text = printed(monkeypatch, width, load_study(SNAPBACK), [outcome(run) for run in range(8)])
+    assert "…" not in text
+    assert all(len(line) <= width for line in text.splitlines())
+    for heading in HEADINGS:
+        assert heading in text
+    rows = re.findall(r"^ +[0-7] +\d+ kN +\d+ ms .*$", text, re.MULTILINE)
+    assert len(rows) == 8
+    shown = {name for name in NUMBERS if exact or not name.startswith("exact_")}
+    for row in rows:
+        assert {name for name in NUMBERS if NUMBERS[name][1] in row.split()} == shown
+    # the paper's displacements, in the order of the runs
+    told = ["6.37", "7.57", "12.66", "12.86", "16.87", "16.87", "21.74", "20.74"]
+    assert [value in row.split() for value, row in zip(told, rows, strict=True)] == [references] * 8
+    assert ("A wider terminal shows exact values and references as well." in text) != references
+
+
+def test_references_say_what_they_belong_to(monkeypatch):
+    told = "zhu2018: Zhu, Yin & Shen 2018, sections 3 and 4. "
+    belongs = "These numbers belong to the scene without --set."
+    outcomes = [outcome(run) for run in range(8)]
+    text = printed(monkeypatch, 400, load_study(SNAPBACK), outcomes)
+    assert told in text
+    assert belongs not in text
+    text = printed(monkeypatch, 400, load_study(SNAPBACK, ["rope.length=90 m"]), outcomes)
+    assert re.search(f"^{told}.*{belongs}$", text, re.MULTILINE)
+
+
+def test_words_in_brackets_are_words_not_markup(monkeypatch):
+    study = load_study(SNAPBACK, ["title=Rope [/b] of [red]nylon[/red]"])
+    failed = outcome(0, Status.NON_FINITE, "undefined at [bold]3 ms")
+    text = printed(monkeypatch, 200, study, [failed], "[a]/x.h5")
+    assert "Rope [/b] of [red]nylon[/red]" in text
+    assert "run 0: undefined at [bold]3 ms" in text
+    assert "non finite" in text
+    assert text.endswith("written: [a]/x.h5\n")
+
+
+def test_the_path_of_the_file_is_never_broken(monkeypatch):
+    target = "a_long_folder_name/" * 12 + "x.h5"
+    text = printed(monkeypatch, 80, load_study(SNAPBACK), [outcome(0)], target)
+    assert text.endswith(f"written: {target}\n")
+
+
+def test_a_large_study_is_cut_and_says_so(monkeypatch):
+    pretensions = list(range(1000, 201_000, 1000))
+    study = load_study(SNAPBACK, [f"pretension={pretensions}", "break.time=0"])
+    outcomes = [outcome(run, Status.NON_FINITE, "undefined") for run in range(200)]
+    text = printed(monkeypatch, 120, study, outcomes)
+    assert "60 of 200 rows shown; the file holds all." in text
+    assert len(re.findall(r"^run \d+: undefined$", text, re.MULTILINE)) == 10
+    assert "and 190 more runs went wrong" in text

@@ -1,0 +1,116 @@
+"""Runs that go wrong say so, say why, and leave the others of their batch alone."""
+
+import numpy as np
+import pytest
+from engine_runs import HOOKE, ROPE, run_text
+
+from lumpedcable.status import ADVICE, MEANING, Status
+
+STIFFENS = """
+[materials.steep]
+law = "polynomial"
+coefficients = ["1 MN", 0, "4 GN"]
+max_strain = {reach}
+
+[lines.rope]
+material = "steep"
+length = "100 m"
+segments = 50
+mass = "1 kg/m"
+start = {{ fixed = [0, 0, 0] }}
+end = {{ motion = {{ position = [101, 0, 0], velocity = ["60 m/s", 0, 0] }} }}
+
+[output]
+duration = "400 ms"
+every = "10 ms"
+"""
+
+
+def test_every_status_has_a_meaning_and_advice():
+    assert set(MEANING) == set(ADVICE) == set(Status)
+    assert all(ADVICE[s] for s in Status if s is not Status.OK)
+
+
+def test_a_line_that_piles_up_at_the_wall(tmp_path):
+    # 450 kN without drag: the whole line arrives at the wall at up to 229 m/s, nothing slows it
+    # down, and it goes through itself. The front arrives at 58.4 ms: before that all is well
+    cut = ROPE.replace("tension_only = false", "tension_only = true")
+    ran = run_text(tmp_path, cut, "pretension=450 kN", "output.duration=120 ms")
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.LINE_REVERSED
+    assert 58.4e-3 < outcome.status_time < 100e-3
+    assert "mesh" in outcome.message
+    assert "ms" in outcome.message
+    # it says when, and numbers that only hold for a whole run are not given
+    numbers = outcome.recoils["rope.end"]
+    assert np.isnan(numbers["end_displacement"])
+    assert numbers["front_arrival"] == pytest.approx(58.4e-3, rel=0.03)
+    before = ran.time < outcome.status_time
+    assert np.min(ran["strain"][0, before]) > -1.0
+
+
+def test_a_law_that_stiffens_beyond_its_bound(tmp_path):
+    # T' = 1 MN + 12 GN e^2; the end is pulled 24 m away in 400 ms, to 25 % strain, where waves run
+    # at sqrt(751 MN / 1 kg/m) = 27 km/s, while the step was chosen for 5 %: 5.6 km/s
+    ran = run_text(tmp_path, STIFFENS.format(reach=0.05))
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.STEP_BOUND_BROKEN
+    assert 0.0 < outcome.status_time < 0.4
+    assert "max_strain" in outcome.message
+    # told the truth about its reach, it runs
+    fine = run_text(tmp_path, STIFFENS.format(reach=0.3))
+    assert fine.statuses == ["OK"]
+    assert np.max(fine["strain"]) > 0.24
+
+
+def test_a_start_that_cannot_balance(tmp_path):
+    # two forces of different size on the two ends of a line
+    pull = 'start = { held = { pretension = "40 kN", direction = [-1, 0, 0] } }'
+    ran = run_text(tmp_path, HOOKE.replace("start = { fixed = [0, 0, 0] }", pull))
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.STATICS_NOT_CONVERGED
+    assert outcome.static_imbalance > 0.1
+    assert "balance" in outcome.message
+    # a run without a start has no history
+    assert np.all(np.isnan(ran["position"]))
+    assert np.all(np.isnan(ran["velocity"]))
+    assert all(np.all(np.isnan(term)) for term in ran.energy.values())
+    for number in ("static_strain", "static_tension", "peak_end_speed", "end_displacement"):
+        assert np.isnan(outcome.recoils["rope.end"][number])
+
+
+def test_a_solver_that_runs_out_of_steps(tmp_path):
+    ran = run_text(tmp_path, HOOKE + '\n[solver]\nmethod = "tsit5"\nmax_steps = 5\n')
+    assert ran.outcomes[0].status is Status.TOO_MANY_STEPS
+    assert "max_steps" in ran.outcomes[0].message
+
+
+GOOD, BAD = "50 kN", "450 kN"
+
+
+def batch(*pretensions):
+    cut = ROPE.replace("tension_only = false", "tension_only = true")
+    listed = ", ".join(f'"{p}"' for p in pretensions)
+    return f'{cut}\n[sweep]\n"lines.rope.end.held.pretension" = [{listed}]\n'
+
+
+def test_a_bad_run_leaves_the_others_bit_for_bit_alone(tmp_path):
+    mixed = run_text(tmp_path, batch(GOOD, BAD, "90 kN"), "output.duration=120 ms")
+    clean = run_text(tmp_path, batch(GOOD, "110 kN", "90 kN"), "output.duration=120 ms")
+    assert mixed.statuses == ["OK", "LINE_REVERSED", "OK"]
+    assert clean.statuses == ["OK"] * 3
+    for k in (0, 2):
+        for quantity in ("position", "velocity", "tension", "start_tension"):
+            np.testing.assert_array_equal(mixed[quantity][k], clean[quantity][k])
+        for term in mixed.energy:
+            np.testing.assert_array_equal(mixed.energy[term][k], clean.energy[term][k])
+        assert mixed.outcomes[k].recoils == clean.outcomes[k].recoils
+
+
+def test_a_run_does_not_depend_on_its_company(tmp_path):
+    # alone or among others: one program each, equal to the last digits of a sum
+    alone = run_text(tmp_path, batch("90 kN"))
+    among = run_text(tmp_path, batch(GOOD, "90 kN", BAD, "110 kN"))
+    np.testing.assert_allclose(alone["position"][0], among["position"][1], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(alone["tension"][0], among["tension"][1], rtol=0, atol=1e-7)
+    assert alone.outcomes[0].steps == among.outcomes[1].steps

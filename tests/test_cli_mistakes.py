@@ -1,0 +1,220 @@
+"""Mistakes on the command line: exit code 2, one clear message, and nothing left behind."""
+
+import re
+import sys
+
+import good_scenes
+import h5py
+import pytest
+from command_line import SMALL, files, process, refused, say
+from mistakes import MISTAKES, spoilt
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """A folder with a results file of the small scene."""
+    folder = tmp_path_factory.mktemp("results")
+    good_scenes.write(folder, SMALL)
+    assert say(folder, "run", "scene.toml").code == 0
+    return folder
+
+
+# --- mistakes in a scene -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("text", "edits", "key", "words", "at"), MISTAKES)
+def test_a_mistake_in_a_scene(tmp_path, text, edits, key, words, at):
+    bad = spoilt(text, edits)
+    good_scenes.write(tmp_path, bad)
+    line = bad[: bad.index(at)].count("\n") + 1
+    told = refused(tmp_path, "run", "scene.toml", "-o", "out.h5")
+    assert told.count("\n") == 1
+    assert told.startswith(f"scene.toml:{line}: {key}{': ' if key else ''}expected ")
+    for word in words:
+        assert word in told
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("length=60 kN", "lines.rope.length: expected a positive length (m), found a force (N)"),
+        ("length=-1", "lines.rope.length: expected a positive length (m), found -1"),
+        ("segments=0", "lines.rope.segments: expected a whole number from 1 to 1000000, found 0"),
+        ("mass=nan", "lines.rope.mass: expected a positive mass per length (kg/m), found nan"),
+        ("pretension=600 kN", "expected at most 531.654 kN"),
+        ("pretension=[1 kN, 600 kN]", "expected at most 531.654 kN"),
+        ("solver.method=[heun, tsit5]", "solver.method: expected "),
+        ("lenght=50 m", 'found "lenght"; did you mean "lines.rope.length"?'),
+        ("rope=3", "lines.rope: expected a table with material, length, mass, start, end, found 3"),
+        ("nothing", 'expected KEY=VALUE, found "nothing"'),
+        ("breaks=rope@70 m", "expected a place inside the line, between 0 m and 60 m"),
+        ("convention=pi", 'expected "textbook", "half" or "projected", found "pi"'),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_mistake_in_an_override(tmp_path, command, change, words):
+    good_scenes.write(tmp_path, SMALL)
+    told = refused(tmp_path, command, "scene.toml", "--set", change)
+    assert told.startswith(f"--set {change}: ")
+    assert words in told
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_more_breaks_than_segments(tmp_path, command):
+    good_scenes.write(tmp_path, SMALL)
+    changes = ["--set", "segments=1", "--set", "breaks=rope@30 m"]
+    told = refused(tmp_path, command, "scene.toml", *changes)
+    assert told.startswith("scene.toml")
+    assert 'line "rope" has too few segments for its breaks along its length' in told
+
+
+# --- wrong files ---------------------------------------------------------------------------------
+
+NO_SCENE = [
+    ("no such file", "scen.toml", 'expected a file, found none at "scen.toml"; did you mean "sc'),
+    ("a folder", ".", ".: expected a file, found a directory"),
+    ("a file below a file", "scene.toml/x.toml", "expected a file"),
+    ("a name too long", "x" * 5000, "File name too long"),
+    ("a picture", "picture.toml", "expected UTF-8 text"),
+    ("an empty file", "empty.toml", "empty.toml:1: expected a scene, found an empty file"),
+]
+
+
+@pytest.mark.parametrize(("path", "words"), [c[1:] for c in NO_SCENE], ids=[c[0] for c in NO_SCENE])
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_what_is_no_scene(tmp_path, command, path, words):
+    good_scenes.write(tmp_path, SMALL)
+    (tmp_path / "picture.toml").write_bytes(b"\x89PNG\r\n\x1a\n\xff")
+    (tmp_path / "empty.toml").touch()
+    assert words in refused(tmp_path, command, path)
+
+
+OUTPUTS = [
+    ("below a file", "scene.toml/x.h5", "cannot write scene.toml/x.h5"),
+    ("a folder", ".", "--output: expected a file name, found the folder ."),
+    ("the scene itself", "./scene.toml", "--output: expected another file than the scene"),
+    ("a name too long", "x" * 300 + ".h5", "File name too long"),
+    pytest.param(
+        "where nothing can be written", "/proc/x.h5", "cannot write /proc/x.h5",
+        marks=pytest.mark.skipif(sys.platform != "linux", reason="/proc is Linux's"),
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("_what", "path", "words"), OUTPUTS)
+def test_results_that_cannot_be_written(tmp_path, _what, path, words):
+    good_scenes.write(tmp_path, SMALL)
+    told = refused(tmp_path, "run", "scene.toml", "-o", path)
+    assert told.count("\n") == 1
+    assert words in told
+
+
+def test_results_larger_than_the_disk(tmp_path):
+    good_scenes.write(tmp_path, SMALL)
+    # 2 runs of 4e6 times of 1e6 nodes and segments of 64 bytes
+    changes = ["--set", "segments=1000000", "--set", "every=1 ns"]
+    told = refused(tmp_path, "run", "scene.toml", *changes)
+    assert re.search(r"cannot write scene.h5: the results take 512 TB, .* are free", told)
+
+
+@pytest.mark.parametrize("command", ["plot", "info"])
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("nothing.h5", "no such file: nothing.h5"),
+        (".", "expected a results file"),
+        ("/", "expected a results file"),
+        ("scene.toml", "not an HDF5 file"),
+        ("scene.toml/x.h5", "no such file"),
+        ("cut.h5", "expected a results file"),
+        ("other.h5", "HDF5 but not a results file of lumpedcable"),
+    ],
+)
+def test_what_is_no_results_file(results, tmp_path, command, path, words):
+    good_scenes.write(tmp_path, SMALL)
+    (tmp_path / "cut.h5").write_bytes((results / "scene.h5").read_bytes()[:5000])
+    h5py.File(tmp_path / "other.h5", "w").close()
+    told = refused(tmp_path, command, path)
+    assert words in told
+    assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--format", "gif"], "cannot draw in the format 'gif', expected one of pdf, png, svg"),
+        (["-o", "scene.toml"], "cannot make the folder scene.toml"),
+        (["-o", "scene.toml/below"], "cannot make the folder scene.toml/below"),
+    ],
+)
+def test_pictures_that_cannot_be_drawn(results, arguments, words):
+    assert words in refused(results, "plot", "scene.h5", *arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["scene.toml", "--count", "0"], "--count: expected at least 1, found 0"),
+        (["scene.toml", "--run", "2"], "--run: expected a run from 0 to 1, found 2"),
+        (["scene.toml", "--set", "length=-1"], "lines.rope.length: expected a positive length"),
+        (["scen.toml"], "expected a file, found none"),
+        (["scene.toml", "-o", "scene.toml"], "scene.toml"),
+        (["scene.toml", "--format", "gif"], "expected one of pdf, png, svg"),
+    ],
+)
+def test_modes_that_cannot_be_found(tmp_path, arguments, words):
+    good_scenes.write(tmp_path, SMALL)
+    assert words in refused(tmp_path, "modes", *arguments)
+
+
+# --- wrong words ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["rnu", "scene.toml"], 'Did you mean "run"?'),
+        (["scene.toml"], "Unknown command"),
+        (["--nonsense"], '"--nonsense"'),
+        (["run"], "SCENE"),
+        (["run", "scene.toml", "other.toml"], "expected nothing more, found 'other.toml'"),
+        (["run", "scene.toml", "--outptu", "x.h5"], "Unknown option: --outptu"),
+        (["run", "scene.toml", "-o"], "-o requires an argument"),
+        (["run", "scene.toml", "--set"], "--set"),
+        (["run", "scene.toml", "--timings=maybe"], "--timings"),
+        (["plot"], "RESULT"),
+        (["info", "--verbose", "scene.h5"], "Unknown option: --verbose"),
+        (["check"], "SCENE"),
+        (["schema", "2020"], "expected nothing more, found '2020'"),
+        (["modes", "scene.toml", "--count", "many"], "many"),
+    ],
+)
+def test_words_that_are_no_command(tmp_path, arguments, words):
+    good_scenes.write(tmp_path, SMALL)
+    told = refused(tmp_path, *arguments)
+    assert words in told
+    assert "see lumpedcable --help" in told.lower()
+
+
+# --- as a process of its own ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "scene.toml", "--set", "length=60 kN"], "expected a positive length (m)"),
+        (["run", "nothing.toml"], "expected a file, found none"),
+        (["run", "scene.toml", "-o", "scene.toml/x.h5"], "cannot write"),
+        (["plot", "scene.toml"], "not an HDF5 file"),
+        (["fly"], 'Unknown command "fly"'),
+    ],
+)
+def test_mistakes_end_a_process_with_code_2(tmp_path, arguments, words):
+    good_scenes.write(tmp_path, SMALL)
+    before = files(tmp_path)
+    ended = process(tmp_path, *arguments)
+    out, err = ended.communicate(timeout=120)
+    assert (ended.returncode, out) == (2, "")
+    assert words in err
+    assert "Traceback" not in err
+    assert files(tmp_path) == before

@@ -1,0 +1,213 @@
+"""The command `modes`: a table, a picture, numbers in a file; mistakes and unstable scenes."""
+
+import json
+import re
+
+import good_scenes
+import pytest
+from command_line import ROOT, refused, say
+
+from lumpedcable import exact
+
+CABLE = ROOT / "configs" / "sagged-cable.toml"
+# a mass on one rod above its support: in one piece the rod can only fall over
+INVERTED = """
+title = "Upside down"
+gravity = 9.81
+dimensions = 2
+
+[materials.hooke]
+law = "linear"
+EA = "1 MN"
+
+[lines.rod]
+material = "hooke"
+length = "10 m"
+segments = 1
+mass = "0.01 kg/m"
+start = { fixed = [0, 0, 0] }
+end = "bob"
+
+[bodies.bob]
+mass = "100 kg"
+position = [0, 0, 10]
+
+[sweep]
+"bodies.bob.position.2" = ["10 m", "-10 m"]
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+@pytest.fixture(scope="module")
+def cable(tmp_path_factory):
+    """A folder in which the modes of the sagging cable have been found, and what was said."""
+    folder = tmp_path_factory.mktemp("cable")
+    return folder, say(folder, "modes", CABLE)
+
+
+def rows(out):
+    """The numbers of the table's rows: mode, frequency, period, shares."""
+    found = re.findall(
+        r"^ +(\d+) +([\d.]+) +([\d.]+) +([\d.]+) +([\d.]+) +([xyz, ]+?) *$", out, re.M
+    )
+    return [(int(k), *map(float, numbers), where) for k, *numbers, where in found]
+
+
+def test_the_table_agrees_with_the_comment_in_the_scene(cable):
+    _, said = cable
+    assert (said.code, said.err) == (0, "")
+    assert said.out.startswith("A sagging cable at the crossover\n")
+    table = rows(said.out)
+    assert [row[0] for row in table] == list(range(1, 11))
+    comment = CABLE.read_text().split("title")[0]
+    told = {
+        kind: [float(n) for n in re.findall(r"\d\.\d{4}", line)]
+        for kind in ("string", "antisymmetric", " symmetric")
+        for line in comment.splitlines()
+        if kind in line and "Hz" in line
+    }
+    # the comment's numbers are Irvine's for the elastic catenary of this cable
+    weight, span = 10 * exact.STANDARD_GRAVITY, 200.0
+    line = exact.elastic_catenary(span, 0.0, 200.2, 50e6, weight)
+    per_span = 200.2 / span
+    pull, mass = line.horizontal, 10 * per_span
+    parameter = exact.irvine_parameter(span, pull, weight * per_span, 50e6)
+    symmetric, antisymmetric = exact.sagged_cable_frequencies(span, pull, mass, parameter, 2)
+    string = exact.string_frequencies(span, pull, mass, 4)
+    assert told["string"] == pytest.approx(string, abs=6e-5)
+    assert told["antisymmetric"] == pytest.approx(antisymmetric, abs=6e-5)
+    assert told[" symmetric"] == pytest.approx(symmetric, abs=6e-5)
+    expected = sorted([*string, *antisymmetric, *symmetric])
+    assert [row[1] for row in table[:8]] == pytest.approx(expected, rel=0.005)
+    assert [row[1] * row[2] for row in table] == pytest.approx([1.0] * 10, rel=1e-5)
+    assert [row[5] for row in table[:8]] == ["y", "z", "z", "y", "y", "z", "z", "y"]
+    assert all(row[3] + row[4] == pytest.approx(100.0) for row in table)
+
+
+def test_picture_and_numbers_lie_beside_each_other(cable):
+    folder, said = cable
+    assert said.out.splitlines()[-2:] == ["sagged-cable/modes.png", "sagged-cable/modes.json"]
+    assert (folder / "sagged-cable" / "modes.png").stat().st_size > 20_000
+    told = json.loads((folder / "sagged-cable" / "modes.json").read_text())
+    assert told["units"]["frequency"] == "Hz"
+    assert told["stiffness_asymmetry"] < 1e-12
+    table = rows(said.out)
+    assert [mode["frequency"] for mode in told["modes"]] == pytest.approx(
+        [row[1] for row in table], rel=1e-5
+    )
+    assert {mode["state"] for mode in told["modes"]} == {"stable"}
+    line = told["lines"]["cable"]
+    assert len(line["position"]) == 101
+    assert line["position"][-1] == pytest.approx([200.0, 0.0, 0.0])
+    assert [len(line["shapes"]), len(line["shapes"][0])] == [10, 101]
+    assert line["shapes"][0][50] == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
+
+
+def test_an_unstable_scene_says_so(tmp_path):
+    good_scenes.write(tmp_path, INVERTED)
+    said = say(tmp_path, "modes", "scene.toml", "-o", tmp_path / "out", "--format", "svg")
+    assert (said.code, said.err) == (0, "")
+    # omega^2 = -g / L': it falls over e-fold in sqrt(L' / g), the rod shortened by a thousandth
+    assert re.search(r"^ +1 +- +- .*unstable: grows e-fold in 1\.01 s *$", said.out, re.M)
+    assert "The equilibrium is unstable: 1 mode shown would grow, not swing." in said.out
+    assert "There are 2 modes in all." in said.out
+    assert "Motion in x and z only; dimensions = 3 allows all." in said.out
+    assert "Run 0 of 0 to 1; --run takes another." in said.out
+    assert said.out.splitlines()[0] == "Upside down: bob position z 10 m"
+    told = json.loads((tmp_path / "out" / "modes.json").read_text())
+    first, second = told["modes"]
+    assert (first["state"], first["frequency"], first["period"]) == ("unstable", None, None)
+    assert first["omega_squared"] == pytest.approx(-9.81 / (10 * (1 - 981e-6)), rel=1e-3)
+    assert (second["state"], second["share_bodies"]) == ("stable", pytest.approx(1.0, abs=1e-3))
+    assert told["swept"] == {"bodies.bob.position.2": 10.0}
+    assert "unstable" in (tmp_path / "out" / "modes.svg").read_text()
+
+
+def test_another_run_and_fewer_modes(tmp_path):
+    good_scenes.write(tmp_path, INVERTED)
+    said = say(tmp_path, "modes", "scene.toml", "--run", "1", "-n", "1")
+    assert said.code == 0
+    assert "unstable" not in said.out
+    assert "in all" not in said.out
+    swing, _ = exact.elastic_pendulum_periods(10.0, 1e6, 100.0, 9.81)
+    told = json.loads((tmp_path / "scene" / "modes.json").read_text())
+    assert [mode["period"] for mode in told["modes"]] == pytest.approx([swing], rel=2e-3)
+    assert told["run"] == 1
+
+
+def test_no_equilibrium_exits_with_1_and_advice(tmp_path):
+    text = INVERTED.replace('end = "bob"', 'end = "free"').replace(
+        "start = { fixed = [0, 0, 0] }", 'start = "free"'
+    )
+    good_scenes.write(tmp_path, text.split("[bodies")[0] + "[output]\nduration = 1\nevery = 1\n")
+    said = say(tmp_path, "modes", "scene.toml")
+    assert (said.code, said.out) == (1, "")
+    assert said.err.startswith("scene.toml: no static equilibrium was found to start from")
+    assert "check that the ends and forces can balance" in said.err
+    assert sorted(p.name for p in tmp_path.iterdir() if p.suffix != ".csv") == ["scene.toml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["-n", "0"], "--count: expected at least 1, found 0"),
+        (["--run", "2"], "--run: expected a run from 0 to 1, found 2"),
+        (["--run", "-1"], "--run: expected a run from 0 to 1, found -1"),
+        (["--set", "segments=0"], "lines.rod.segments: expected a whole number from 1"),
+        (["--set", "dimensions=1", "--set", "rod.start.fixed=[1, 0, 0]"],
+         "--set dimensions=1: dimensions: expected at least 2, which"),
+        (["--set", "rod.end={fixed=[0, 0, 9]}"], "lines: nothing can move: every node is held"),
+    ],
+)  # fmt: skip
+def test_mistakes(tmp_path, arguments, words):
+    good_scenes.write(tmp_path, INVERTED)
+    told = refused(tmp_path, "modes", "scene.toml", *arguments)
+    assert words in told
+    assert told.count("\n") == 1
+
+
+def test_a_format_that_nobody_draws(tmp_path):
+    good_scenes.write(tmp_path, INVERTED)
+    said = say(tmp_path, "modes", "scene.toml", "--format", "gif")
+    assert said.code == 2
+    assert "cannot draw in the format 'gif', expected one of pdf, png, svg" in said.err
+
+
+def test_a_folder_that_cannot_be(tmp_path):
+    good_scenes.write(tmp_path, INVERTED)
+    said = say(tmp_path, "modes", "scene.toml", "-o", "scene.toml/deeper")
+    assert said.code == 2
+    assert "cannot make the folder scene.toml/deeper: " in said.err
+
+
+def test_too_few_dimensions_stop_a_run_and_a_check_as_well(tmp_path):
+    text = good_scenes.ROPE.replace("[water]", "dimensions = 1\n[water]")
+    good_scenes.write(tmp_path, text)
+    line = text[: text.index("dimensions")].count("\n") + 1
+    for command in ("run", "check", "modes"):
+        told = refused(tmp_path, command, "scene.toml")
+        assert told.startswith(f"scene.toml:{line}: dimensions: expected at least 2, which"), (
+            command
+        )
+
+
+def test_what_is_left_out_is_said(tmp_path):
+    # a taut line in a current, with damping: all of it matters, none of it is swept under the rug
+    text = INVERTED.split("[sweep]")[0].replace("mass =", 'diameter = "20 mm"\nmass =', 1)
+    text = text.replace(
+        "[materials.hooke]",
+        '[water]\ndensity = 1025\ncurrent = { velocity = ["1 m/s", 0, 0] }\n[materials.hooke]\n'
+        "damping = 100",
+    ).replace("segments = 1\n", "segments = 6\ndrag = { normal = 1.2, tangential = 0.01 }\n")
+    good_scenes.write(tmp_path, f"{text.replace('10]', '-10]')}[output]\nduration = 1\nevery = 1\n")
+    said = say(tmp_path, "modes", "scene.toml")
+    assert (said.code, said.err) == (0, "")
+    assert "Without the drag and damping of the motion." in said.out
+    assert "Drag of the current makes the stiffness unsymmetric" in said.out
+    assert "unstable" not in said.out
+    told = json.loads((tmp_path / "scene" / "modes.json").read_text())
+    assert told["stiffness_asymmetry"] > 1e-9
+    assert [mode["state"] for mode in told["modes"]] == ["stable"] * 10

@@ -1,0 +1,169 @@
+"""The house keeps its shape: imports point one way, and only what computes loads jax."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = "lumpedcable"
+MODULES = sorted((ROOT / PACKAGE).rglob("*.py"))
+
+# room -> the rooms it may import from; "" is the package's own __init__ (its version)
+ALLOWED = {
+    "": set(),
+    "status": set(),
+    "scene": set(),
+    "exact": set(),
+    "results": set(),
+    "physics": set(),
+    "model": {"physics", "scene"},
+    "solve": {"model", "physics", "scene"},
+    "study": {"", "exact", "model", "physics", "results", "scene", "solve"},
+    "view": {"exact", "results"},
+    "cli": {"", "model", "results", "scene", "study", "view"},
+    "__main__": {"cli"},
+}
+FREE = {"status"}  # words and numbers that any room may use
+COMPUTES = {"physics", "model", "solve", "study"}
+HEAVY = {"jax", "jaxlib", "diffrax", "equinox", "jaxtyping", "lineax", "optimistix"}
+# libraries that only some rooms know
+OWNERS = dict.fromkeys(HEAVY, COMPUTES) | {
+    "h5py": {"results"},
+    "matplotlib": {"view"},
+    "pydantic": {"scene"},
+    "cyclopts": {"cli"},
+}
+
+
+def room_of(module):
+    """ "scene" of lumpedcable.scene.units, "" of lumpedcable itself."""
+    return [*module.split("."), ""][1]
+
+
+def name_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(source, module, is_package):
+    """Yield (module, names, at the top) of every import, wherever it stands, made absolute."""
+    tree = ast.parse(source)
+    inside = {
+        id(node)
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef)
+        for node in ast.walk(function)
+    }
+    for node in ast.walk(tree):
+        top = id(node) not in inside
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, (), top
+        elif isinstance(node, ast.ImportFrom):
+            base = module.split(".")
+            up = node.level - is_package
+            base = base[: len(base) - up] if node.level else []
+            target = ".".join([*base, *([node.module] if node.module else [])])
+            yield target, tuple(alias.name for alias in node.names), top
+
+
+def faults(source, module, is_package=False):
+    """What is wrong with the imports of one module."""
+    room, found = room_of(module), []
+    for target, names, top in imports(source, module, is_package):
+        outer = target.split(".")[0]
+        if outer == PACKAGE:
+            # `from lumpedcable import scene` names a room as well
+            rooms = {room_of(target)}
+            if target == PACKAGE:
+                rooms = {name if name in ALLOWED else "" for name in names} or {""}
+            found += [
+                f"{module} imports {PACKAGE}.{other}".rstrip(".")
+                for other in sorted(rooms - {room} - FREE - ALLOWED[room])
+            ]
+            if room_of(target) != room:
+                found += [f"{module} imports {target}.{n}" for n in names if n.startswith("_")
+                          and not n.startswith("__")]  # fmt: skip
+            if top and room == "cli" and target != PACKAGE:
+                found.append(f"{module} imports {target} before a command needs it")
+        elif outer in OWNERS and room not in OWNERS[outer]:
+            found.append(f"{module} imports {outer}")
+    return found
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_point_one_way(path):
+    is_package = path.name == "__init__.py"
+    assert faults(path.read_text(), name_of(path), is_package) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        ("lumpedcable.exact.waves", "import lumpedcable.model.model"),
+        ("lumpedcable.exact.waves", "from lumpedcable import physics"),
+        ("lumpedcable.physics.weight", "def f():\n    from lumpedcable.solve.statics import g"),
+        ("lumpedcable.physics.tension.table", "from ...model import line"),
+        ("lumpedcable.model.line", "from ..solve import bound"),
+        ("lumpedcable.solve.bound", "from lumpedcable.results import open_result"),
+        ("lumpedcable.scene.load", "import jax.numpy as jnp"),
+        ("lumpedcable.view.plot", "import h5py"),
+        ("lumpedcable.view.plot", "from lumpedcable import __version__"),
+        ("lumpedcable.study.run", "from lumpedcable.scene.load import _read_toml"),
+        ("lumpedcable.cli", "from lumpedcable.scene import load_study"),
+        ("lumpedcable.status", "from lumpedcable.scene import Scene"),
+    ],
+)
+def test_a_wrong_import_is_found(module, source):
+    assert len(faults(source, module)) == 1
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        ("lumpedcable.exact.waves", "from .law import Law\nimport numpy"),
+        ("lumpedcable.physics.tension.table", "from .base import AbstractTensionLaw"),
+        ("lumpedcable.study.run", "from lumpedcable.status import Status\nimport jax"),
+        ("lumpedcable.cli", "def run():\n    from lumpedcable.scene import load_study"),
+    ],
+)
+def test_a_right_import_is_let_through(module, source):
+    assert faults(source, module) == []
+
+
+def test_every_room_is_on_the_plan():
+    assert {room_of(name_of(path)) for path in MODULES} == set(ALLOWED)
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["lumpedcable", "lumpedcable.scene", "lumpedcable.results", "lumpedcable.view",
+     "lumpedcable.exact", "lumpedcable.cli"],
+)  # fmt: skip
+def test_what_does_not_compute_does_not_load_jax(module):
+    code = (
+        f"import sys, {module}; "
+        f"print(sorted({HEAVY!r} & {{name.partition('.')[0] for name in sys.modules}}))"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True
+    )
+    assert ran.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_every_module_says_what_it_is_for(path):
+    assert ast.get_docstring(ast.parse(path.read_text()))
+
+
+def test_files_stay_readable():
+    folders = [ROOT / PACKAGE, ROOT / "tests", ROOT / "benchmarks"]
+    sizes = {
+        str(path.relative_to(ROOT)): path.read_text().count("\n")
+        for folder in folders
+        for path in folder.rglob("*.py")
+    }
+    assert {name: lines for name, lines in sizes.items() if lines > 400} == {}
