@@ -5,16 +5,17 @@ from __future__ import annotations
 import statistics
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpy.typing import NDArray
 
+from benchmarks.measures import FINE, Histories, front_time
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.scene import Scene, load_study
-from lumpedcable.solve.integrate import CHUNK, Numbers
+from lumpedcable.solve.integrate import Numbers
+from lumpedcable.status import Status
 from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
 from lumpedcable.study.plan import (
     DEFAULT_ATOL,
@@ -27,27 +28,22 @@ from lumpedcable.study.plan import (
 
 HERE = Path(__file__).parent
 SCENE = HERE / "parted-line.toml"
-
-
-class Histories(NamedTuple):
-    """What happens at the ends of the rope: times (s), then one value per time.
-
-    wall tension (N), velocity of the broken end (m/s, negative towards the wall), and its
-    displacement (m), found by integrating nothing: it is part of the state.
-    """
-
-    time: NDArray[np.float64]
-    tension: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    displacement: float
+MOST_REPEATS, REPEAT_TIME = 7, 0.5  # warm runs, and s after which no other is begun
 
 
 class Timed(NamedTuple):
-    """Histories with the seconds of the first call (compiling included), of a warm one, and steps."""
+    """How a run went: histories at its outputs, the status, seconds and steps.
+
+    `first` is the first call (s), compiling included if the program is new; `warm` the median of the
+    later ones (s) and `repeats` their number; `steps` those taken (accepted ones, if the method
+    chooses them).
+    """
 
     histories: Histories
+    status: Status
     first: float
     warm: float
+    repeats: int
     steps: int
 
 
@@ -56,51 +52,120 @@ def scene_of(*overrides: str) -> Scene:
     return load_study(SCENE, overrides).runs[0]
 
 
-def run(scene: Scene, repeats: int = 3) -> Timed:
-    """Statics once, then through time `repeats` + 1 times; the warm time is the median."""
-    batch = batches([scene])[0]
-    coordinates = coordinates_of([scene])
-    shared = {key: number(value) for key, value in scene.numbers().items()}
-    swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
-    ready = prepare_batch(
-        batch.structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
-    )
-    plan = plan_of(scene, batch.structure.layout)
-    steps = 1 if plan.adaptive else int(rounded_steps(scene, np.asarray(ready.bound))[0])
-    numbers = Numbers(
-        number(scene.output.every), jnp.asarray(steps),
-        number(scene.solver.rtol or DEFAULT_RTOL), number(scene.solver.atol or DEFAULT_ATOL),
-    )  # fmt: skip
-    count = output_count(scene)
+class Runner:
+    """A scene at rest, ready to go through time as often as one likes.
 
-    def through():
-        state, first = begin_batch(ready.model, plan, numbers)
-        kept, done = [], 0
+    `stretch` replaces the scene's Courant number, and may be more than 1 for a method that stands it.
+    """
+
+    def __init__(self, scene: Scene, stretch: float | None = None):
+        batch = batches([scene])[0]
+        coordinates = coordinates_of([scene])
+        shared = {key: number(value) for key, value in scene.numbers().items()}
+        swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
+        self.scene = scene
+        self.ready = prepare_batch(
+            batch.structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
+        )
+        self.plan = plan_of(scene, batch.structure.layout)
+        self.every, self.count = scene.output.every, output_count(scene)
+        # the largest Courant number that is not a fault
+        self.limit = 1.0 if stretch is None else stretch
+        bound = np.asarray(self.ready.bound)
+        if stretch is not None:
+            bound = bound * stretch / scene.solver.courant
+        self.steps = 1 if self.plan.adaptive else int(rounded_steps(scene, bound)[0])
+        self.line = next(iter(self.ready.model.lines))
+
+    def numbers(self, every: float, steps: int) -> Numbers:
+        """The numbers of the plan for outputs each `every` (s), `steps` apart."""
+        solver = self.scene.solver
+        return Numbers(
+            number(every), jnp.asarray(steps),
+            number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
+        )  # fmt: skip
+
+    def through(self, every: float, steps: int, count: int):
+        """Yield what begin_batch and then every advance_batch return, and how many outputs of it."""
+        model, plan, numbers = self.ready.model, self.plan, self.numbers(every, steps)
+        state, samples = begin_batch(model, plan, numbers)
+        yield state, jax.tree.map(lambda x: x[:, None], samples), 1
+        done = 0
         while done < count:
-            now = min(CHUNK, count - done)
+            now = min(plan.outputs, count - done)
             state, samples = advance_batch(
-                ready.model, plan, numbers, state, jnp.asarray(done), jnp.asarray(now)
+                model, plan, numbers, state, jnp.asarray(done), jnp.asarray(now)
             )
-            kept.append((samples, now))
+            yield state, samples, now
             done += now
-        jax.block_until_ready(state)
-        return first, kept, state
 
-    started = time.perf_counter()
-    first, kept, state = through()
-    first_time = time.perf_counter() - started
-    warm = []
-    for _ in range(repeats):
-        started = time.perf_counter()
-        through()
-        warm.append(time.perf_counter() - started)
-    line = next(iter(ready.model.lines))
-    wall = [np.asarray(first.ends[line])[0, None, 0]]
-    speed = [np.asarray(first.fields[line]["velocity"])[0, None, 0, -1]]
-    for samples, now in kept:
-        wall.append(np.asarray(samples.ends[line])[0, :now, 0])
-        speed.append(np.asarray(samples.fields[line]["velocity"])[0, :now, 0, -1])
-    times = np.arange(count + 1) * scene.output.every
-    moved = float(np.asarray(state.y.displacement[line])[0, 0, -1])
-    histories = Histories(times, np.concatenate(wall), np.concatenate(speed), moved)
-    return Timed(histories, first_time, statistics.median(warm), steps * count)
+    def seconds(self) -> float:
+        """Run once without looking at anything (s)."""
+        begin = time.perf_counter()
+        *_, last = (state for state, _, _ in self.through(self.every, self.steps, self.count))
+        jax.block_until_ready(last)
+        return time.perf_counter() - begin
+
+    def histories(self, every: float, steps: int, count: int) -> tuple[Histories, Status]:
+        """Ends and status at `count` + 1 times `every` (s) apart."""
+        wall, speed, bad, last = [], [], dict.fromkeys(_SIGNS, False), None
+        for state, samples, now in self.through(every, steps, count):
+            last = state
+            wall.append(np.asarray(samples.ends[self.line])[0, :now, 0])
+            speed.append(np.asarray(samples.fields[self.line]["velocity"])[0, :now, 0, -1])
+            for status, sign in _SIGNS.items():
+                bad[status] |= bool(np.any(sign(samples, self.limit)[0, :now]))
+        assert last is not None
+        moved = float(np.asarray(last.y.displacement[self.line])[0, 0, -1])
+        times, tension = np.arange(count + 1) * every, np.concatenate(wall)
+        status = next((status for status, found in bad.items() if found), Status.OK)
+        if not bool(np.asarray(self.ready.converged)[0]):
+            status = Status.STATICS_NOT_CONVERGED
+        front = front_time(times, tension)
+        return Histories(times, tension, np.concatenate(speed), moved, front), status
+
+    def fine(self) -> Histories:
+        """The same run seen at least each 0.1 ms, or at every step where steps are longer.
+
+        A method that chooses its step is stopped at these times, which makes its steps shorter.
+        """
+        if self.plan.adaptive:
+            parts = round(self.every / FINE)
+            return self.histories(FINE, 1, self.count * parts)[0]
+        parts = next(
+            (k for k in range(1, self.steps + 1) if self.steps % k == 0 and self.every / k <= FINE),
+            self.steps,
+        )
+        return self.histories(self.every / parts, self.steps // parts, self.count * parts)[0]
+
+    def accepted(self) -> int:
+        """Steps of a method that chooses them, from the mean step of every output interval."""
+        total = 0
+        for state, _, _ in self.through(self.every, 1, self.count, 1):
+            total += round(self.every / float(np.asarray(state.solver_state)[0]))
+        return total - 1
+
+    def run(self) -> Timed:
+        """Once with all eyes, then as often as the time allows."""
+        begin = time.perf_counter()
+        found, status = self.histories(self.every, self.steps, self.count)
+        first = time.perf_counter() - begin
+        warm: list[float] = []
+        while len(warm) < MOST_REPEATS and sum(warm) < REPEAT_TIME:
+            warm.append(self.seconds())
+        steps = self.accepted() if self.plan.adaptive else self.steps * self.count
+        return Timed(found, status, first, statistics.median(warm), len(warm), steps)
+
+
+# what ends a run, in the order in which one thing causes the next
+_SIGNS: dict[Status, Any] = {
+    Status.STEP_BOUND_BROKEN: lambda s, limit: np.asarray(s.courant) > limit,
+    Status.TOO_MANY_STEPS: lambda s, _: np.asarray(s.exhausted),
+    Status.NON_FINITE: lambda s, _: ~np.asarray(s.finite),
+    Status.LINE_REVERSED: lambda s, _: np.asarray(s.reversed),
+}
+
+
+def run(scene: Scene) -> Timed:
+    """Statics once, then through time, several times."""
+    return Runner(scene).run()

@@ -15,6 +15,7 @@ class Status(IntEnum):
     LINE_REVERSED = 4
     TOO_MANY_STEPS = 5
     INTERRUPTED = 6
+    ENERGY_NOT_CLOSED = 7
 
 
 MEANING = {
@@ -25,6 +26,9 @@ MEANING = {
     Status.LINE_REVERSED: "the line reversed on itself, so that the result depends on the mesh",
     Status.TOO_MANY_STEPS: "the solver used up its steps",
     Status.INTERRUPTED: "interrupted before the end",
+    Status.ENERGY_NOT_CLOSED: (
+        "energy came from nowhere or was lost, so that the motion is not to be trusted"
+    ),
 }
 
 ADVICE = {
@@ -33,7 +37,10 @@ ADVICE = {
         "check that the ends and forces can balance (a slack line needs gravity to have a shape), "
         "or raise statics.max_iterations"
     ),
-    Status.NON_FINITE: "lower solver.courant; check masses, stiffness and drag for the units",
+    Status.NON_FINITE: (
+        "lower solver.courant; if strains can go beyond max_strain of the material, raise it; check "
+        "masses, stiffness and drag for the units"
+    ),
     Status.STEP_BOUND_BROKEN: (
         "strains left the range that the step was chosen for: raise max_strain of the material, "
         "or lower solver.courant"
@@ -44,4 +51,8 @@ ADVICE = {
     ),
     Status.TOO_MANY_STEPS: "raise solver.max_steps, loosen rtol, or use the leapfrog method",
     Status.INTERRUPTED: "run it again",
+    Status.ENERGY_NOT_CLOSED: (
+        'lower solver.courant; where a line snaps taut or shocks, solver.waves = "corrected"; a '
+        "method that takes longer steps than its accuracy allows needs a smaller step or tolerance"
+    ),
 }

@@ -3,6 +3,24 @@
 import os
 from pathlib import Path
 
+import jax
+import pytest
+
 # one cache of compiled programs for all tests, and for the next time they run
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "xla"
 os.environ.setdefault("LUMPEDCABLE_CACHE", str(CACHE))
+
+MAPS = Path("/proc/self/maps")
+MOST_MAPS = 20_000
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _programs_are_let_go():
+    """Drop compiled programs before there are too many.
+
+    Each one holds memory maps, of which Linux grants a process 65 530; beyond, XLA dies of a
+    segmentation fault. A user's process compiles a handful; a test process, thousands.
+    """
+    yield
+    if MAPS.exists() and MAPS.read_bytes().count(b"\n") > MOST_MAPS:
+        jax.clear_caches()

@@ -8,6 +8,8 @@ included; the engine continues the tension to the end of the line. Needs `pip in
 
 from __future__ import annotations
 
+import importlib.metadata
+import importlib.util
 import os
 import sys
 import tempfile
@@ -15,17 +17,19 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lumpedcable.exact import elastic_catenary
 from lumpedcable.results import open_result
 from lumpedcable.scene import HarmonicMotion, LinearMaterial, Scene, load_study
 from lumpedcable.scene.lines import FixedEnd, MovingEnd
 from lumpedcable.study.run import run_study
 
 SCENE = Path(__file__).parents[2] / "configs" / "peers" / "chain-mooring.toml"
+MESHES = (41, 82, 164)
 LAST = 20.0  # s from here on: the motion has been steady for a period
 
 INPUT = """\
@@ -189,27 +193,107 @@ def quiet() -> Iterator[None]:
         os.close(nowhere)
 
 
-def rows(meshes: tuple[int, ...]) -> Iterator[str]:
-    """Lines of a Markdown table: at rest, and largest and smallest tension under way (kN)."""
-    yield "| program | segments | at rest | largest | smallest | anchor, largest | seconds |"
-    yield "|---|---|---|---|---|---|---|"
+def run(quick: bool) -> dict[str, Any]:
+    """Both programs on every mesh; of MoorDyn nothing where it is not installed.
+
+    A distance is the root mean square of the difference of two fairlead histories (N) once the
+    motion is steady, over that of the reference about its mean: to the other program on the same
+    mesh, and to the same program on the finest mesh.
+    """
+    meshes = MESHES[:2] if quick else MESHES
+    there = importlib.util.find_spec("moordyn") is not None
+    found: dict[str, dict[int, Histories]] = {"lumpedcable": {}, "MoorDyn": {}}
     for segments in meshes:
         change = f"segments={segments}"
-        for program in ("lumpedcable", "MoorDyn"):
-            if program == "MoorDyn":
-                found = by_moordyn(scene_of(change), 1e-3 * min(1.0, 82 / segments))
-            else:
-                found = by_engine(change)
-            steady, anchor = found.steady(), found.anchor[found.time >= LAST]
-            values = (found.fairlead[0], steady.max(), steady.min(), anchor.max())
-            numbers = " | ".join(f"{value / 1e3:.2f}" for value in values)
-            yield f"| {program} | {segments} | {numbers} | {found.seconds:.1f} |"
+        found["lumpedcable"][segments] = by_engine(change)
+        if there:
+            step = 1e-3 * min(1.0, 82 / segments)
+            found["MoorDyn"][segments] = by_moordyn(scene_of(change), step)
+    runs = []
+    for segments in meshes:
+        for program, other in (("lumpedcable", "MoorDyn"), ("MoorDyn", "lumpedcable")):
+            if segments not in found[program]:
+                continue
+            mine = found[program][segments]
+            steady, force = mine.steady(), mine.force
+            runs.append(
+                {
+                    "program": program,
+                    "segments": segments,
+                    "rest": float(mine.fairlead[0]),
+                    "force_at_rest": None if force is None else float(force[0]),
+                    "largest": float(steady.max()),
+                    "smallest": float(steady.min()),
+                    "anchor_at_rest": float(mine.anchor[0]),
+                    "to_other": _maybe(mine, found[other].get(segments)),
+                    "to_finest": _maybe(mine, found[program][meshes[-1]]),
+                    "seconds": mine.seconds,
+                }
+            )
+    version = importlib.metadata.version("moordyn") if there else None
+    return {"quick": quick, "moordyn": version, "exact": list(exact()), "runs": runs}
+
+
+def exact() -> tuple[float, float]:
+    """Tension at fairlead and anchor at rest (N), of the elastic catenary on the seabed."""
+    scene = scene_of()
+    line, bed, water = scene.lines["chain"], scene.seabed, scene.water
+    material = scene.materials["chain"]
+    assert isinstance(material, LinearMaterial)
+    assert isinstance(line.start, FixedEnd)
+    assert bed is not None
+    assert water is not None
+    assert line.diameter is not None
+    assert scene.gravity is not None
+    weight = (line.mass - water.density * np.pi / 4.0 * line.diameter**2) * scene.gravity
+    across = np.asarray(motion_of(scene).position) - np.asarray(line.start.fixed)
+    span = float(np.hypot(across[0], across[1]))
+    shape = elastic_catenary(span, float(across[2]), line.length, material.EA, weight, seabed=0.0)
+    anchor, fairlead = (float(t) for t in shape.tension([0.0, line.length]))
+    return fairlead, anchor
+
+
+def distance(history: Histories, reference: Histories) -> float:
+    """Root mean square difference of two steady fairlead tensions over the reference's swing (-)."""
+    other = reference.steady()
+    swing = np.sqrt(np.mean((other - other.mean()) ** 2))
+    return float(np.sqrt(np.mean((history.steady() - other) ** 2)) / swing)
+
+
+def _maybe(history: Histories, reference: Histories | None) -> float | None:
+    return None if reference is None or reference is history else distance(history, reference)
+
+
+def table(data: dict[str, Any]) -> str:
+    """What `run` found, as a Markdown table (tensions in kN)."""
+    fairlead, anchor = (value / 1e3 for value in data["exact"])
+    rows = [
+        "| program | segments | fairlead at rest, kN | anchor at rest | largest | smallest"
+        " | to the other | to its finest | time, s |",
+        "|---|---|---|---|---|---|---|---|---|",
+        f"| exact catenary | | {fairlead:.2f} | {anchor:.2f} | | | | | |",
+    ]
+    for each in data["runs"]:
+        rest = f"{each['rest'] / 1e3:.2f}"
+        if each["force_at_rest"] is not None:
+            rest += f" (force on the ship {each['force_at_rest'] / 1e3:.2f})"
+        numbers = [f"{each[key] / 1e3:.1f}" for key in ("largest", "smallest")]
+        apart = [
+            "" if each[key] is None else f"{100.0 * each[key]:.2f} %"
+            for key in ("to_other", "to_finest")
+        ]
+        anchor_rest, seconds = f"{each['anchor_at_rest'] / 1e3:.2f}", f"{each['seconds']:.2f}"
+        head = [each["program"], str(each["segments"]), rest, anchor_rest]
+        cells = [*head, *numbers, *apart, seconds]
+        rows.append("| " + " | ".join(cells) + " |")
+    if data["moordyn"] is None:
+        rows.append("\nMoorDyn is not installed: `pip install moordyn`.")
+    return "\n".join(rows)
 
 
 def main() -> None:
     """Print the table."""
-    for row in rows((41, 82, 164)):
-        print(row, flush=True)
+    print(table(run(quick=False)))
 
 
 if __name__ == "__main__":

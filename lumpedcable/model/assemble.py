@@ -38,10 +38,18 @@ def _number(value) -> Float[Array, ""]:
 
 
 def wave_scheme(scene: Scene) -> str:
-    """The treatment of waves that a scene gets: its own choice, or the one that it needs."""
+    """The treatment of waves that a scene gets: its own choice, or the one that it needs.
+
+    A break sends fronts along a line. Where the law is not a straight line, and where a line can go
+    slack and snap taut, waves steepen into shocks, which without viscosity turn into noise that grows.
+    """
     if scene.solver.waves is not None:
         return scene.solver.waves
-    return "corrected" if scene.events else "plain"
+    if scene.events:
+        return "corrected"
+    used = (scene.materials[line.material] for line in scene.lines.values())
+    shocks = any(material.law != "linear" or material.tension_only for material in used)
+    return "viscous" if shocks else "plain"
 
 
 def segment_lengths(scene: Scene, piece: Piece, xp: Any = jnp) -> Float[Array, "..."]:

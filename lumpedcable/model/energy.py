@@ -12,6 +12,8 @@ from lumpedcable.model import inertia
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction, end_matrices
+from lumpedcable.physics.place import place_at_end
+from lumpedcable.physics.vectors import dot
 
 __all__ = ["WORKS", "energies", "powers", "works_of"]
 
@@ -77,9 +79,9 @@ def powers(
         if "added_mass" in kinds:
             power["added_mass"] = _turning(e, v, line)
         if drag is not None:
-            power["drag"] = -jnp.sum(drag * v, axis=0)
+            power["drag"] = -dot(drag, v)
         for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
-            taken = -jnp.sum(force * v, axis=0)
+            taken = -dot(force, v)
             kind = resistance.work_name
             power[kind] = power[kind] + taken if kind in power else taken
         if e.line.damping is not None:
@@ -123,7 +125,7 @@ def _end_gain_power(line: Line, e: Evaluation, v, gain, dt) -> Float[Array, " n"
             u = e.line.shape.tangent[:, node]
             ahead = jnp.dot(gain[:, node] - gain[:, inner], u)
             push = e.nodes.mass_t[node] * theta / (1.0 + theta) * ahead
-            result = result.at[node].add(push * jnp.dot(v[:, node], u))
+            result = place_at_end(result, node, result[node] + push * jnp.dot(v[:, node], u))
     return result
 
 
@@ -144,16 +146,16 @@ def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Arr
     assert e.nodes.tangent is not None
     shape = e.line.shape
     across = v[:, 1:] - v[:, :-1]
-    spin = (across - shape.tangent * jnp.sum(across * shape.tangent, axis=0)) / shape.length
+    spin = (across - shape.tangent * dot(across, shape.tangent)) / shape.length
     total = shape.tangent[:, 1:] + shape.tangent[:, :-1]
-    size = jnp.sqrt(jnp.sum(total**2, axis=0))
+    size = jnp.sqrt(dot(total, total))
     size = jnp.where(size < 1e-6, 1.0, size)
     inner = (spin[:, 1:] + spin[:, :-1]) / size
     t = e.nodes.tangent
     rate = jnp.concatenate([spin[:, :1], inner, spin[:, -1:]], axis=1)
-    rate = rate - t * jnp.sum(rate * t, axis=0)
+    rate = rate - t * dot(rate, t)
     extra = e.nodes.mass_n - e.nodes.mass_t
-    return -extra * jnp.sum(rate * v, axis=0) * jnp.sum(t * v, axis=0)
+    return -extra * dot(rate, v) * dot(t, v)
 
 
 def energies(

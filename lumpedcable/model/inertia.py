@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.line import Line, node_tangent
 from lumpedcable.physics.load import Shape
+from lumpedcable.physics.vectors import dot
 
 __all__ = ["Frame", "acceleration", "drag_force", "frame", "kick", "kinetic_energy"]
 
@@ -32,7 +33,7 @@ class Frame(NamedTuple):
     def split(self, vector: Float[Array, "d nodes"]):
         """The part of a nodal vector along the line (nodes,) and the rest (d, nodes)."""
         assert self.tangent is not None
-        along = jnp.sum(vector * self.tangent, axis=0)
+        along = dot(vector, self.tangent)
         return along, vector - along * self.tangent
 
 
@@ -57,7 +58,7 @@ def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Fr
 
 def _norm(vector: Float[Array, "d nodes"]) -> Float[Array, " nodes"]:
     # the derivative of a norm at zero is taken as zero, not as NaN
-    square = jnp.sum(vector**2, axis=0)
+    square = dot(vector, vector)
     zero = square == 0.0
     return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
 

@@ -10,15 +10,35 @@ from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
-from lumpedcable.physics.waves import Boundary, ReleaseWaves
+from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.waves import Boundary, Ghosted, ReleaseWaves
 
-__all__ = ["Line", "LineForces", "node_lengths", "node_tangent", "placed", "strain_rate"]
+__all__ = [
+    "Line",
+    "LineForces",
+    "Workspace",
+    "last_segments",
+    "node_lengths",
+    "node_tangent",
+    "placed",
+    "strain_rate",
+]
+
+
+class Workspace(NamedTuple):
+    """What a step writes along the line, kept so that the next one writes over it.
+
+    `ghosted` has what the wave terms work on, `carried` (d, n + 2) what segments and ends carry (N).
+    """
+
+    ghosted: Ghosted | None
+    carried: Float[Array, "d n+2"]
 
 
 class LineForces(NamedTuple):
     """What acts along a line at one instant; n segments, n + 1 nodes, d dimensions.
 
-    `force` is the net force on each node without drag and without what acts on the ends (N). The
+    `force` is the net force on each node (N) without drag, with the end forces that were given. The
     tensions are the law's, the damping's, the dispersion correction's and the viscosity's (N), None
     where the line has no such thing. `resistances` are the nodal forces (N), each (d, n+1), of the
     line's resistances; empty at rest.
@@ -32,6 +52,7 @@ class LineForces(NamedTuple):
     correction: Float[Array, " n"] | None
     viscosity: Float[Array, " n"] | None
     resistances: tuple[Float[Array, "d nodes"], ...] = ()
+    workspace: Workspace | None = None
 
     def total_tension(self) -> Float[Array, " n"]:
         """All that the segment carries (N): what its two nodes feel."""
@@ -93,7 +114,7 @@ class Line(eqx.Module):
             stretched = length * jnp.abs(1.0 + strain)
         else:
             e0 = self.reference_strain
-            change = jnp.sum((2.0 * self.reference_step + step) * step, axis=0) / length**2
+            change = dot(2.0 * self.reference_step + step, step) / length**2
             square = e0 * (2.0 + e0) + change
             stretch = jnp.sqrt(jnp.maximum(1.0 + square, 1e-12))
             strain = square / (1.0 + stretch)
@@ -109,14 +130,17 @@ class Line(eqx.Module):
         velocity: Float[Array, "d nodes"] | None,
         ends: tuple[Boundary, Boundary] | None = None,
         dt: Float[Array, ""] | None = None,
+        end_forces: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None] = (None, None),
+        over: Workspace | None = None,
     ) -> LineForces:
         """Everything along the line at a displacement (m) and velocity (m/s, None at rest).
 
-        `ends` and `dt` (s) are what the wave terms need: the boundaries, and the fixed step if any.
+        `ends` and `dt` (s) are what the wave terms need: the boundaries, and the fixed step if any;
+        `end_forces` act on the first and the last node (N); `over` is a workspace to write over.
         """
         shape = self.shape(displacement)
         tension, stiffness = tension_and_stiffness(self.law, shape.strain)
-        damping = correction = viscosity = None
+        damping = correction = viscosity = ghosted = None
         if velocity is not None and (self.damping is not None or self.waves is not None):
             rate = strain_rate(self, shape, velocity)
             if self.damping is not None:
@@ -124,14 +148,21 @@ class Line(eqx.Module):
                 if self.tension_only:
                     damping = jnp.maximum(damping, -tension)
             if self.waves is not None and ends is not None:
-                correction, viscosity = self.waves.terms(
+                correction, viscosity, ghosted = self.waves.terms(
                     tension, stiffness, rate, shape.tangent, self.segment_length, self.mass, ends, dt,
-                    self.tension_only,
+                    self.tension_only, None if over is None else over.ghosted,
                 )  # fmt: skip
+                if ghosted.tension is not None:
+                    tension = ghosted.tension[1:-1]
         result = LineForces(
             shape, jnp.zeros(()), tension, stiffness, damping, correction, viscosity
         )
-        force = between_nodes(result.total_tension() * shape.tangent)
+        force, carried = between_nodes(
+            result.total_tension() * shape.tangent,
+            end_forces,
+            None if over is None else over.carried,
+        )
+        result = result._replace(workspace=Workspace(ghosted, carried))
         for load in self.loads:
             force = force + load.force(shape)
         if velocity is None:
@@ -147,7 +178,7 @@ class Line(eqx.Module):
 def strain_rate(line: Line, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " n"]:
     """de/dt = (v_j+1 - v_j) . u_j / l of each segment (1/s)."""
     step = velocity[:, 1:] - velocity[:, :-1]
-    return jnp.sum(step * shape.tangent, axis=0) / line.segment_length
+    return dot(step, shape.tangent) / line.segment_length
 
 
 def node_tangent(tangent: Float[Array, "d n"]) -> Float[Array, "d nodes"]:
@@ -156,7 +187,7 @@ def node_tangent(tangent: Float[Array, "d n"]) -> Float[Array, "d nodes"]:
     Where two segments point exactly at each other the mean vanishes; the later one then decides.
     """
     total = tangent[:, 1:] + tangent[:, :-1]
-    square = jnp.sum(total**2, axis=0)
+    square = dot(total, total)
     folded = square < 1e-12
     inner = jnp.where(folded, tangent[:, 1:], total / jnp.sqrt(jnp.where(folded, 1.0, square)))
     return jnp.concatenate([tangent[:, :1], inner, tangent[:, -1:]], axis=1)
@@ -168,6 +199,24 @@ def node_lengths(segment_length: Float[Array, "..."], segments: int) -> Float[Ar
     return jnp.concatenate([half[:1], half[1:] + half[:-1], half[-1:]])
 
 
+def last_segments(line: Line, node: int, count: int) -> tuple[Line, slice]:
+    """The `count` segments next to an end (node 0 or -1) without what acts on them; and their nodes."""
+    count = min(count, line.segments)
+    nodes = slice(0, count + 1) if node == 0 else slice(line.segments - count, None)
+    segments = slice(0, count) if node == 0 else slice(line.segments - count, None)
+    length = line.segment_length
+    return Line(
+        law=line.law,
+        mass=line.mass,
+        segment_length=length if length.shape[0] == 1 else length[segments],
+        node_length=line.node_length[nodes],
+        reference=line.reference[:, nodes],
+        reference_step=line.reference_step[:, segments],
+        reference_strain=line.reference_strain[segments],
+        max_strain=line.max_strain,
+    ), nodes
+
+
 def placed(line: Line, position: Float[Array, "d nodes"]) -> Line:
     """The same line with its reference moved to `position` (m); displacements start there anew."""
     step = position[:, 1:] - position[:, :-1]
@@ -175,7 +224,7 @@ def placed(line: Line, position: Float[Array, "d nodes"]) -> Line:
         sign = jnp.where(step[0] < 0.0, -1.0, 1.0)
         strain = sign * step[0] / line.segment_length - 1.0
     else:
-        strain = jnp.sqrt(jnp.sum(step**2, axis=0)) / line.segment_length - 1.0
+        strain = jnp.sqrt(dot(step, step)) / line.segment_length - 1.0
     return eqx.tree_at(
         lambda x: (x.reference, x.reference_step, x.reference_strain),
         line,

@@ -17,8 +17,9 @@ from lumpedcable.model.ends import (
     Release,
     solve_small,
 )
-from lumpedcable.model.line import Line, LineForces
+from lumpedcable.model.line import Line, LineForces, Workspace
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
+from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.waves import Boundary
 
 __all__ = ["END_NAMES", "Evaluation", "Model", "end_name"]
@@ -75,30 +76,34 @@ class Model(eqx.Module):
         velocity: Vectors | None,
         reaction: dict[str, Float[Array, " d"]],
         dt: Float[Array, ""] | None = None,
+        over: dict[str, Workspace] | None = None,
     ) -> dict[str, Evaluation]:
         """Forces and inertia of every line at t (s), before ends and junctions constrain them.
 
-        With velocity None: at rest, as statics asks. `dt` (s) is the fixed step, if any.
+        With velocity None: at rest, as statics asks. `dt` (s) is the fixed step, if any; `over` are
+        workspaces of an earlier evaluation to write over.
         """
         result = {}
         for name, line in self.lines.items():
-            ends = tuple(self._end_force(name, node, t, reaction) for node in (0, -1))
+            if dt is not None:
+                dt = dt.astype(line.reference.dtype)
+            ends = (
+                self._end_force(name, 0, t, reaction),
+                self._end_force(name, -1, t, reaction),
+            )
             boundaries = (
                 self._boundary(name, 0, t, ends[0]),
                 self._boundary(name, -1, t, ends[1]),
             )
             u = displacement[name]
             v = None if velocity is None else velocity[name]
-            forces = line.forces(u, v, boundaries, dt)
+            workspace = None if over is None else over[name]
+            forces = line.forces(u, v, boundaries, dt, ends, workspace)
             height = None
             if self.up is not None and self.base is not None and line.current is not None:
                 height = self.base + self.up @ forces.shape.position
-            total = forces.force
-            for node, force in zip((0, -1), ends, strict=True):
-                if force is not None:
-                    total = total.at[:, node].add(force)
             nodes = inertia.frame(line, forces.shape, height)
-            result[name] = Evaluation(forces, nodes, total, (ends[0], ends[1]), boundaries)
+            result[name] = Evaluation(forces, nodes, forces.force, ends, boundaries)
         return result
 
     def _end_force(self, name: str, node: int, t, reaction) -> Float[Array, " d"] | None:
@@ -164,13 +169,14 @@ class Model(eqx.Module):
         before: Vectors,
         reaction: dict[str, Float[Array, " d"]],
         dt: Float[Array, ""],
+        over: dict[str, Workspace] | None = None,
     ) -> tuple[Vectors, Vectors, dict[str, Float[Array, " d"]], dict[str, Evaluation]]:
         """One kick of leapfrog, centred on t (s) with length dt (s).
 
         From the velocities `before` (m/s) half a step earlier: the velocities at t, those half a
         step later, the reactions (N) of ends that can break, and the evaluation at t.
         """
-        found = self.evaluate(t, displacement, before, reaction, dt)
+        found = self.evaluate(t, displacement, before, reaction, dt, over)
         middle, after = {}, {}
         for name, e in found.items():
             _, w = inertia.kick(e.nodes, e.force, before[name], dt)
@@ -188,8 +194,8 @@ class Model(eqx.Module):
                 reaction[key] = jnp.where(begun, reaction[key], push)
                 now = jnp.where(begun, middle[name][:, node], now)
                 half = jnp.where(begun, after[name][:, node], half)
-            middle[name] = middle[name].at[:, node].set(now)
-            after[name] = after[name].at[:, node].set(half)
+            middle[name] = place_at_end(middle[name], node, now)
+            after[name] = place_at_end(after[name], node, half)
         for index in range(len(self.junctions)):
             gains, pushes = self._junction(index, t, found, before, dt)
             reaction.update({k: jnp.where(b, reaction[k], p) for k, (b, p) in pushes.items()})
@@ -198,8 +204,8 @@ class Model(eqx.Module):
                 mid, end_ = start + 0.5 * dt * gain, start + dt * gain
                 mid = jnp.where(active, mid, middle[name][:, node])
                 end_ = jnp.where(active, end_, after[name][:, node])
-                middle[name] = middle[name].at[:, node].set(mid)
-                after[name] = after[name].at[:, node].set(end_)
+                middle[name] = place_at_end(middle[name], node, mid)
+                after[name] = place_at_end(after[name], node, end_)
         return middle, after, reaction, found
 
     def carried(self, t: Float[Array, ""], dt: Float[Array, ""], velocity: Vectors) -> Vectors:
@@ -210,7 +216,7 @@ class Model(eqx.Module):
             given = mean_velocity_of(end.motion, t, dt).astype(own.dtype)
             if end.release is not None:
                 given = jnp.where(end.release.begun(t), own[:, node], given)
-            velocity[name] = own.at[:, node].set(given)
+            velocity[name] = place_at_end(own, node, given)
         return velocity
 
     def acceleration(
@@ -231,12 +237,12 @@ class Model(eqx.Module):
             given = given.astype(result[name].dtype)
             if end.release is not None:
                 given = jnp.where(end.release.begun(t), result[name][:, node], given)
-            result[name] = result[name].at[:, node].set(given)
+            result[name] = place_at_end(result[name], node, given)
         for index in range(len(self.junctions)):
             gains, _ = self._junction(index, t, found, velocity, None)
             for (name, node), (active, gain) in gains.items():
                 gain = jnp.where(active, gain, result[name][:, node])
-                result[name] = result[name].at[:, node].set(gain)
+                result[name] = place_at_end(result[name], node, gain)
         return result, found
 
     def _driven(self):
@@ -352,5 +358,5 @@ def corrected_ends(
         if theta is not None:
             u = e.line.shape.tangent[:, node]
             ahead = jnp.dot(gain[:, node] - gain[:, inner], u)
-            gain = gain.at[:, node].add(theta * ahead * u)
+            gain = place_at_end(gain, node, gain[:, node] + theta * ahead * u)
     return gain

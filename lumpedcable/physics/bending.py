@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.load import AbstractLoad, Shape, between_nodes
+from lumpedcable.physics.vectors import dot
 
 __all__ = ["Bending"]
 
@@ -37,7 +38,7 @@ class Bending(AbstractLoad):
 
     def force(self, shape: Shape) -> Float[Array, "d nodes"]:
         """Force on each node (N), the difference of its neighbours' shears."""
-        return between_nodes(self.shear(shape))
+        return between_nodes(self.shear(shape))[0]
 
     def shear(self, shape: Shape) -> Float[Array, "d segments"]:
         """Shear Q (N) of each segment: +Q acts on its start node, -Q on its end node."""
@@ -49,14 +50,14 @@ class Bending(AbstractLoad):
         from_left = jnp.concatenate([first, pull[1:-1] * tangent[:, :-1]], axis=1)
         from_right = jnp.concatenate([pull[1:-1] * tangent[:, 1:], last], axis=1)
         moment = from_left + from_right
-        across = moment - tangent * jnp.sum(tangent * moment, axis=0)
+        across = moment - tangent * dot(tangent, moment)
         # turning a segment towards its neighbours' directions lowers the energy
         return -across / shape.length
 
     def energy(self, shape: Shape) -> Float[Array, ""]:
         """Bending energy of the line (J)."""
         tangent, pull = shape.tangent, self.EI / shape.node_length
-        turn = 1.0 - jnp.sum(tangent[:, 1:] * tangent[:, :-1], axis=0)
+        turn = 1.0 - dot(tangent[:, 1:], tangent[:, :-1])
         total = jnp.sum(pull[1:-1] * turn)
         if self.start is not None:
             total = total + pull[0] * (1.0 - jnp.dot(self.start, tangent[:, 0]))

@@ -7,6 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.place import framed
+
 __all__ = ["AbstractLoad", "AbstractResistance", "Shape", "between_nodes"]
 
 
@@ -64,8 +66,18 @@ class AbstractResistance(eqx.Module):
         """Upper bound of the rate (1/s) at which it damps a node: the largest -df/dv over mass."""
 
 
-def between_nodes(segment_force: Float[Array, "d n"]) -> Float[Array, "d nodes"]:
-    """Net force on nodes (N) from forces carried by segments: + on the start node, - on the end."""
-    first = segment_force[:, :1]
-    last = -segment_force[:, -1:]
-    return jnp.concatenate([first, segment_force[:, 1:] - segment_force[:, :-1], last], axis=1)
+def between_nodes(
+    segment_force: Float[Array, "d n"],
+    ends: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None] = (None, None),
+    into: Float[Array, "d n+2"] | None = None,
+) -> tuple[Float[Array, "d nodes"], Float[Array, "d n+2"]]:
+    """Net force on nodes (N) from forces carried by segments: + on the start node, - on the end.
+
+    `ends` are forces (N) on the first and the last node besides. Also returned: the forces of the
+    segments framed by those of the ends, written over `into` if that is given.
+    """
+    none = jnp.zeros_like(segment_force[:, :1])
+    start = none if ends[0] is None else -ends[0][:, None]
+    end = none if ends[1] is None else ends[1][:, None]
+    carried = framed(start, segment_force, end, into)
+    return carried[:, 1:] - carried[:, :-1], carried

@@ -6,16 +6,21 @@ shock, which a chain without dissipation does not find at all. Both remedies liv
 are exactly zero where the strain rate does not change along the line.
 """
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-__all__ = ["Boundary", "ReleaseWaves"]
+from lumpedcable.physics.place import framed, place_at_end
+
+__all__ = ["Boundary", "Ghosted", "ReleaseWaves"]
 
 LINEAR_VISCOSITY = 0.1
 QUADRATIC_VISCOSITY = 0.5
 VISCOSITY_SHARE_OF_LIMIT = 0.4
 SLACK_VISCOSITY = 0.25  # times l / dt: one step then evens out the shortest wave, without ringing
+SLACK_SHARE_OF_REST = 0.3  # of what the springs beside a slack segment leave of a stable step
 
 
 class Boundary(eqx.Module):
@@ -63,6 +68,16 @@ class Boundary(eqx.Module):
         return share if self.joined is None else jnp.where(self.joined, 0.0, share)
 
 
+class Ghosted(NamedTuple):
+    """Tension (N) and strain rate (1/s) of all segments with a ghost beyond each end, (n + 2,).
+
+    The tension is None where nothing asks for its ghosts.
+    """
+
+    tension: Float[Array, " n+2"] | None
+    rate: Float[Array, " n+2"]
+
+
 class ReleaseWaves(eqx.Module):
     """Dispersion correction and limited viscosity for axial waves on a lumped line.
 
@@ -76,11 +91,12 @@ class ReleaseWaves(eqx.Module):
       0 where the rate varies smoothly, 1 at an extremum (Christensen's limited viscosity).
     - viscosity Q = m b D f (N), b = min(0.1 c + 0.5 |D|, 0.4 (1 - nu^2)(3 - nu^2) l / (6 dt)) (m/s);
       the second bound keeps a viscosity lagging by half a step stable. Where a tension-only
-      line is slack, b = l / (4 dt): nothing else would send back a node that has overshot, and it
-      would keep its speed and run into its neighbours.
+      line is slack, b = l / (4 dt), or 0.3 (1 - nu^2) l / dt with the nu of the segments beside it if
+      that is less: nothing else would send back a node that has overshot, and it would keep its
+      speed and run into its neighbours.
     - the correction is switched off where f says shock, (1 - f) C, except at a released end.
 
-    1/12 and the end factors are derived; 0.1, 0.5, 0.4 and the square are choices. Without a
+    1/12 and the end factors are derived; 0.1, 0.5, 0.4, 0.3 and the square are choices. Without a
     fixed step (dt None, adaptive solvers) nu is 0 and the stability bound is left out.
     """
 
@@ -97,13 +113,21 @@ class ReleaseWaves(eqx.Module):
         ends: tuple[Boundary, Boundary],
         dt: Float[Array, ""] | None,
         tension_only: bool,
-    ) -> tuple[Float[Array, " n"] | None, Float[Array, " n"]]:
-        """The correction C (None if not asked for) and the viscous tension Q (N) of each segment."""
+        over: Ghosted | None = None,
+    ) -> tuple[Float[Array, " n"] | None, Float[Array, " n"], Ghosted]:
+        """The correction C (None if not asked for) and the viscous tension Q (N) of each segment.
+
+        And what they were found from, written over `over` if that is given.
+        """
         start, end = ends
+        ghosted = self._ghosted(tension, rate, tangent, ends, over)
+        rate = ghosted.rate[1:-1]
+        if ghosted.tension is not None:
+            tension = ghosted.tension[1:-1]
         stiff = jnp.maximum(stiffness, 0.0)
         speed = jnp.sqrt(stiff / mass)
         jump = rate * length
-        f = 1.0 - self._smoothness(rate, start, end)
+        f = 1.0 - _smoothness(ghosted.rate)
         f = f * f
         b = LINEAR_VISCOSITY * speed + QUADRATIC_VISCOSITY * jnp.abs(jump)
         if dt is None:
@@ -113,30 +137,55 @@ class ReleaseWaves(eqx.Module):
             limit = VISCOSITY_SHARE_OF_LIMIT / 6.0 * (1.0 - nu2) * (3.0 - nu2) * length / dt
             b = jnp.minimum(b, jnp.maximum(limit, 0.0))
             if tension_only:
-                b = jnp.where(tension > 0.0, b, SLACK_VISCOSITY * length / dt)
+                b = jnp.where(tension > 0.0, b, _slack_share(nu2, jump) * length / dt)
         viscous = mass * b * jump * f
-        if not self.corrected:
-            return None, viscous
-        before = start.ghost_tension(tension[0], -tangent[:, 0])
-        after = end.ghost_tension(tension[-1], tangent[:, -1])
-        padded = jnp.concatenate([before[None], tension, after[None]])
-        bend = padded[2:] - 2.0 * tension + padded[:-2]
+        if ghosted.tension is None:
+            return None, viscous, ghosted
+        bend = ghosted.tension[2:] - 2.0 * tension + ghosted.tension[:-2]
         correction = -(1.0 - nu2) / 12.0 * bend
         keep = 1.0 - f
-        keep = keep.at[0].set(start.correction_share(keep[0]))
-        keep = keep.at[-1].set(end.correction_share(keep[-1]))
+        keep = place_at_end(keep, 0, start.correction_share(keep[0]))
+        keep = place_at_end(keep, -1, end.correction_share(keep[-1]))
         correction = keep * correction
         if tension_only:
             correction = jnp.maximum(correction, -tension)
-        return correction, viscous
+        return correction, viscous, ghosted
 
-    def _smoothness(
-        self, rate: Float[Array, " n"], start: Boundary, end: Boundary
-    ) -> Float[Array, " n"]:
-        left = jnp.concatenate([start.ghost_rate(rate[:1]), rate[:-1]])
-        right = jnp.concatenate([rate[1:], end.ghost_rate(rate[-1:])])
-        still = rate == 0.0
-        inverse = 1.0 / jnp.where(still, 1.0, rate)
-        rl, rr = left * inverse, right * inverse
-        phi = jnp.minimum(0.5 * (rl + rr), jnp.minimum(2.0 * rl, 2.0 * rr))
-        return jnp.where(still, 1.0, jnp.clip(phi, 0.0, 1.0))
+    def _ghosted(
+        self,
+        tension: Float[Array, " n"],
+        rate: Float[Array, " n"],
+        tangent: Float[Array, "d n"],
+        ends: tuple[Boundary, Boundary],
+        over: Ghosted | None,
+    ) -> Ghosted:
+        start, end = ends
+        over = Ghosted(None, None) if over is None else over  # type: ignore[arg-type]
+        rates = framed(start.ghost_rate(rate[:1]), rate, end.ghost_rate(rate[-1:]), over.rate)
+        if not self.corrected:
+            return Ghosted(None, rates)
+        before = start.ghost_tension(tension[0], -tangent[:, 0])
+        after = end.ghost_tension(tension[-1], tangent[:, -1])
+        return Ghosted(framed(before[None], tension, after[None], over.tension), rates)
+
+
+def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Viscosity of slack segments in l / dt: `SLACK_VISCOSITY`, less where its lag would ring.
+
+    A node between a slack and a taut segment has the taut one's spring besides, and both must fit
+    into a step. A segment that comes apart becomes taut itself and needs no such care.
+    """
+    near = framed(nu2[:1], nu2, nu2[-1:])
+    left = jnp.maximum(1.0 - jnp.maximum(near[:-2], near[2:]), 0.0)
+    less = jnp.minimum(SLACK_VISCOSITY, SLACK_SHARE_OF_REST * left)
+    return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
+
+
+def _smoothness(rates: Float[Array, " n+2"]) -> Float[Array, " n"]:
+    """phi of each segment from the strain rates (1/s) of all and of a ghost beyond each end."""
+    left, rate, right = rates[:-2], rates[1:-1], rates[2:]
+    still = rate == 0.0
+    inverse = 1.0 / jnp.where(still, 1.0, rate)
+    rl, rr = left * inverse, right * inverse
+    phi = jnp.minimum(0.5 * (rl + rr), jnp.minimum(2.0 * rl, 2.0 * rr))
+    return jnp.where(still, 1.0, jnp.clip(phi, 0.0, 1.0))

@@ -30,6 +30,7 @@ MAX_SAMPLES = 10_000_000
 
 Method = Literal[
     "leapfrog",
+    "rk4",
     "euler",
     "heun",
     "midpoint",
@@ -50,7 +51,7 @@ class Solver(Part):
     """How time is stepped."""
 
     method: Method = "leapfrog"
-    """The engine's own staggered leapfrog, or a method of diffrax by name."""
+    """The engine's own staggered leapfrog or classical Runge-Kutta (rk4), or a method of diffrax."""
     courant: Fraction = 0.9
     """Fixed step over the largest stable step of the model (fixed-step methods)."""
     step: PositiveTime | None = None
@@ -64,13 +65,14 @@ class Solver(Part):
     dtype: Precision = "float64"
     """Floating-point type of the computation."""
     waves: Literal["corrected", "viscous", "plain"] | None = None
-    """Treatment of release fronts. Absent: corrected where an event breaks a line, else plain."""
+    """Treatment of fronts. Absent: corrected where an event breaks a line, else viscous where a law
+    is not linear or is tension_only, else plain."""
 
     def problems(self) -> Iterator[Problem]:
         """Yield settings that exclude each other."""
         if self.step is not None and "courant" in self.model_fields_set:
             yield Problem(("step",), "expected step or courant, found both")
-        if self.method in ("leapfrog", "euler"):
+        if self.method in ("leapfrog", "rk4", "euler"):
             for key in ("rtol", "atol"):
                 if getattr(self, key) is not None:
                     yield Problem(

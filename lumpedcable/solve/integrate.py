@@ -1,12 +1,12 @@
 """Through time: from output to output with a fixed or an adaptive step, in pieces of fixed size.
 
-One compiled program advances a scene by up to `CHUNK` outputs, whatever their number and whatever
+One compiled program advances a scene by up to `Plan.outputs` outputs, whatever their number and whatever
 the number of steps between them; a loop outside it shows progress, writes what is finished and can be
 interrupted.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -19,15 +19,16 @@ from lumpedcable.model.energy import empty_work
 from lumpedcable.model.model import Model, end_name
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
-from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
+from lumpedcable.physics.place import place
+from lumpedcable.solve.leapfrog import Leapfrog, rates
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
+from lumpedcable.solve.rk4 import RK4
 
-__all__ = ["CHUNK", "METHODS", "Plan", "Progress", "advance", "begin", "initial_state"]
-
-CHUNK = 16
+__all__ = ["METHODS", "Plan", "Progress", "advance", "begin", "initial_state"]
 
 METHODS = {
     "leapfrog": Leapfrog,
+    "rk4": RK4,
     "euler": diffrax.Euler,
     "heun": diffrax.Heun,
     "midpoint": diffrax.Midpoint,
@@ -47,6 +48,7 @@ class Plan:
     """How to integrate, as far as it is structure: what it changes needs another compilation.
 
     `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
+    `outputs` is the most that one call of `advance` returns.
     """
 
     method: str
@@ -55,6 +57,7 @@ class Plan:
     recoils: tuple[Recoil, ...]
     dtype: str
     max_steps: int
+    outputs: int
 
     @property
     def energy(self) -> bool:
@@ -69,6 +72,27 @@ class Progress(NamedTuple):
     solver_state: PyTree
     seen: tuple[Watch, ...]
     exhausted: Bool[Array, ""]
+
+
+class SteppedTerm(diffrax.AbstractTerm):
+    """The equations of motion, stepped in the precision of the state.
+
+    The solver's times, which may be in single precision, count from `start` (s), which is not.
+    """
+
+    start: Float[Array, ""]
+
+    def vf(self, t: Any, y: State, args: Model) -> State:
+        """dy/dt."""
+        return rates(args, self.start + t, y)[0]
+
+    def contr(self, t0: Any, t1: Any, **kwargs) -> Any:
+        """The step (s)."""
+        return t1 - t0
+
+    def prod(self, vf: State, control: Any) -> State:
+        """The step times dy/dt."""
+        return jax.tree.map(lambda rate: jnp.asarray(control).astype(rate.dtype) * rate, vf)
 
 
 class Numbers(NamedTuple):
@@ -114,54 +138,67 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     y = initial_state(model, plan.energy, plan.method == "leapfrog")
     dt = numbers.every / numbers.steps
     zero = jnp.zeros(())
-    solver = METHODS[plan.method]()
     solver_state = dt
     if not plan.adaptive:
-        solver_state = solver.init(CableTerm(), zero, dt, y, model)
+        solver = fixed_solver(plan, numbers)
+        solver_state = solver.init(SteppedTerm(zero), zero, dt, y, model)
     seen = watches(model, y, plan.recoils)
     never = jnp.zeros((), bool)
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
     return Progress(y, solver_state, seen, never), first
 
 
+def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
+    """The solver for given steps; an implicit one finds its stages to the plan's tolerances."""
+    method = METHODS[plan.method]
+    if not issubclass(method, diffrax.AbstractImplicitSolver):
+        return method()
+    own = cast(numbers, plan.dtype)
+    root_finder = diffrax.VeryChord(rtol=own.rtol, atol=own.atol, norm=_size)
+    return method(root_finder=root_finder)  # pyright: ignore[reportCallIssue]
+
+
 def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
     """One output interval from `start` (s) in equal steps."""
-    solver, term = METHODS[plan.method](), CableTerm()
+    solver, term = fixed_solver(plan, numbers), SteppedTerm(jnp.zeros(()))
     dt = numbers.every / numbers.steps
+    implicit = isinstance(solver, diffrax.AbstractImplicitSolver)
 
-    def step(i, carry):
-        y, state, seen = carry
+    def step(i, run: Progress) -> Progress:
         t0 = start + i * dt
         t1 = start + (i + 1) * dt
-        y, _, _, state, _ = solver.step(term, t0, t1, y, model, state, False)
-        seen = watch(model, y, seen, plan.recoils, t1, dt)
-        return y, state, seen
+        y, _, _, state, result = solver.step(term, t0, t1, run.y, model, run.solver_state, False)
+        seen = watch(model, y, run.seen, plan.recoils, t1, dt)
+        # only an implicit method can fail to find its stages
+        failed = result != diffrax.RESULTS.successful if implicit else False
+        return Progress(y, state, seen, run.exhausted | failed)
 
-    y, state, seen = jax.lax.fori_loop(0, numbers.steps, step, (run.y, run.solver_state, run.seen))
-    return Progress(y, state, seen, run.exhausted)
+    return jax.lax.fori_loop(0, numbers.steps, step, run)
 
 
 def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
     """One output interval from `start` (s), the step chosen by the estimated error."""
-
-    def norm(error: State):
-        # energies are a by-product: only the motion decides the step
-        return _rms((error.displacement, error.velocity))
-
-    controller = diffrax.PIDController(rtol=numbers.rtol, atol=numbers.atol, norm=norm)
-    end = start + numbers.every
+    # diffrax steps in one precision, the state's: its times count from the start of the interval
+    dtype = next(iter(run.y.velocity.values())).dtype
     guess = jnp.clip(run.solver_state, 1e-6 * numbers.every, numbers.every)
+    own, guess = cast((numbers, guess), str(dtype))
+    controller = diffrax.PIDController(rtol=own.rtol, atol=own.atol, norm=_size)
     solution = diffrax.diffeqsolve(
-        CableTerm(), METHODS[plan.method](), start, end, guess, run.y, args=model,
-        stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True),
+        SteppedTerm(start), METHODS[plan.method](), jnp.zeros((), dtype), own.every, guess, run.y,
+        args=model, stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True),
         max_steps=plan.max_steps, throw=False, adjoint=diffrax.ForwardMode(),
     )  # fmt: skip
     assert solution.ys is not None
     y = jax.tree.map(lambda x: x[0], solution.ys)
     taken = jnp.maximum(solution.stats["num_accepted_steps"], 1)
-    seen = watch(model, y, run.seen, plan.recoils, end, numbers.every)
+    seen = watch(model, y, run.seen, plan.recoils, start + numbers.every, numbers.every)
     failed = solution.result != diffrax.RESULTS.successful
     return Progress(y, numbers.every / taken, seen, run.exhausted | failed)
+
+
+def _size(error: State) -> Float[Array, ""]:
+    """Size of an error: of the motion alone, since energies are a by-product."""
+    return _rms((error.displacement, error.velocity))
 
 
 def _rms(tree: PyTree) -> Float[Array, ""]:
@@ -173,7 +210,7 @@ def advance(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Int[Array, ""],
     count: Int[Array, ""],
 ) -> tuple[Progress, Sample]:  # fmt: skip
-    """`count` (at most CHUNK) outputs on from output number `first`; samples (CHUNK, ...)."""
+    """`count` outputs on from output number `first`; samples (outputs of the plan, ...)."""
     move = _adaptive if plan.adaptive else _fixed
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
@@ -181,7 +218,7 @@ def advance(
         return sample(model, t, run.y, plan.quantities, dt, run.exhausted)
 
     empty = jax.tree.map(
-        lambda s: jnp.zeros((CHUNK, *s.shape), s.dtype),
+        lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),
         jax.eval_shape(lambda r: sample_at(r, numbers.every), run),
     )
 
@@ -189,6 +226,8 @@ def advance(
         run, kept = carry
         run = move(model, plan, numbers, run, (first + k) * numbers.every)
         found = sample_at(run, (first + k + 1) * numbers.every)
-        return run, jax.tree.map(lambda all_, x: all_.at[k].set(x), kept, found)
+        return run, jax.tree.map(
+            lambda all_, x: place(all_, x[None], k, *(0,) * x.ndim), kept, found
+        )
 
     return jax.lax.fori_loop(0, count, body, (run, empty))

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.energy import powers
+from lumpedcable.model.line import Workspace
 from lumpedcable.model.model import Evaluation, Model
 from lumpedcable.model.state import State
 
@@ -41,6 +42,11 @@ class CableTerm(diffrax.ODETerm):
         self.vector_field = lambda t, y, model: rates(model, t, y)[0]
 
 
+def workspaces(found: dict[str, Evaluation]) -> dict[str, Workspace]:
+    """What an evaluation wrote along each line."""
+    return {name: e.line.workspace for name, e in found.items() if e.line.workspace is not None}
+
+
 class Leapfrog(diffrax.AbstractSolver):
     """Kick-drift leapfrog with velocities kept at half steps.
 
@@ -67,16 +73,19 @@ class Leapfrog(diffrax.AbstractSolver):
             (y0.velocity, y0.work),
             (slope.velocity, slope.work),
         )
-        return args.carried(t0, dt, velocity), work
+        found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
+        return args.carried(t0, dt, velocity), work, dt, workspaces(found)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
         model = args
-        before, work = solver_state
+        # the step is kept rather than taken as t1 - t0, so that what follows from it alone is
+        # worked out once and not at every step
+        before, work, length, over = solver_state
         t1 = jnp.asarray(t1)
-        dt = (t1 - t0).astype(next(iter(before.values())).dtype)
+        dt = length.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
-        middle, after, reaction, found = model.kick(t1, place, before, y0.reaction, dt)
+        middle, after, reaction, found = model.kick(t1, place, before, y0.reaction, dt, over)
         now = work
         if work:
             power = powers(model, t1, found, before, middle, after, dt)
@@ -84,7 +93,7 @@ class Leapfrog(diffrax.AbstractSolver):
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
         y1 = State(place, middle, now, reaction)
         dense = {"y0": y0, "y1": y1}
-        return y1, None, dense, (after, work), diffrax.RESULTS.successful
+        return y1, None, dense, (after, work, length, workspaces(found)), diffrax.RESULTS.successful
 
     def func(self, terms, t0, y0, args):
         """dy/dt at the start of a step."""

@@ -6,10 +6,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.energy import WORKS, energies
-from lumpedcable.model.line import Line
+from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 from lumpedcable.physics.load import Shape
+from lumpedcable.physics.vectors import dot
 from lumpedcable.solve.bound import courant_number
 
 __all__ = ["Recoil", "Sample", "Watch", "end_tension", "sample", "watch", "watches"]
@@ -75,9 +76,7 @@ def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch,
     """Watches at the start."""
     result = []
     for recoil in recoils:
-        line = model.lines[recoil.line]
-        shape = line.shape(y.displacement[recoil.line])
-        far = end_tension(line, line.law.tension(shape.strain), -1 - recoil.node)
+        far = _far_tension(model, y, recoil)
         never = jnp.full_like(far, jnp.nan)
         result.append(Watch(jnp.zeros_like(far), never, never, far, far))
     return tuple(result)
@@ -94,10 +93,8 @@ def watch(
     """Watches after a step of dt that ended at t (s)."""
     result = []
     for recoil, old in zip(recoils, seen, strict=True):
-        line = model.lines[recoil.line]
         speed = jnp.sqrt(jnp.sum(y.velocity[recoil.line][:, recoil.node] ** 2))
-        shape = line.shape(y.displacement[recoil.line])
-        far = end_tension(line, line.law.tension(shape.strain), -1 - recoil.node)
+        far = _far_tension(model, y, recoil)
         level = (1.0 - ARRIVAL_DROP) * old.first
         crossed = jnp.isnan(old.arrival) & (far < level)
         share = (old.last - level) / jnp.where(crossed, old.last - far, 1.0)
@@ -108,6 +105,14 @@ def watch(
         peak = jnp.where(faster, speed, old.peak_speed)
         result.append(Watch(peak, peak_time, arrival, far, old.first))
     return tuple(result)
+
+
+def _far_tension(model: Model, y: State, recoil: Recoil) -> Float[Array, ""]:
+    """Tension (N) at the end across from the one that recoils, worked out there alone."""
+    node = -1 - recoil.node
+    end, nodes = last_segments(model.lines[recoil.line], node, 2)
+    shape = end.shape(y.displacement[recoil.line][:, nodes])
+    return end_tension(end, end.law.tension(shape.strain), node)
 
 
 def sample(
@@ -155,4 +160,4 @@ def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:
     """Whether a segment points back at its neighbour: the mesh no longer resolves the line."""
     if line.dimensions == 1:
         return jnp.any(strain <= -1.0)
-    return jnp.any(jnp.sum(tangent[:, 1:] * tangent[:, :-1], axis=0) < 0.0)
+    return jnp.any(dot(tangent[:, 1:], tangent[:, :-1]) < 0.0)

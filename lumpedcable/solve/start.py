@@ -83,8 +83,47 @@ def _lay_out(line: Line, model: Model, outer, joints) -> Float[Array, "d nodes"]
     )
     pull = _pull(model, outer[1 if from_start else 0])
     path = hanging_line(line, anchor, pull, from_start)
+    load = _swept(line, model, path, pull)
+    if load is not None:
+        path = hanging_line(line, anchor, pull, from_start, load)
     path = path if bed is None else draped_line(line, bed, path, from_start)
     return _stiffened(line, path, pull, from_start)
+
+
+def _swept(
+    line: Line, model: Model, path: Float[Array, "d nodes"], pull: Float[Array, " d"]
+) -> Float[Array, "d nodes"] | None:
+    """Weight and drag (N) on the nodes of a line that streams away from its one end; None: no current.
+
+    It is taken to be straight, at the angle p to the current w (m/s) at which it can stay: with G the
+    force on the free end and the weight together (N), n across the line and Dn the drag across it
+    per metre and (m/s)^2, G . n = L Dn w^2 sin^2 p. Exact for a line under its own weight in a
+    uniform current (L. Pode, David Taylor Model Basin Report 687, 1951). From the shape without
+    current, which the current folds, Newton's method does not unfold a line of many segments.
+    """
+    if line.current is None or line.drag is None or model.up is None or model.base is None:
+        return None
+    weight = nodal_weight(line)
+    flow = jnp.mean(line.current.velocity(model.base + model.up @ path), axis=1)
+    flow, load = jax.lax.stop_gradient((flow, pull + jnp.sum(weight, axis=1)))
+    along = _unit(flow)
+    across = _unit(load - jnp.dot(load, along) * along)
+    drag = jnp.sum(line.node_length) * line.drag.normal * jnp.dot(flow, flow)
+
+    def halve(_, bounds):
+        low, high = bounds
+        p = 0.5 * (low + high)
+        turn = jnp.cos(p) * jnp.dot(load, across) - jnp.sin(p) * jnp.dot(load, along)
+        more = turn > drag * jnp.sin(p) ** 2
+        return jnp.where(more, p, low), jnp.where(more, high, p)
+
+    p, _ = jax.lax.fori_loop(0, 50, halve, (jnp.zeros(()), jnp.full((), jnp.pi)))
+    tangent = _unit(jnp.cos(p) * along + jnp.sin(p) * across)
+    slip = jnp.dot(flow, tangent)
+    side = flow - slip * tangent
+    per_metre = line.drag.normal * jnp.sqrt(jnp.sum(side**2)) * side
+    per_metre = per_metre + line.drag.tangential * jnp.abs(slip) * slip * tangent
+    return weight + per_metre[:, None] * line.node_length
 
 
 def _stiffened(

@@ -65,17 +65,18 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
 
 
 def hanging_line(
-    line: Line, anchor: Float[Array, " d"], pull: Float[Array, " d"], from_start: bool
-) -> Float[Array, "d nodes"]:
+    line: Line, anchor: Float[Array, " d"], pull: Float[Array, " d"], from_start: bool,
+    load: Float[Array, "d nodes"] | None = None,
+) -> Float[Array, "d nodes"]:  # fmt: skip
     """Positions (m) of a line from its anchor (m), with a known force `pull` (N) on the far end.
 
     Tensions are sums: T_j = pull + the loads of all nodes beyond segment j; segment j is then
-    l (1 + e(|T_j|)) long and points along T_j. Exact for weight; other loads are left out.
+    l (1 + e(|T_j|)) long and points along T_j. `load` (N) acts on the nodes, their weight if absent.
     """
-    weight = nodal_weight(line)
+    load = nodal_weight(line) if load is None else load
     if not from_start:
-        weight = weight[:, ::-1]
-    beyond = jnp.cumsum(weight[:, :0:-1], axis=1)[:, ::-1]
+        load = load[:, ::-1]
+    beyond = jnp.cumsum(load[:, :0:-1], axis=1)[:, ::-1]
     steps = _steps(line, pull[:, None] + beyond, reverse=not from_start)
     path = jnp.concatenate([anchor[:, None], anchor[:, None] + jnp.cumsum(steps, axis=1)], axis=1)
     return path if from_start else path[:, ::-1]
@@ -138,8 +139,11 @@ def spanning_force(
     force = jax.lax.stop_gradient(jax.lax.fori_loop(0, iterations, step, guess))
     # one more step, its slope frozen, carries the derivative (implicit function theorem)
     slope = jax.lax.stop_gradient(jax.jacfwd(reached)(force))
+    usable = jnp.all(jnp.isfinite(jnp.linalg.solve(slope, span)))
+    # where it has none, reverse mode must not meet the singular matrix either
+    slope = jnp.where(usable, slope, jnp.eye(force.shape[0]))
     last = jnp.linalg.solve(slope, span - reached(force))
-    return force + jnp.where(jnp.all(jnp.isfinite(last)), last, 0.0)
+    return force + jnp.where(usable, last, 0.0)
 
 
 def spanning_line(
@@ -159,7 +163,9 @@ def spanning_line(
     share = jnp.arange(1, line.segments + 1) / line.segments
     path = jnp.concatenate([jnp.zeros_like(path[:, :1]), path + gap[:, None] * share], axis=1)
     met = jnp.all(jnp.isfinite(path)) & (jnp.sum(gap**2) < (1e-6 * total) ** 2)
-    return start[:, None] + jnp.where(met, path, _parabola(line, end - start, total))
+    # a guess without derivatives: those of its sag are infinite where nothing is slack
+    guess = jax.lax.stop_gradient(_parabola(line, end - start, total))
+    return start[:, None] + jnp.where(met, path, guess)
 
 
 def _parabola(

@@ -15,6 +15,8 @@ from lumpedcable.study.compiled import Structure
 __all__ = ["Batch", "batches", "common_coordinates", "plan_of", "recoils_of", "rounded_steps"]
 
 LANES = 64  # runs that are advanced together
+ROOM = 2**26  # bytes of outputs in one call
+OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
             "kvaerno3", "kvaerno4", "kvaerno5"}  # fmt: skip
@@ -62,8 +64,8 @@ def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
     return tuple(found)
 
 
-def plan_of(scene: Scene, layout: Layout) -> Plan:
-    """The plan of a scene: fixed steps for leapfrog and Euler or where a step is asked for."""
+def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
+    """The plan of `runs` runs: fixed steps for leapfrog and Euler or where a step is asked for."""
     solver = scene.solver
     fixed = solver.step is not None or "courant" in solver.model_fields_set
     return Plan(
@@ -73,7 +75,20 @@ def plan_of(scene: Scene, layout: Layout) -> Plan:
         recoils=recoils_of(layout),
         dtype=solver.dtype,
         max_steps=solver.max_steps or 1_000_000,
+        outputs=_outputs_at_once(scene, layout, runs),
     )
+
+
+def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
+    """Outputs that one call may return: a power of two, as many as fit into `ROOM`.
+
+    Few calls, since each costs as much as a hundred steps of a short line.
+    """
+    per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
+    numbers = sum(per_node.get(quantity, 0) for quantity in scene.output.quantities) + 1
+    nodes = sum(piece.segments + 1 for piece in layout.pieces)
+    most = ROOM / (8.0 * runs * nodes * numbers)
+    return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
 
 def rounded_steps(scene: Scene, bound: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.errors import Fault
-from lumpedcable.solve.integrate import CHUNK, Numbers, Plan
+from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.compiled import (
     Ready,
     advance_batch,
@@ -39,6 +39,11 @@ from lumpedcable.study.plan import (
 from lumpedcable.study.summary import Account, Outcome, summarise
 
 __all__ = ["Timings", "run_study"]
+
+# outputs asked for at first; doubled, up to the plan's, while a call takes less than PACE (s): few calls
+# for a short run, and a bar that moves and a file that fills up for a long one
+FIRST_OUTPUTS = 16
+PACE = 0.25
 
 
 @dataclass
@@ -151,7 +156,7 @@ def _prepared(
     )
     jax.block_until_ready(ready.bound)
     timings.mark("statics")
-    plan = plan_of(scene, batch.structure.layout)
+    plan = plan_of(scene, batch.structure.layout, len(batch.runs))
     steps = rounded_steps(scene, np.asarray(ready.bound))
     if plan.adaptive:
         steps = np.ones_like(steps)
@@ -190,9 +195,9 @@ def _run_batch(
     account.add(first, 0, 1)
     contents.write(writer, part.runs, first, account.start_positions(ready), 0)
     timings.mark("begin")
-    done = 0
+    done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
     while done < account.count:
-        now = min(CHUNK, account.count - done)
+        now, asked = min(pace, account.count - done), clock.perf_counter()
         run, samples = advance_batch(
             ready.model, part.plan, numbers, run, np.asarray(done), np.asarray(now)
         )
@@ -204,4 +209,6 @@ def _run_batch(
         timings.mark("write")
         done += now
         tick(now * len(part.runs))
+        if clock.perf_counter() - asked < PACE:
+            pace = min(2 * pace, part.plan.outputs)
     account.finish(run)

@@ -44,7 +44,7 @@ def test_scenes_that_load_fit_the_json_schema(text):
         (("lines", "rope", "end"), {"fix": [0, 0, 0]}),
         (("lines", "rope", "start"), {"fixed": [0, 0]}),
         (("materials", "nylon", "law"), "tahn"),
-        (("solver", "method"), "rk4"),
+        (("solver", "method"), "rk5"),
         (("output", "duration"), None),
         (("solver", "courant"), 1.5),
     ],

@@ -1,5 +1,7 @@
 """Other integrators and another precision solve the same equations of motion."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from engine_runs import ROPE, run_text
@@ -45,6 +47,15 @@ def test_fixed_steps_converge_with_their_order(tmp_path, truth, method, order):
         errors.append(np.max(np.abs(velocities(tmp_path, text) - truth)) / SIZE)
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)
     assert errors[1] < (2e-3 if order == 2 else 0.1)
+
+
+def test_runge_kutta_is_of_fourth_order(tmp_path, truth):
+    text = PLAIN + 'method = "rk4"\n'
+    found = [velocities(tmp_path, text, f"solver.step={h}") for h in (1e-3, 5e-4, 2.5e-4)]
+    # it is the same motion, as far as the extrapolated leapfrog knows it
+    np.testing.assert_allclose(found[2], truth, rtol=0, atol=1e-5 * SIZE)
+    far, near = (np.max(np.abs(b - a)) for a, b in pairwise(found))
+    assert np.log2(far / near) == pytest.approx(4, abs=0.4)
 
 
 def test_all_solvers_book_the_same_energies(tmp_path):

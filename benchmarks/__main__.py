@@ -1,0 +1,139 @@
+"""Measures and reports: `python -m benchmarks [PART ...]`; `--help` lists the parts."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import importlib
+import os
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+# what compiling costs is part of the report: nothing is taken from an earlier process
+os.environ["LUMPEDCABLE_CACHE"] = "off"
+
+from rich.console import Console
+
+from benchmarks import cost, figures, held_out, reference, report, work_precision
+from benchmarks.machine import describe
+from benchmarks.peers import compare
+
+Tell = Callable[[str], None]
+PARTS: dict[str, Callable[[bool, Tell], dict[str, Any]]] = {
+    "reference": reference.run,
+    "work-precision": work_precision.run,
+    "held-out": held_out.run,
+    "peers": compare.run,
+    "cost": cost.run,
+}
+# other programs' pages, which know how to run themselves: `run(quick)` and `table(data)`
+GUESTS = {"hard": "benchmarks.hard", "chain": "benchmarks.peers.moordyn_chain"}
+ROOT = Path(__file__).parents[1]
+PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"
+OUTPUT = ROOT / "build" / "benchmarks"
+LOG_EVERY = 20.0  # s between lines where there is no terminal to write a live one to
+
+
+def guest(name: str) -> Callable[[bool, Tell], dict[str, Any]] | None:
+    """A part that lives in a module of its own, None where there is none."""
+    try:
+        module = importlib.import_module(GUESTS[name])
+    except ImportError:
+        return None
+    if not hasattr(module, "run") or not hasattr(module, "table"):
+        return None
+
+    def part(quick: bool, tell: Tell) -> dict[str, Any]:
+        tell(f"{name}, which tells nothing on the way")
+        data = module.run(quick)
+        return {"data": data, "table": module.table(data)}
+
+    return part
+
+
+def parts() -> dict[str, Callable[[bool, Tell], dict[str, Any]]]:
+    """Every part by name."""
+    found = {name: guest(name) for name in GUESTS}
+    return PARTS | {name: part for name, part in found.items() if part is not None}
+
+
+def measure(name: str, quick: bool, console: Console) -> dict[str, Any]:
+    """One part, when it was made and how long that took, with a line that says what is going on."""
+    begin, last = time.perf_counter(), 0.0
+    with console.status(name) as status:
+
+        def tell(what: str) -> None:
+            nonlocal last
+            now = time.perf_counter() - begin
+            status.update(f"{name}: {what} ({now:.0f} s)")
+            if not console.is_terminal and now - last > LOG_EVERY:
+                last = now
+                console.print(f"  {name}: {what} ({now:.0f} s)")
+
+        found = parts()[name](quick, tell)
+    seconds = time.perf_counter() - begin
+    console.print(f"{name}: {seconds:.0f} s")
+    made = datetime.datetime.now(datetime.UTC).isoformat(" ", "minutes").removesuffix("+00:00")
+    return {"parts": {name: found}, "seconds": {name: seconds}, "made": {name: made}}
+
+
+def joined(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """A part more, or anew, in the usual order."""
+    result = dict(old)
+    for key, values in new.items():
+        both = old.get(key, {}) | values
+        result[key] = {name: both[name] for name in parts() if name in both}
+    return result
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Measure, write, print."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument(
+        "part",
+        nargs="*",
+        help=f"what to measure: {', '.join(parts())}; without any: {', '.join(PARTS)}",
+    )
+    parser.add_argument("--all", action="store_true", help="every part")
+    parser.add_argument("--again", action="store_true", help="only write what is measured already")
+    parser.add_argument("--quick", action="store_true", help="small meshes and few cases")
+    parser.add_argument("-o", "--output", type=Path, default=OUTPUT, help="folder to write into")
+    parser.add_argument("--docs", action="store_true", help="also fill docs/benchmarks.md")
+    asked = parser.parse_args(argv)
+    unknown = [name for name in asked.part if name not in parts()]
+    if unknown:
+        parser.error(f"no such part: {', '.join(unknown)}; there are {', '.join(parts())}")
+    names = list(parts()) if asked.all else asked.part or list(PARTS)
+    if asked.again:
+        names = []
+    console = Console()
+    begin = time.perf_counter()
+    data = {"format": report.FORMAT, "machine": describe(), "quick": asked.quick}
+    # parts that were measured before on this machine, in this size, are kept
+    before = report.read(asked.output)
+    if before is not None and all(before.get(key) == value for key, value in data.items()):
+        data = before
+    for name in names:
+        data = joined(data, measure(name, asked.quick, console))
+        report.keep(data, asked.output)
+    found = report.write(data, asked.output)
+    pictures = figures.draw(data["parts"], asked.output)
+    for name, table in found.items():
+        console.print(f"\n[bold]{name}[/bold]\n")
+        console.print(table, markup=False, highlight=False, soft_wrap=True)
+    if asked.docs:
+        page = report.filled(PAGE.read_text(encoding="utf-8"), found)
+        PAGE.write_text(page, encoding="utf-8")
+        PICTURES.mkdir(exist_ok=True)
+        shown = [picture for picture in pictures if f"({PICTURES.name}/{picture.name})" in page]
+        for file in (asked.output / "results.json", *shown):
+            shutil.copy(file, PICTURES)
+    console.print(f"\n{asked.output}: results.json, tables.md, {len(pictures)} pictures")
+    console.print(f"{time.perf_counter() - begin:.0f} s in all")
+
+
+if __name__ == "__main__":
+    main()

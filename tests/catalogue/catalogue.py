@@ -1,0 +1,31 @@
+"""All cases by name, and all ways of stepping through them."""
+
+import mode_cases
+import motion_cases
+import release_cases
+from case import Case
+
+from lumpedcable.solve.integrate import METHODS
+from lumpedcable.study.plan import ADAPTIVE
+
+CASES: dict[str, Case] = {**mode_cases.CASES, **motion_cases.CASES, **release_cases.CASES}
+
+# every way of stepping that the scene language offers
+ALL = ("leapfrog", "viscous", "plain", *sorted(set(METHODS) - {"leapfrog"}))
+
+
+def options(case: Case, stepping: str, dtype: str = "float64") -> tuple[str, ...]:
+    """Overrides that have a case stepped in one of these ways."""
+    single = dtype == "float32"
+    chosen = [f"solver.dtype={dtype}"] if single else []
+    if stepping in ("plain", "viscous"):
+        chosen.append(f"solver.waves={stepping}")
+    elif stepping == "euler":
+        chosen += ["solver.method=euler", f"solver.courant={case.euler}"]
+    elif stepping != "leapfrog" and stepping not in ADAPTIVE:
+        chosen.append(f"solver.method={stepping}")
+    elif stepping in ADAPTIVE:
+        # tolerances that the motion of a millimetre, and the precision, can feel
+        rtol, atol = (1e-4, 1e-8) if single else (1e-6, 1e-10)
+        chosen += [f"solver.method={stepping}", f"solver.rtol={rtol}", f"solver.atol={atol}"]
+    return tuple(chosen)

@@ -1,0 +1,136 @@
+"""Every case by every integrator in both precisions: the error is what the mesh must make, or less."""
+
+import numpy as np
+import pytest
+from case import assert_order, assert_right, assert_step_order, relative_error
+from catalogue import ALL, CASES, options
+from mode_cases import LENGTH, SWING, K
+
+from lumpedcable.solve.integrate import METHODS
+from lumpedcable.study.plan import ADAPTIVE
+
+SINGLE = ("standing axial wave", "shock")
+
+
+# where rounding to single precision, some 6e-8 EA on every node, is smaller than what a tolerance
+# must see to choose a step, and does not add up over Euler's hundreds of thousands of steps
+SMALL = ("standing axial wave", "damped axial mode", "body on a heavy line", "body on one segment",
+         "shaken end")  # fmt: skip
+
+
+def known(name, stepping, dtype) -> bool:
+    """Whether this way of stepping finds the answer at all."""
+    if stepping == "plain" and not CASES[name].plain:
+        return False
+    return dtype == "float64" or stepping not in {*ADAPTIVE, "euler"} or name in SMALL
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_leapfrog(name):
+    case = CASES[name]
+    assert_right(case, case.play())
+
+
+@pytest.mark.parametrize("name", SINGLE)
+def test_single_precision(name):
+    case = CASES[name]
+    assert_right(case, case.play(*options(case, "leapfrog", "float32")))
+
+
+def test_single_precision_with_a_step_of_its_own_choice():
+    case = CASES["standing axial wave"]
+    assert_right(case, case.play(*options(case, "heun", "float32")))
+
+
+CROSSING = [
+    (name, stepping, dtype)
+    for dtype in ("float64", "float32")
+    for stepping in ALL
+    for name in CASES
+    if known(name, stepping, dtype)
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "stepping", "dtype"), CROSSING)
+def test_all_of_it(name, stepping, dtype):
+    case = CASES[name]
+    assert_right(case, case.play(*options(case, stepping, dtype)))
+
+
+# --- orders ---------------------------------------------------------------------------------------
+
+MESHED = [name for name, case in CASES.items() if case.order is not None]
+QUICK = ("taut string", "linear release, ramped")
+
+
+def mesh_errors(case, *overrides, count=2):
+    """Errors at meshes finer by two each, the step over the segments' length kept."""
+    first = case.play(*overrides)
+    errors, steps = [case.error(first.seen)], first.steps
+    for k in range(1, count):
+        run = case.play(*overrides, segments=case.segments * 2**k, steps=steps * 2**k)
+        errors.append(case.error(run.seen))
+    return errors
+
+
+@pytest.mark.parametrize(
+    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in MESHED]
+)
+def test_order_in_the_mesh(name):
+    assert_order(mesh_errors(CASES[name]), 2, CASES[name].order)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MESHED)
+def test_order_in_the_mesh_without_time(name):
+    # a tight tolerance leaves the error in space; a case with a jump is another matter
+    case = CASES[name]
+    if case.mean:
+        return
+    errors = mesh_errors(case, "solver.method=dopri8", "solver.rtol=1e-8", "solver.atol=1e-12")
+    assert_order(errors, 2, (1.6, 2.4))
+
+
+@pytest.mark.parametrize("name", [n for n, case in CASES.items() if case.step_order is not None])
+def test_order_in_the_step(name):
+    case = CASES[name]
+    assert_step_order(case, steps=case.play().steps, band=case.step_order)
+
+
+# (order, steps in 20 ms): coarse enough for errors well above rounding. The chain's own highest
+# frequency is 80 rad/s, so that one step is stable for the high orders
+FIXED = {
+    "leapfrog": (2, 4), "euler": (1, 32), "heun": (2, 4), "midpoint": (2, 4), "ralston": (2, 4),
+    "bosh3": (3, 4), "tsit5": (5, 8), "dopri5": (5, 4), "dopri8": (8, 1), "kvaerno3": (3, 4),
+    "kvaerno4": (4, 4), "kvaerno5": (5, 4), "rk4": (4, 4),
+}  # fmt: skip
+
+
+def test_no_integrator_is_forgotten():
+    assert set(FIXED) == set(METHODS)
+
+
+def of_lumps(seen, segments=4):
+    """The standing wave of the chain itself: omega = (2 c/l) sin(k l/2), Lagrange's beads."""
+    l = LENGTH / segments
+    w = 2e3 / l * np.sin(0.5 * K * l)
+    return SWING * np.sin(K * seen.s) * np.cos(w * seen.time)[:, None]
+
+
+def step_errors(method, steps, changes=("output.duration=0.32", "output.every=0.02")):
+    """Errors in time alone, with so many steps of a method in 20 ms and with twice as many."""
+    case = CASES["standing axial wave"]
+    chosen = [f"solver.method={method}", "solver.courant=0.5"]  # steps are given: not the courant
+    if method.startswith("kvaerno"):
+        chosen += ["solver.rtol=1e-12", "solver.atol=1e-14"]  # of the stages
+    runs = [case.play(*chosen, *changes, segments=4, steps=k * steps) for k in (1, 2)]
+    return [relative_error(case.seen(r.seen), of_lumps(r.seen), SWING) for r in runs]
+
+
+@pytest.mark.parametrize("method", FIXED)
+def test_fixed_steps_have_the_order_of_their_method(method):
+    # a tenth for what higher orders leave; dopri8, near rounding, may be better than its name
+    order, steps = FIXED[method]
+    band = (order - 0.1, order + (1.0 if method == "dopri8" else 0.1))
+    assert_order(step_errors(method, steps), 2, band)
