@@ -33,6 +33,7 @@ PARTS: dict[str, Callable[[bool, Tell], dict[str, Any]]] = {
 GUESTS = {"hard": "benchmarks.hard", "chain": "benchmarks.peers.moordyn_chain"}
 ROOT = Path(__file__).parents[1]
 PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"
+PAGES = (PAGE, ROOT / "README.md")
 OUTPUT = ROOT / "build" / "benchmarks"
 LOG_EVERY = 20.0  # s between lines where there is no terminal to write a live one to
 
@@ -101,7 +102,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--again", action="store_true", help="only write what is measured already")
     parser.add_argument("--quick", action="store_true", help="small meshes and few cases")
     parser.add_argument("-o", "--output", type=Path, default=OUTPUT, help="folder to write into")
-    parser.add_argument("--docs", action="store_true", help="also fill docs/benchmarks.md")
+    parser.add_argument("--docs", action="store_true", help="also fill docs/benchmarks.md and README.md")
     asked = parser.parse_args(argv)
     unknown = [name for name in asked.part if name not in parts()]
     if unknown:
@@ -125,8 +126,10 @@ def main(argv: Sequence[str] | None = None) -> None:
         console.print(f"\n[bold]{name}[/bold]\n")
         console.print(table, markup=False, highlight=False, soft_wrap=True)
     if asked.docs:
-        page = report.filled(PAGE.read_text(encoding="utf-8"), found)
-        PAGE.write_text(page, encoding="utf-8")
+        for file in PAGES:
+            page = report.filled(file.read_text(encoding="utf-8"), found)
+            file.write_text(page, encoding="utf-8")
+        page = PAGE.read_text(encoding="utf-8")
         PICTURES.mkdir(exist_ok=True)
         shown = [picture for picture in pictures if f"({PICTURES.name}/{picture.name})" in page]
         for file in (asked.output / "results.json", *shown):

@@ -47,6 +47,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
                 found[f"peers-{key}"] = compare.table(others, kind)
         found["peers-linear"] = compare.linear_table(others)
         found["moordyn"] = compare.damping_table(others)
+        found["readme"] = compare.table(others, "at once", targets.SEGMENTS)
     if "cost" in parts:
         found |= {f"cost-{k}": v for k, v in cost.tables(parts["cost"]).items()}
     for name, part in parts.items():

@@ -147,9 +147,13 @@ def _record(
     }  # fmt: skip
 
 
-def table(points: Sequence[dict[str, Any]], kind: str) -> str:
-    """Errors and times by program and mesh; of a peer's settings the best for each quantity."""
+def table(points: Sequence[dict[str, Any]], kind: str, segments: int | None = None) -> str:
+    """Errors and times by program and mesh; of a peer's settings the best for each quantity.
+
+    Of one mesh alone where `segments` is given.
+    """
     points = [p for p in points if p["case"].endswith(kind) and p["case"] != LINEAR]
+    points = [p for p in points if segments in (None, p["segments"])]
     cases = [c.name for c in MAIN if any(p["case"] == c.name for p in points)]
     pulls = " / ".join(name.split(" ")[0] for name in cases)
     rows = [
