@@ -85,14 +85,17 @@ class Runner:
             number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
         )  # fmt: skip
 
-    def through(self, every: float, steps: int, count: int):
-        """Yield what begin_batch and then every advance_batch return, and how many outputs of it."""
+    def through(self, every: float, steps: int, count: int, most: int | None = None):
+        """Yield what begin_batch and then every advance_batch return, and how many outputs of it.
+
+        At most `most` outputs a call; without it, as many as the plan allows.
+        """
         model, plan, numbers = self.ready.model, self.plan, self.numbers(every, steps)
         state, samples = begin_batch(model, plan, numbers)
         yield state, jax.tree.map(lambda x: x[:, None], samples), 1
         done = 0
         while done < count:
-            now = min(plan.outputs, count - done)
+            now = min(most or plan.outputs, count - done)
             state, samples = advance_batch(
                 model, plan, numbers, state, jnp.asarray(done), jnp.asarray(now)
             )
