@@ -102,7 +102,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--again", action="store_true", help="only write what is measured already")
     parser.add_argument("--quick", action="store_true", help="small meshes and few cases")
     parser.add_argument("-o", "--output", type=Path, default=OUTPUT, help="folder to write into")
-    parser.add_argument("--docs", action="store_true", help="also fill docs/benchmarks.md and README.md")
+    parser.add_argument(
+        "--docs", action="store_true", help="also fill docs/benchmarks.md and README.md"
+    )
     asked = parser.parse_args(argv)
     unknown = [name for name in asked.part if name not in parts()]
     if unknown:
