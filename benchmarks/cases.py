@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 
 class Case(NamedTuple):
@@ -35,3 +36,9 @@ HELD_OUT = (
     *(_pulled(T0, 5, STEEPER, name="another tanh law, ") for T0 in (100, 550)),
     _pulled(150, 5, HOOKE, name="linear law, "),
 )
+
+
+def seen(points: Sequence[dict[str, Any]]) -> tuple[list[str], str]:
+    """The main cases that points belong to, and their pretensions (kN) for the head of a table."""
+    names = [case.name for case in MAIN if any(p["case"] == case.name for p in points)]
+    return names, " / ".join(name.split(" ")[0] for name in names)

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from benchmarks.cases import MAIN, Case
+from benchmarks.cases import MAIN, Case, seen
 from benchmarks.methods import METHODS, Method, point
 from benchmarks.reference import Reference, load
 
@@ -55,8 +55,7 @@ def measure(
 def table(points: Sequence[dict[str, Any]], kind: str, segments: int = 100) -> str:
     """Errors of every method on one mesh, and what they cost, for a break "5 ms" or "at once"."""
     points = [p for p in points if p["case"].endswith(kind) and p["segments"] == segments]
-    cases = [c.name for c in MAIN if any(p["case"] == c.name for p in points)]
-    pulls = " / ".join(name.split(" ")[0] for name in cases)
+    cases, pulls = seen(points)
     rows = [
         f"| N = {segments}, break {kind}, {pulls} kN | end displacement, % | end velocity, % "
         "| tension, % | T_c, % | front, ms | time, ms | steps |",

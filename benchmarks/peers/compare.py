@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cases import MAIN
+from benchmarks.cases import MAIN, seen
 from benchmarks.engine import Runner, scene_of
 from benchmarks.measures import COARSE, Errors, Histories, errors
 from benchmarks.methods import DEFAULT, METHODS
@@ -154,8 +154,7 @@ def table(points: Sequence[dict[str, Any]], kind: str, segments: int | None = No
     """
     points = [p for p in points if p["case"].endswith(kind) and p["case"] != LINEAR]
     points = [p for p in points if segments in (None, p["segments"])]
-    cases = [c.name for c in MAIN if any(p["case"] == c.name for p in points)]
-    pulls = " / ".join(name.split(" ")[0] for name in cases)
+    cases, pulls = seen(points)
     rows = [
         f"| break {kind}, {pulls} kN | N | end displacement, % | end velocity, % | its time, ms "
         "| T_c, % | its time, ms |",
@@ -212,8 +211,7 @@ def damping_table(points: Sequence[dict[str, Any]], segments: int = 100) -> str:
         p for p in points
         if (p["program"], p["segments"]) == ("MoorDyn", segments) and p["case"] != LINEAR
     ]  # fmt: skip
-    cases = [c.name for c in MAIN if any(p["case"] == c.name for p in points)]
-    pulls = " / ".join(name.split(" ")[0] for name in cases)
+    cases, pulls = seen(points)
     rows = [
         f"| MoorDyn, N = {segments}, {pulls} kN: scheme, step, damping | end velocity, % | T_c, % "
         "| time, ms |",

@@ -36,15 +36,18 @@ def end_name(line: str, node: int) -> str:
 class Evaluation(NamedTuple):
     """Everything known of one line at one instant: its forces, its nodes' inertia, its end forces.
 
-    `force` is the net force on each node (N), (d, nodes), with the known end forces and without
-    drag; `ends` are the known forces on start and end node (N), None where there is none.
+    `ends` are the known forces on start and end node (N), None where there is none.
     """
 
     line: LineForces
     nodes: inertia.Frame
-    force: Float[Array, "d nodes"]
     ends: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None]
     boundaries: tuple[Boundary, Boundary]
+
+    @property
+    def force(self) -> Float[Array, "d nodes"]:
+        """Net force on each node (N), with the known end forces and without drag."""
+        return self.line.force
 
 
 class Model(eqx.Module):
@@ -103,7 +106,7 @@ class Model(eqx.Module):
             if self.up is not None and self.base is not None and line.current is not None:
                 height = self.base + self.up @ forces.shape.position
             nodes = inertia.frame(line, forces.shape, height)
-            result[name] = Evaluation(forces, nodes, forces.force, ends, boundaries)
+            result[name] = Evaluation(forces, nodes, ends, boundaries)
         return result
 
     def _end_force(self, name: str, node: int, t, reaction) -> Float[Array, " d"] | None:

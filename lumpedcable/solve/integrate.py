@@ -6,7 +6,7 @@ interrupted.
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -20,7 +20,7 @@ from lumpedcable.model.model import Model, end_name
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
-from lumpedcable.solve.leapfrog import Leapfrog, rates
+from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
 from lumpedcable.solve.rk4 import RK4
 
@@ -74,27 +74,6 @@ class Progress(NamedTuple):
     exhausted: Bool[Array, ""]
 
 
-class SteppedTerm(diffrax.AbstractTerm):
-    """The equations of motion, stepped in the precision of the state.
-
-    The solver's times, which may be in single precision, count from `start` (s), which is not.
-    """
-
-    start: Float[Array, ""]
-
-    def vf(self, t: Any, y: State, args: Model) -> State:
-        """dy/dt."""
-        return rates(args, self.start + t, y)[0]
-
-    def contr(self, t0: Any, t1: Any, **kwargs) -> Any:
-        """The step (s)."""
-        return t1 - t0
-
-    def prod(self, vf: State, control: Any) -> State:
-        """The step times dy/dt."""
-        return jax.tree.map(lambda rate: jnp.asarray(control).astype(rate.dtype) * rate, vf)
-
-
 class Numbers(NamedTuple):
     """The numbers of a plan: output interval (s), steps in it, tolerances, first step (s)."""
 
@@ -141,7 +120,7 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     solver_state = dt
     if not plan.adaptive:
         solver = fixed_solver(plan, numbers)
-        solver_state = solver.init(SteppedTerm(zero), zero, dt, y, model)
+        solver_state = solver.init(CableTerm(zero), zero, dt, y, model)
     seen = watches(model, y, plan.recoils)
     never = jnp.zeros((), bool)
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
@@ -160,7 +139,7 @@ def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
 
 def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
     """One output interval from `start` (s) in equal steps."""
-    solver, term = fixed_solver(plan, numbers), SteppedTerm(jnp.zeros(()))
+    solver, term = fixed_solver(plan, numbers), CableTerm(jnp.zeros(()))
     dt = numbers.every / numbers.steps
     implicit = isinstance(solver, diffrax.AbstractImplicitSolver)
 
@@ -184,7 +163,7 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     own, guess = cast((numbers, guess), str(dtype))
     controller = diffrax.PIDController(rtol=own.rtol, atol=own.atol, norm=_size)
     solution = diffrax.diffeqsolve(
-        SteppedTerm(start), METHODS[plan.method](), jnp.zeros((), dtype), own.every, guess, run.y,
+        CableTerm(start), METHODS[plan.method](), jnp.zeros((), dtype), own.every, guess, run.y,
         args=model, stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True),
         max_steps=plan.max_steps, throw=False, adjoint=diffrax.ForwardMode(),
     )  # fmt: skip

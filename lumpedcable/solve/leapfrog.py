@@ -1,7 +1,6 @@
 """Leapfrog for cables, as a diffrax solver: one evaluation a step, drag at mid-step, second order."""
 
-from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import diffrax
 import jax
@@ -30,16 +29,27 @@ def rates(model: Model, t: Float[Array, ""], y: State) -> tuple[State, dict[str,
     return State(y.velocity, gain, work, still), found
 
 
-class CableTerm(diffrax.ODETerm):
+class CableTerm(diffrax.AbstractTerm):
     """The equations of motion of a `Model` for any diffrax solver; the model is `args`.
 
-    Solvers that know more than a vector field, such as `Leapfrog`, ask the model itself.
+    Steps are in the precision of the state. The solver's times, which may be in single precision,
+    count from `start` (s), which is not. Solvers that know more than a vector field, such as
+    `Leapfrog`, ask the model itself.
     """
 
-    vector_field: Callable
+    start: Float[Array, ""]
 
-    def __init__(self):
-        self.vector_field = lambda t, y, model: rates(model, t, y)[0]
+    def vf(self, t: Any, y: State, args: Model) -> State:
+        """dy/dt."""
+        return rates(args, self.start + t, y)[0]
+
+    def contr(self, t0: Any, t1: Any, **kwargs) -> Any:
+        """The step (s)."""
+        return t1 - t0
+
+    def prod(self, vf: State, control: Any) -> State:
+        """The step times dy/dt."""
+        return jax.tree.map(lambda rate: jnp.asarray(control).astype(rate.dtype) * rate, vf)
 
 
 def workspaces(found: dict[str, Evaluation]) -> dict[str, Workspace]:

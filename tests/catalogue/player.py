@@ -205,7 +205,7 @@ def begun(model, plan: Plan, numbers: Numbers, shift, speed) -> Progress:
     dt = numbers.every / numbers.steps
     state = dt
     if not plan.adaptive:
-        state = METHODS[plan.method]().init(CableTerm(), jnp.zeros(()), dt, y, model)
+        state = METHODS[plan.method]().init(CableTerm(jnp.zeros(())), jnp.zeros(()), dt, y, model)
     return Progress(y, state, watches(model, y, plan.recoils), jnp.zeros((), bool))
 
 
