@@ -33,6 +33,7 @@ from lumpedcable.scene.run import Output, Reference, Solver, Statics
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.schema import json_schema
 from lumpedcable.scene.sweep import Axis, Runs
+from lumpedcable.scene.targets import Target
 from lumpedcable.scene.units import UnitError, format_quantity, parse_quantity
 from lumpedcable.scene.validate import read_scene
 
@@ -67,6 +68,7 @@ __all__ = [
     "Study",
     "TableMaterial",
     "TanhMaterial",
+    "Target",
     "UniformCurrent",
     "UnitError",
     "format_quantity",
