@@ -79,7 +79,9 @@ def _cut(line, place: float) -> int:
     if line.grading is not None and line.grading != 1.0 and count > 1:
         ratio = line.grading ** (1.0 / (count - 1))
         whole = (ratio**count - 1.0) / (ratio - 1.0)
-        ends = [(ratio**k - 1.0) / (ratio - 1.0) / whole * line.unstretched for k in range(count + 1)]
+        ends = [
+            (ratio**k - 1.0) / (ratio - 1.0) / whole * line.unstretched for k in range(count + 1)
+        ]
         return min(range(1, count), key=lambda k: abs(ends[k] - place), default=1)
     return max(1, min(count - 1, round(count * place / line.unstretched)))
 

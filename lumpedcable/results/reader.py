@@ -246,6 +246,23 @@ class ResultFile:
         """Attributes of a summary number: units, long_name, and `holds` or `source` if any."""
         return _attributes(_dataset(self._file, _summary_path(end, name)))
 
+    @property
+    def cables(self) -> list[str]:
+        """Names of the cables of a scene at rest, e.g. "before+after"; none where it moves."""
+        return self._names("rest", h5py.Group)
+
+    def rest(self, cable: str) -> dict[str, Array]:
+        """Numbers of a cable at rest by name, each of shape (run,).
+
+        Raises:
+            ResultError: there is no such cable.
+        """
+        self._check("cable", cable, self.cables)
+        path = f"rest/{cable}"
+        return {
+            name: _read(_dataset(self._file, f"{path}/{name}"), ()) for name in self._names(path)
+        }
+
     def group_attributes(self, path: str) -> dict[str, Any]:
         """Attributes of any group, e.g. "summary/rope.end"; empty if there is none."""
         return _attributes(self._file[path]) if path in self._file else {}

@@ -22,6 +22,7 @@ from lumpedcable.scene import Scene, Study
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import Status
 from lumpedcable.study.plan import Batch
+from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.summary import EXACT, QUANTITIES, Outcome, recoil_names
 
 if TYPE_CHECKING:
@@ -145,6 +146,8 @@ class Contents:
             for quantity, (unit, text, holds) in EXACT.items():
                 path = f"summary/{end}/exact_{quantity}"
                 found.append(Variable(path, ("run",), "f8", unit, text, {"holds": holds}))
+        if self.scene.output.static:
+            found += rest_variables(self.scene)
         for name, text in SUMMARIES.items():
             path = f"summary/{name}"
             found.append(Variable(path, ("run",), "f8", UNITS.get(name, "1"), text))

@@ -36,6 +36,7 @@ from lumpedcable.study.plan import (
     plan_of,
     rounded_steps,
 )
+from lumpedcable.study.rest import write_rest
 from lumpedcable.study.summary import Account, Outcome, summarise
 
 __all__ = ["Timings", "run_study"]
@@ -194,6 +195,9 @@ def _run_batch(
     first = jax.tree.map(lambda x: np.asarray(x)[:, None], first)
     account.add(first, 0, 1)
     contents.write(writer, part.runs, first, account.start_positions(ready), 0)
+    if scene.output.static:
+        ends = {name: np.asarray(values)[:, 0] for name, values in first.ends.items()}
+        write_rest(writer, scenes, part.runs, ready, account.start_positions(ready), ends)
     timings.mark("begin")
     done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
     while done < account.count:
