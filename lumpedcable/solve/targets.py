@@ -9,19 +9,27 @@ a half. Whether the conditions are met is judged like the forces of statics.
 
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.assemble import assemble
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.line import Line
-from lumpedcable.model.model import Model
+from lumpedcable.model.line import Line, placed
+from lumpedcable.model.model import Model, Vectors
 from lumpedcable.scene import Scene, Target
 from lumpedcable.scene.part import Part, children
 from lumpedcable.solve.observe import end_tension
 from lumpedcable.solve.start import start_of
-from lumpedcable.solve.statics import Equilibrium, _rounding, force_scale
+from lumpedcable.solve.statics import (
+    Equilibrium,
+    _rounding,
+    equilibrium,
+    force_scale,
+    laid_out_exactly,
+)
 
 __all__ = ["rest_of", "sag_of", "tension_at"]
 
@@ -39,11 +47,10 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     if not scene.targets:
         return start_of(scene, layout, coordinates)
 
-    def at(mine: Scene, lengths: Float[Array, " n"]):
+    def at(mine: Scene, lengths: Float[Array, " n"], nodes: Vectors):
         """Misses over their sizes (-), and the same with the state of rest, for lengths (m)."""
-        keys = [target.change for target in mine.targets.values()]
-        changed = mine.with_numbers(dict(zip(keys, lengths, strict=True)))
-        found = start_of(changed, layout, coordinates)
+        changed = _with_lengths(mine, lengths)
+        found = _rest_near(changed, layout, coordinates, nodes)
         miss = jnp.stack(
             [
                 _miss(changed, layout, coordinates, found.model, target)
@@ -53,34 +60,59 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
         return miss, (miss, found)
 
     frozen = _frozen(scene)
-    slope_of = jax.jacfwd(lambda lengths: at(frozen, lengths), has_aux=True)
 
     def unfinished(carry):
-        _, _, worst, change, count = carry
+        worst, change, count = carry[3:]
         return (worst > frozen.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
 
     def step(carry):
-        lengths, _, _, _, count = carry
-        slope, (miss, _) = slope_of(lengths)
+        lengths, nodes, _, _, _, count = carry
+        slope, (miss, found) = jax.jacfwd(lambda x: at(frozen, x, nodes), has_aux=True)(lengths)
         change = jnp.linalg.solve(slope, -miss)
         usable = jnp.all(jnp.isfinite(change))
         change = jnp.where(usable, jnp.clip(change, -0.5 * lengths, 0.5 * lengths), 0.0)
         worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
-        return lengths + change, slope, worst, jnp.max(jnp.abs(change / lengths)), count + 1
+        moved = jnp.max(jnp.abs(change / lengths))
+        return lengths + change, _nodes(found.model), slope, worst, moved, count + 1
 
     guess = jnp.stack([jnp.asarray(frozen.lines[t.line].length) for t in frozen.targets.values()])
+    first = _nodes(start_of(frozen, layout, coordinates).model)
     far = jnp.full((), jnp.inf)
-    carry = (guess, jnp.eye(guess.size), far, far, jnp.zeros((), int))
-    lengths, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
+    carry = (guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
+    lengths, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
     # the step that carries the derivative; where it is more than rounding, Newton did not end
-    change = jnp.linalg.solve(slope, -at(scene, lengths)[0])
+    change = jnp.linalg.solve(slope, -at(scene, lengths, nodes)[0])
     near = jnp.all(jnp.abs(change) <= 1e-6 * lengths)
-    miss, (_, found) = at(scene, lengths + jnp.where(near, change, 0.0))
+    miss, (_, found) = at(scene, lengths + jnp.where(near, change, 0.0), nodes)
     left = jnp.max(jnp.abs(miss))
     goal = scene.statics.tolerance + _rounding(found.model) / force_scale(found.model)
     return found._replace(
         imbalance=jnp.maximum(found.imbalance, left), converged=found.converged & (left <= goal)
     )
+
+
+def _with_lengths(scene: Scene, lengths: Float[Array, " n"]) -> Scene:
+    """The scene with the lengths (m) that its targets choose."""
+    keys = [target.change for target in scene.targets.values()]
+    return scene.with_numbers(dict(zip(keys, lengths, strict=True)))
+
+
+def _nodes(model: Model) -> Vectors:
+    return {name: line.reference for name, line in model.lines.items()}
+
+
+def _rest_near(
+    scene: Scene, layout: Layout, coordinates: Coordinates, nodes: Vectors
+) -> Equilibrium:
+    """The state of rest, looked for from nodes (m) that are near it."""
+    model = assemble(scene, layout, coordinates)
+    if laid_out_exactly(model):
+        return start_of(scene, layout, coordinates)
+    near = jax.lax.stop_gradient(nodes)
+    lines = {name: placed(line, near[name]) for name, line in model.lines.items()}
+    model = eqx.tree_at(lambda m: m.lines, model, lines)
+    tolerance = jnp.asarray(scene.statics.tolerance, float)
+    return equilibrium(model, tolerance, scene.statics.max_iterations)
 
 
 def _frozen(value: Any) -> Any:
