@@ -104,9 +104,13 @@ def _nodes(model: Model) -> Vectors:
 def _rest_near(
     scene: Scene, layout: Layout, coordinates: Coordinates, nodes: Vectors
 ) -> Equilibrium:
-    """The state of rest, looked for from nodes (m) that are near it."""
+    """The state of rest, looked for from nodes (m) that are near it.
+
+    Lines without joints between them are laid out from nothing: that is sure, and stays so where a
+    line from before hangs slack because it has become longer.
+    """
     model = assemble(scene, layout, coordinates)
-    if laid_out_exactly(model):
+    if not model.junctions or laid_out_exactly(model):
         return start_of(scene, layout, coordinates)
     near = jax.lax.stop_gradient(nodes)
     lines = {name: placed(line, near[name]) for name, line in model.lines.items()}
