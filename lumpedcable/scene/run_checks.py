@@ -13,7 +13,8 @@ from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.runs import Factor, by_path, with_values
 from lumpedcable.scene.validate import read_scene
 
-_CHECKED = 1000  # up to this many runs are all checked; beyond it, row by row and the corners
+CHECKED = 1000
+"""Up to this many runs are all checked when a file is read; beyond it, row by row and the corners."""
 
 
 def run_problems(
@@ -52,20 +53,20 @@ def run_problems(
 def _looked_at(factors: Sequence[Factor]) -> Iterable[tuple[int, ...]]:
     """Return the rows of the runs that are checked when a file is read."""
     shape = list(map(len, factors))
-    if math.prod(shape) <= _CHECKED:
+    if math.prod(shape) <= CHECKED:
         return itertools.product(*map(range, shape))
     one_by_one = (
         tuple(row if other == moved else 0 for other in range(len(shape)))
         for moved, factor in enumerate(factors)
         for row in _rows(factor)
     )
-    corners = itertools.islice(itertools.product(*({0, n - 1} for n in shape)), _CHECKED)
+    corners = itertools.islice(itertools.product(*({0, n - 1} for n in shape)), CHECKED)
     return dict.fromkeys(itertools.chain(one_by_one, corners))
 
 
 def _rows(factor: Factor) -> Iterable[int]:
     """Return rows to check: all, or of very many the extremes of every key and a share between."""
-    if len(factor) <= _CHECKED:
+    if len(factor) <= CHECKED:
         return range(len(factor))
     ends = [int(f(axis.values)) for axis in factor.axes for f in (np.argmin, np.argmax)]
-    return sorted({*ends, *range(0, len(factor), -(-len(factor) // _CHECKED))})
+    return sorted({*ends, *range(0, len(factor), -(-len(factor) // CHECKED))})

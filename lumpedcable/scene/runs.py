@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationError
 
-from lumpedcable.scene.part import Path
+from lumpedcable.scene import checks
+from lumpedcable.scene.part import Path, dotted
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.units import format_quantity
 
@@ -152,6 +153,14 @@ class Runs(Sequence[Scene]):
             for factor, mine in zip(self.factors, rows, strict=True)
             for axis in factor.axes
         }
+
+    def problem(self, run: int) -> str | None:
+        """Return what is wrong with a run, or None."""
+        try:
+            found = next(checks.problems(checks.Draft.of(self[run])), None)
+        except ValidationError as error:
+            return str(error.errors()[0]["msg"])
+        return None if found is None else f"{dotted(found.path)}: {found.message}"
 
     def name(self, run: int) -> str:
         """Return the names of a run's rows, "" where they have none."""

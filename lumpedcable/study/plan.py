@@ -12,9 +12,20 @@ from lumpedcable.solve.integrate import Plan
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.study.compiled import Structure
 
-__all__ = ["Batch", "batches", "common_coordinates", "plan_of", "recoils_of", "rounded_steps"]
+__all__ = [
+    "LANES",
+    "Batch",
+    "batches",
+    "common_coordinates",
+    "lanes",
+    "output_count",
+    "plan_of",
+    "recoils_of",
+    "rounded_steps",
+    "structure_of",
+]
 
-LANES = 64  # runs that are advanced together
+LANES = 64  # runs that are advanced together, on each device
 ROOM = 2**26  # bytes of outputs in one call
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
@@ -30,12 +41,16 @@ class Batch:
     runs: tuple[int, ...]
 
 
+def structure_of(scene: Scene) -> Structure:
+    """The structure of a scene; ValueError where it cannot be laid out."""
+    return Structure(scene.skeleton(), make_layout(scene), scene)
+
+
 def batches(scenes: list[Scene]) -> list[Batch]:
     """Runs grouped by structure, in order of first appearance, at most LANES together."""
     groups: dict[Structure, list[int]] = {}
     for run, scene in enumerate(scenes):
-        structure = Structure(scene.skeleton(), make_layout(scene), scene)
-        groups.setdefault(structure, []).append(run)
+        groups.setdefault(structure_of(scene), []).append(run)
     return [
         Batch(structure, tuple(runs[k : k + LANES]))
         for structure, runs in groups.items()
@@ -49,6 +64,23 @@ def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:
         return coordinates_of(scenes)
     except ValueError as error:
         raise SceneError([study.fault("dimensions", str(error))]) from None
+
+
+def lanes(runs: int) -> list[int]:
+    """Sizes of the batches that `runs` runs go through time in.
+
+    A batch has one of few sizes, filled up with copies of its last run, so that few programs are
+    compiled: powers of two up to a quarter of LANES, or LANES.
+    """
+    small = LANES // 4
+    sizes = [LANES] * (runs // LANES)
+    rest = runs % LANES
+    if rest > 2 * small:
+        return [*sizes, LANES]
+    while rest > 0:
+        sizes.append(small if rest > small // 2 or runs > small else 1 << (rest - 1).bit_length())
+        rest -= sizes[-1]
+    return sizes
 
 
 def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
@@ -71,12 +103,18 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     return Plan(
         method=solver.method,
         adaptive=solver.method in ADAPTIVE and not fixed,
-        quantities=scene.output.quantities,
+        quantities=fields_of(scene) + ("energy",) * ("energy" in scene.output.quantities),
         recoils=recoils_of(layout),
         dtype=solver.dtype,
         max_steps=solver.max_steps or 1_000_000,
         outputs=_outputs_at_once(scene, layout, runs),
     )
+
+
+def fields_of(scene: Scene) -> tuple[str, ...]:
+    """The fields that a scene keeps of every line."""
+    kept = scene.output.quantities if scene.output.keep == "fields" else ()
+    return tuple(quantity for quantity in kept if quantity != "energy")
 
 
 def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
@@ -85,7 +123,7 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     Few calls, since each costs as much as a hundred steps of a short line.
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
-    numbers = sum(per_node.get(quantity, 0) for quantity in scene.output.quantities) + 1
+    numbers = sum(per_node.get(quantity, 0) for quantity in fields_of(scene)) + 1
     nodes = sum(piece.segments + 1 for piece in layout.pieces)
     most = ROOM / (8.0 * runs * nodes * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
