@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import platform
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,14 +86,18 @@ class Contents:
 
     # --- declaring --------------------------------------------------------------------------
 
-    def open(self, target: Path) -> ResultWriter:
-        """A writer for the file, everything declared. Raises OutputError."""
+    def open(self, target: Path, parts: Sequence[tuple[str, int]] = ()) -> ResultWriter:
+        """A writer for the file, everything declared; `parts` as of `ResultWriter`.
+
+        Raises OutputError.
+        """
         return ResultWriter(
             target,
             dims=self.dims(),
             variables=self.variables(),
             coordinates=self.coordinates(),
             attributes=self.attributes(),
+            parts=parts,
         )
 
     def dims(self) -> dict[str, int]:

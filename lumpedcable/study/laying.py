@@ -13,7 +13,7 @@ from lumpedcable.model.layout import cut_keys, cuts_of
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure
-from lumpedcable.study.plan import common_coordinates, output_count, structure_of
+from lumpedcable.study.plan import batch_sizes, common_coordinates, output_count, structure_of
 
 __all__ = ["Laid", "lay_out"]
 
@@ -48,6 +48,11 @@ class Laid:
     @cached_property
     def _order(self) -> dict[Structure, int]:
         return {structure: index for index, structure in enumerate(self.structures)}
+
+    @cached_property
+    def sizes(self) -> tuple[int, ...]:
+        """Sizes of the batches that runs go through time in."""
+        return batch_sizes(len(self.study.runs))
 
     def which(self, runs: ArrayLike) -> NDArray[np.int64]:
         """The structure of each of some runs, as its index, shape (runs,)."""

@@ -15,6 +15,7 @@ from lumpedcable.study.compiled import Structure
 __all__ = [
     "LANES",
     "Batch",
+    "batch_sizes",
     "batches",
     "common_coordinates",
     "lanes",
@@ -25,7 +26,8 @@ __all__ = [
     "structure_of",
 ]
 
-LANES = 64  # runs that are advanced together, on each device
+LANES = 64  # runs that are advanced together
+MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
 ROOM = 2**26  # bytes of outputs in one call
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
@@ -66,21 +68,28 @@ def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:
         raise SceneError([study.fault("dimensions", str(error))]) from None
 
 
-def lanes(runs: int) -> list[int]:
-    """Sizes of the batches that `runs` runs go through time in.
+def batch_sizes(runs: int) -> tuple[int, ...]:
+    """Sizes of the batches of a study of `runs` runs, rising.
 
-    A batch has one of few sizes, filled up with copies of its last run, so that few programs are
-    compiled: powers of two up to a quarter of LANES, or LANES.
+    A size is a compiled program, which takes seconds; a lane that repeats another run takes the time
+    of a run. So a few runs are hardly filled up, and many have two sizes.
     """
     small = LANES // 4
-    sizes = [LANES] * (runs // LANES)
-    rest = runs % LANES
-    if rest > 2 * small:
-        return [*sizes, LANES]
-    while rest > 0:
-        sizes.append(small if rest > small // 2 or runs > small else 1 << (rest - 1).bit_length())
-        rest -= sizes[-1]
-    return sizes
+    if runs <= small:
+        return tuple(2**k for k in range(small.bit_length()))
+    return (1, 4, small, LANES) if runs <= MANY else (small, LANES)
+
+
+def lanes(runs: int, sizes: tuple[int, ...]) -> list[int]:
+    """The batches that `runs` runs go through time in; the last may have lanes to fill up."""
+    found = []
+    while runs > 0:
+        enough = [size for size in sizes if runs <= size <= 2 * runs]
+        below = [size for size in sizes if size <= runs]
+        size = enough[0] if enough else max(below, default=sizes[0])
+        found.append(size)
+        runs -= size
+    return found
 
 
 def recoils_of(layout: Layout) -> tuple[Recoil, ...]:

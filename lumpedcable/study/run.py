@@ -201,7 +201,7 @@ def _prepared(
     """Start states of runs of one structure, then the runs by the number of steps they need."""
     scene = structure.scene
     found = []
-    for mine, size in _batches(rows):
+    for mine, size in _batches(rows, laid.sizes):
         ready = _start(laid, structure, block[_filled(mine, size)])
         found.append(_rows(ready, np.arange(len(mine))))
     if not found:
@@ -212,7 +212,7 @@ def _prepared(
     if plan_of(scene, structure.layout).adaptive:
         steps = np.ones_like(steps)
     for each in np.unique(steps):
-        for mine, size in _batches(np.flatnonzero(steps == each)):
+        for mine, size in _batches(np.flatnonzero(steps == each), laid.sizes):
             plan = plan_of(scene, structure.layout, size)
             part = Part(structure, block[rows[mine]], rows[mine], size, plan, int(each))
             yield part, _rows(ready, _filled(mine, size))
@@ -233,10 +233,12 @@ def _start(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
     return prepare_batch(structure, scene.solver.dtype, axes, origin, shared, swept)
 
 
-def _batches(rows: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], int]]:
+def _batches(
+    rows: NDArray[np.int64], sizes: tuple[int, ...]
+) -> Iterator[tuple[NDArray[np.int64], int]]:
     """Rows cut into batches, each with the lanes of its batch."""
     first = 0
-    for size in lanes(len(rows)):
+    for size in lanes(len(rows), sizes):
         yield rows[first : first + size], size
         first += size
 
