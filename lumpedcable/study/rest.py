@@ -41,7 +41,7 @@ def rest_variables(scene: Scene) -> list[Variable]:
 def write_rest(
     writer: ResultWriter,
     scenes: Sequence[Scene],
-    runs: Sequence[int],
+    rows: Sequence[int] | NDArray[np.int64],
     ready: Ready,
     nodes: Mapping[str, NDArray[np.float64]],
     ends: Mapping[str, NDArray[np.float64]],
@@ -50,19 +50,18 @@ def write_rest(
 
     Args:
         writer: the file; `rest_variables` are declared in it.
-        scenes: all scenes of the study.
-        runs: the numbers of these runs.
+        scenes: these runs.
+        rows: their rows in the file.
         ready: these runs at rest.
         nodes: positions (m) of the lines' nodes, each (runs, 3, nodes).
-        ends: tensions (N) at the lines' two ends, each (runs, 2).
+        ends: tensions (N) at the lines' two ends, each (runs, 1, 2).
     """
-    mine = [scenes[run] for run in runs]
     good = np.asarray(ready.converged)
-    for cable in cables(mine[0]):
-        for key, values in _numbers(mine, cable, ready, nodes, ends).items():
+    for cable in cables(scenes[0]):
+        for key, values in _numbers(scenes, cable, ready, nodes, ends).items():
             values = np.where(good, values, np.nan)
-            for k, run in enumerate(runs):
-                writer.write(f"rest/{cable.name}/{key}", values[k : k + 1], run=slice(run, run + 1))
+            for k, row in enumerate(rows):
+                writer.write(f"rest/{cable.name}/{key}", values[k : k + 1], run=slice(row, row + 1))
 
 
 def _numbers(
@@ -85,8 +84,8 @@ def _numbers(
     step = from_start[:, :, 1]
     found = {
         "length": np.sum(lengths, axis=0),
-        "start_tension": ends[cable.lines[0]][:, 0],
-        "end_tension": ends[cable.lines[-1]][:, 1],
+        "start_tension": ends[cable.lines[0]][:, 0, 0],
+        "end_tension": ends[cable.lines[-1]][:, 0, 1],
         "horizontal_tension": first * away[:, 1] / np.linalg.norm(step, axis=1),
     }
     span, rise = away[:, -1], height[:, -1]
