@@ -18,6 +18,7 @@ NUMBERS = {
     "horizontal_tension": ("N", "horizontal tension F_H"),
 }
 JOINT = {
+    "joint_length": ("m", "unstretched length from the start to the joint"),
     "joint_x": ("m", "horizontal distance of the joint from the start"),
     "joint_z": ("m", "height of the joint over the start"),
 }

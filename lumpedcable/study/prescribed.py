@@ -165,7 +165,8 @@ def _told(line: Curve) -> dict[str, float]:
     """The numbers of a curve by the names that results have for them."""
     x, z = line.middle
     numbers = {PAPER[key]: float(value) for key, value in line.numbers().items()}
-    return numbers | {"joint_x": float(x), "joint_z": float(z)}
+    first = np.hypot(x, z) if isinstance(line, exact.StraightHighline) else line.parts[0].length
+    return numbers | {"joint_x": float(x), "joint_z": float(z), "joint_length": float(first)}
 
 
 def _mirrored(line: Curve) -> dict[str, float]:
@@ -173,4 +174,5 @@ def _mirrored(line: Curve) -> dict[str, float]:
     told = _told(line)
     x, z = float(line.span) - told["joint_x"], told["joint_z"] + float(line.drop)
     swapped = {SWAPPED.get(key, key): value for key, value in told.items()}
-    return swapped | {"joint_x": x, "joint_z": z}
+    rest = told["length"] - told["joint_length"]
+    return swapped | {"joint_x": x, "joint_z": z, "joint_length": rest}

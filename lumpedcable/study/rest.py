@@ -93,7 +93,12 @@ def _numbers(
         if len(lines) > 1:
             joint = nodes[cable.lines[0]].shape[2] - 1
             x, z = away[:, joint], height[:, joint]
-            found |= {"joint_x": x, "joint_z": z, "sag": rise * x / span - z}
+            found |= {
+                "joint_length": lengths[0],
+                "joint_x": x,
+                "joint_z": z,
+                "sag": rise * x / span - z,
+            }
         else:
             up = jnp.array([0.0, 0.0, 1.0])
             sags = jax.vmap(lambda line: sag_of(line, up))(jnp.asarray(whole))

@@ -23,6 +23,7 @@ __all__ = ["rest_table"]
 
 # quantity -> (words over the column, unit)
 HEADS = {
+    "joint_length": ("length\nto joint", "m"),
     "joint_x": ("joint\nx", "m"),
     "joint_z": ("joint\nz", "m"),
     "length": ("length\nS", "m"),
@@ -89,10 +90,10 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
         factor, shown = _unit(numbers[quantity], unit)
         column(f"{words}\n({shown})")
         columns.append(_texts(numbers[quantity] * factor))
-        for model in models:
+        for model in models if _compared(numbers, quantity) else ():
             told = numbers[f"{model}_{quantity}"]
-            if np.allclose(told, numbers[quantity], rtol=1e-9, atol=0.0, equal_nan=True):
-                continue  # prescribed: the same for all
+            if _same(numbers, model, quantity):
+                continue  # prescribed
             column(f"{model}{MARKS[model]}", STYLES[model])
             columns.append(_texts(told * factor))
     table.add_column(Text("status"), vertical="bottom", no_wrap=True)
@@ -102,6 +103,18 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
         cells += [texts[run] for texts in columns]
         table.add_row(*(Text(cell) for cell in (*cells, result.status[run].replace("_", " "))))
     return table
+
+
+def _compared(numbers: Numbers, quantity: str) -> bool:
+    """Whether models have something to say of a number: a joint's place only where it is not given."""
+    if quantity == "joint_length":
+        return False
+    return not quantity.startswith("joint") or not _same(numbers, "exact", "joint_x")
+
+
+def _same(numbers: Numbers, model: str, quantity: str) -> bool:
+    told = numbers.get(f"{model}_{quantity}", np.nan)
+    return np.allclose(told, numbers[quantity], rtol=1e-9, atol=0.0, equal_nan=True)
 
 
 def _unit(values: NDArray[np.float64], unit: str) -> tuple[float, str]:

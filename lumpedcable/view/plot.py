@@ -21,6 +21,7 @@ from lumpedcable.view.recoil import (
     velocity_figure,
     xt_figure,
 )
+from lumpedcable.view.rest import rest_figure
 from lumpedcable.view.sampling import RecoilingEnd
 
 Draw = Callable[[], Figure]
@@ -32,7 +33,8 @@ def plot_result(
     """Draw the figures of a results file, finished or not.
 
     Where a line parts: tension and velocity along it, the speed of the broken end, and the x-t
-    diagram; otherwise tension at the ends and shapes. Energies always. Figures whose fields the
+    diagram; otherwise tension at the ends and shapes. Energies always. Of a scene at rest: the shape
+    of each cable with its numbers. Figures whose fields the
     file does not hold are left out. Where several numbers are swept there is one set of figures
     for each value of the last, and its name ends in that value: tension_break_time_5ms.png.
 
@@ -72,6 +74,11 @@ def plot_result(
 
 def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
     """Names and makers of the figures of one group, as far as the file holds their fields."""
+    for cable in result.cables:
+        which = f"_{file_tag(cable)}" if len(result.cables) > 1 else ""
+        yield f"rest{which}", partial(rest_figure, result, cable, group)
+    if result.cables:
+        return  # what does not move has no history
     ends = [RecoilingEnd(result, name) for name in result.ends]
     for end in ends:
         which = f"_{file_tag(end.name)}" if len(ends) > 1 else ""
