@@ -175,11 +175,12 @@ def make_layout(scene: Scene) -> Layout:
         own = [piece for piece in pieces if piece.line == name]
         outer[f"{name}.start"] = (own[0].name, 0)
         outer[f"{name}.end"] = (own[-1].name, -1)
-    bodies: dict[str, set] = {name: {("", name)} for name in scene.bodies}
+    points = {name for name, body in scene.bodies.items() if not body.rigid}
+    bodies: dict[str, set] = {name: {("", name)} for name in points}
     links += bodies.values()
     for name, line in scene.lines.items():
         for side, end in (("start", line.start), ("end", line.end)):
-            if isinstance(end, str) and end != "free":
+            if isinstance(end, str) and end != "free" and scene.body_point(end) is None:
                 mine = outer[f"{name}.{side}"]
                 other = ("", end) if end in scene.bodies else outer[end]
                 links.append({mine, other})
@@ -203,11 +204,11 @@ def make_layout(scene: Scene) -> Layout:
 
 
 def _holds(scene: Scene, name: str) -> bool:
-    """Whether an end, "LINE.start" or "LINE.end", is held at a place or moved along a path."""
+    """Whether an end, "LINE.start" or "LINE.end", is held by a place, a path or a rigid body."""
     line, _, side = name.rpartition(".")
     end = getattr(scene.lines[line], side)
     by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
-    return not isinstance(end, str) and not by_force
+    return scene.body_point(end) is not None or not (isinstance(end, str) or by_force)
 
 
 def _joints(links: list[set]) -> list[Joint]:

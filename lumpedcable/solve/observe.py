@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.energy import WORKS, energies
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
@@ -46,6 +47,7 @@ class Sample(NamedTuple):
     """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
 
     `largest` has the largest tension of all segments (N) and the kinetic energy (J).
+    `bodies` are the coordinates q and their rates of each body, (2, m).
     """
 
     fields: dict[str, dict[str, Array]]
@@ -56,6 +58,7 @@ class Sample(NamedTuple):
     reversed: Bool[Array, ""]
     courant: Float[Array, ""]
     exhausted: Bool[Array, ""]
+    bodies: dict[str, Float[Array, "2 m"]]
 
 
 def end_tension(
@@ -138,6 +141,7 @@ def sample(
     """Everything that is kept of one output time."""
     found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
     fields, ends, most = {}, {}, []
+    place = model.followed(t, y.displacement)
     finite = jnp.ones((), bool)
     back = jnp.zeros((), bool)
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
@@ -146,7 +150,7 @@ def sample(
         whole = e.tension if e.damping is None else e.tension + e.damping
         most.append(jnp.max(whole))
         every = {
-            "position": y.displacement[name],
+            "position": place[name],
             "velocity": y.velocity[name],
             "tension": whole,
             "strain": e.shape.strain,
@@ -159,7 +163,7 @@ def sample(
         back |= _reversed(line, e.shape.strain, e.shape.tangent)
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
-    stored = energies(model, found, y.velocity)
+    stored = energies(model, found, y.displacement, y.velocity)
     largest = {"tension": jnp.max(jnp.stack(most)), "kinetic": stored["kinetic"]}
     energy = {}
     if y.work:
@@ -168,7 +172,12 @@ def sample(
             for kind, value in kinds.items():
                 key = f"work_{kind}" if WORKS[kind][0] > 0 else f"lost_{kind}"
                 energy[key] = energy.get(key, 0.0) + jnp.sum(value)
-    return Sample(fields, energy, ends, largest, finite, back, courant, exhausted)
+    bodies = {}
+    for name, body in model.bodies.items():
+        key = body_key(name)
+        bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
+        finite &= jnp.all(jnp.isfinite(bodies[name]))
+    return Sample(fields, energy, ends, largest, finite, back, courant, exhausted, bodies)
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.model.assemble import assemble, segment_lengths, wave_scheme
+from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
 from lumpedcable.scene import CHECKED, Scene
@@ -35,12 +36,19 @@ FIELDS = {
     "tension": ("segment", "N", "tension, damping included"),
     "strain": ("segment", "1", "strain"),
 }
+BODY_FIELDS = {
+    "position": ("xyz", "m", "place of the centre of gravity"),
+    "velocity": ("xyz", "m/s", "velocity of the centre of gravity"),
+    "attitude": ("angle", "rad", "roll, pitch, yaw"),
+    "turning": ("angle", "rad/s", "rates of roll, pitch, yaw"),
+}
 STORED = {
     "kinetic": "kinetic energy, added mass included",
     "strain": "strain energy",
     "gravitational": "potential energy of weight less buoyancy",
     "bending": "bending energy",
     "seabed": "energy stored in the seabed",
+    "hydrostatic": "energy of hulls that heave, roll or pitch",
 }
 
 
@@ -54,6 +62,9 @@ def energy_terms(laid: Laid) -> dict[str, str]:
     for line in model.lines.values():
         stored |= {load.energy_name for load in line.loads}
         kinds |= set(works_of(line, scene.solver.method == "leapfrog"))
+    for body in model.bodies.values():
+        stored |= set(jax.eval_shape(lambda b: b.stored(b.reference), body))
+        kinds |= set(body.works())
     if any(junction.load is not None for junction in model.junctions):
         stored.add("gravitational")
     terms = {name: text for name, text in STORED.items() if name in stored}
@@ -79,6 +90,7 @@ class Contents:
                 self.segments[piece.name] = max(known, piece.segments)
         layouts = [structure.layout for structure in laid.structures]
         self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
+        self.bodies = [name for name, body in self.scene.bodies.items() if body.rigid]
         self.fields = fields_of(self.scene)
         self.histories = self.scene.output.keep != "summaries"
         kept = self.histories and "energy" in self.scene.output.quantities
@@ -106,6 +118,8 @@ class Contents:
         for name, segments in self.segments.items():
             dims[f"lines/{name}/segment"] = segments
             dims[f"lines/{name}/node"] = segments + 1
+        if self.bodies:
+            dims["angle"] = 3
         return dims
 
     def variables(self) -> list[Variable]:
@@ -131,6 +145,10 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
+        for name in self.bodies if self.histories else ():
+            for quantity, (last, unit, text) in BODY_FIELDS.items():
+                path = f"bodies/{name}/{quantity}"
+                found.append(Variable(path, ("run", "time", last), precision, unit, text))
         if self.energy:
             for term, text in self.energy.items():
                 found.append(Variable(f"energy/{term}", ("run", "time"), "f8", "J", text))
@@ -274,6 +292,10 @@ class Contents:
             for k, side in enumerate(("start", "end")):
                 ends = np.asarray(samples.ends[name])[:, :, k]
                 self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
+        for name in self.bodies:
+            q, v = np.moveaxis(np.asarray(samples.bodies[name], float), 2, 0)
+            for quantity, values in body_fields(self.laid.coordinates, q, v).items():
+                self._put(writer, f"bodies/{name}/{quantity}", rows, first, values)
         for term in samples.energy if self.energy else ():
             self._put(writer, f"energy/{term}", rows, first, np.asarray(samples.energy[term]))
 
@@ -298,9 +320,22 @@ class Contents:
             if variable.dims[:2] == ("run", "time"):
                 name = variable.path.split("/")[1]
                 sizes = {"node": self.segments.get(name, 0) + 1,
-                         "segment": self.segments.get(name, 0), "xyz": 3}  # fmt: skip
+                         "segment": self.segments.get(name, 0), "xyz": 3, "angle": 3}  # fmt: skip
                 shape = (1, self.laid.count + 1, *(sizes[d] for d in variable.dims[2:]))
                 writer.write(variable.path, np.full(shape, np.nan), run=slice(row, row + 1))
+
+
+def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
+    """Places (m), velocities (m/s), angles (rad) and their rates from q and v (runs, times, m)."""
+    d = coordinates.dimensions
+    found = {}
+    for places, angles, values in (("position", "attitude", q), ("velocity", "turning", v)):
+        found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
+        turned = values[..., d:]
+        if d == 2:
+            turned = turned * np.cross(coordinates.axes[:, 1], coordinates.axes[:, 0])
+        found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
+    return found
 
 
 def node_places(scene: Scene, layout, name: str) -> NDArray[np.float64]:

@@ -28,7 +28,7 @@ __all__ = [
 
 LANES = 64  # runs that are advanced together
 MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
-ROOM = 2**26  # bytes of outputs in one call
+ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
