@@ -26,6 +26,7 @@ from lumpedcable.solve.integrate import Numbers, Plan, Progress, advance, begin,
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.start import start_of
+from lumpedcable.study.devices import shared_out
 from lumpedcable.study.lanes import across
 
 __all__ = [
@@ -98,21 +99,23 @@ def prepare_batch(
     swept: Mapping[str, Float[Array, " runs"]],
 ) -> Ready:
     """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not."""
-    coordinates = Coordinates(axes, origin)  # type: ignore[arg-type]
 
-    def one(mine):
+    def one(mine, shared, axes, origin):
+        coordinates = Coordinates(axes, origin)
         scene = structure.scene.with_numbers({**shared, **mine})
         found = start_of(scene, structure.layout, coordinates)
         bound = step_bound(found.model)
         return Ready(cast(found.model, dtype), bound, found.converged, found.imbalance)
 
-    return jax.vmap(one)(swept)
+    every = jax.vmap(one, in_axes=(0, None, None, None))
+    return shared_out(every, (dict(swept),), (dict(shared), axes, origin))
 
 
 @partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)
 def begin_batch(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]:
     """States and samples at the start of every run."""
-    return jax.vmap(lambda m: begin(m, plan, numbers))(model)
+    every = jax.vmap(lambda m, n: begin(m, plan, n), in_axes=(0, None))
+    return shared_out(every, (model,), (numbers,))
 
 
 @partial(jax.jit, static_argnames=("plan",), donate_argnames=("run",))
@@ -120,7 +123,11 @@ def advance_batch(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Array, count: Array
 ) -> tuple[Progress, Sample]:
     """The next `count` outputs of every run."""
-    return across(lambda m, r: advance(m, plan, numbers, r, first, count), model, run)
+
+    def every(model, run, numbers, first, count):
+        return across(lambda m, r: advance(m, plan, numbers, r, first, count), model, run)
+
+    return shared_out(every, (model, run), (numbers, first, count))
 
 
 @partial(jax.jit, compiler_options=RUN_ONCE)
