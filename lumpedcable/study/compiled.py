@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import jax
@@ -97,8 +98,14 @@ def prepare_batch(
     origin: Float[Array, " 3"],
     shared: Mapping[str, Float[Array, ""]],
     swept: Mapping[str, Float[Array, " runs"]],
+    beside: Mapping[str, Float[Array, "runs more"]] = MappingProxyType({}),
 ) -> Ready:
-    """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not."""
+    """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not.
+
+    With `beside`, each of the runs is many that differ in these numbers too, and the result has
+    runs * more. What does not depend on them, most often the whole search for the equilibrium, is
+    done once for all of these.
+    """
 
     def one(mine, shared, axes, origin):
         coordinates = Coordinates(axes, origin)
@@ -107,8 +114,16 @@ def prepare_batch(
         bound = step_bound(found.model)
         return Ready(cast(found.model, dtype), bound, found.converged, found.imbalance)
 
-    every = jax.vmap(one, in_axes=(0, None, None, None))
-    return shared_out(every, (dict(swept),), (dict(shared), axes, origin))
+    def many(mine, beside, *common):
+        if not beside:
+            return one(mine, *common)
+        return jax.vmap(lambda own: one({**mine, **own}, *common))(beside)
+
+    every = jax.vmap(many, in_axes=(0, 0, None, None, None))
+    found = shared_out(every, (dict(swept), dict(beside)), (dict(shared), axes, origin))
+    if not beside:
+        return found
+    return jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), found)
 
 
 @partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)
