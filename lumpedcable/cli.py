@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from types import FrameType
@@ -186,6 +187,8 @@ def study(
         loaded = load_study(scene, set_ or [])
     folder = output or Path(scene.stem)
     share = _share(part)
+    if executor == "dask" and find_spec("distributed") is None:
+        fail('--executor dask needs dask.distributed: pip install "lumpedcable[dask]"')
     if shard is not None and shard < 1:
         fail(f"--shard: expected at least 1, found {shard}")
     if executor == "here" and scheduler is not None:

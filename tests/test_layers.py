@@ -35,6 +35,7 @@ OWNERS = dict.fromkeys(HEAVY, COMPUTES) | {
     "matplotlib": {"view"},
     "pydantic": {"scene"},
     "cyclopts": {"cli"},
+    "distributed": {"study"},
 }
 
 

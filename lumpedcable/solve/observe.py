@@ -46,8 +46,8 @@ class Watch(NamedTuple):
 class Sample(NamedTuple):
     """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
 
-    `largest` has the largest tension of all segments (N) and the kinetic energy (J), `bodies` the
-    coordinates q and their rates of each body, (2, m).
+    `largest` has the largest tension of all segments (N) and the kinetic energy (J).
+    `bodies` are the coordinates q and their rates of each body, (2, m).
     """
 
     fields: dict[str, dict[str, Array]]

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+import jax
 import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
@@ -26,7 +27,7 @@ __all__ = [
     "structure_of",
 ]
 
-LANES = 64  # runs that are advanced together
+LANES = 64  # runs that are advanced together, on each device
 MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
 ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
@@ -74,10 +75,11 @@ def batch_sizes(runs: int) -> tuple[int, ...]:
     A size is a compiled program, which takes seconds; a lane that repeats another run takes the time
     of a run. So a few runs are hardly filled up, and many have two sizes.
     """
-    small = LANES // 4
+    full = LANES * jax.device_count()
+    small = full // 4
     if runs <= small:
-        return tuple(2**k for k in range(small.bit_length()))
-    return (1, 4, small, LANES) if runs <= MANY else (small, LANES)
+        return tuple(2**k for k in range((small - 1).bit_length() + 1))
+    return (1, 4, small, full) if runs <= MANY else (small, full)
 
 
 def lanes(runs: int, sizes: tuple[int, ...]) -> list[int]:
