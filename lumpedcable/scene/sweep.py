@@ -136,7 +136,7 @@ def read_axes(
     axes, places, problems = [], {}, []
     root = Spot(Scene, data)
     for key, (place, raw) in sweep.items():
-        kind, message = _swept_number(root, key)
+        kind, message = swept_number(root, key)
         if kind is None:
             problems += [Problem(place, message)] if message else []
             continue
@@ -160,12 +160,12 @@ def read_axes(
                 )
             values.append(value)
         if values:
-            axes.append(Axis(key, tuple(values), kind.unit, _label(root, key)))
+            axes.append(Axis(key, tuple(values), kind.unit, label_of(root, key)))
             places[key] = place
     return _distinct(axes), places, problems
 
 
-def _swept_number(root: Spot, key: str) -> tuple[Any, str]:
+def swept_number(root: Spot, key: str) -> tuple[Any, str]:
     """Return what kind of number a key holds, or None and what is wrong with the key.
 
     Nothing is said to be wrong below something that is no table or of no kind: told elsewhere.
@@ -196,7 +196,7 @@ def _is_swept(root: Spot, path: Path) -> bool:
     )
 
 
-def _label(root: Spot, key: str) -> str:
+def label_of(root: Spot, key: str) -> str:
     """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2."""
     words = key.split(".")
     vector = spot_at(root, tuple(words[:-1]))

@@ -20,7 +20,7 @@ def to_toml(scene: Scene, axes: Sequence[Axis] = ()) -> str:
     blocks = ["\n".join(f"{key} = {text}" for key, text in _singles(scene))]
     blocks += ["\n".join([f"[{name}]", *_pairs(table)]) for name, table in _tables(scene)]
     if axes:
-        lines = [f"{_text(axis.key)} = {_value(axis.values)}" for axis in axes]
+        lines = [f"{_text(axis.key)} = {value_text(axis.values)}" for axis in axes]
         blocks.append("\n".join(["[sweep]", *lines]))
     return "\n\n".join(block for block in blocks if block) + "\n"
 
@@ -36,7 +36,7 @@ def _given(part: Part) -> Iterator[tuple[str, Any]]:
 def _singles(scene: Scene) -> Iterator[tuple[str, str]]:
     for key, value in _given(scene):
         if not isinstance(value, Part | dict):
-            yield key, _value(value)
+            yield key, value_text(value)
 
 
 def _tables(scene: Scene) -> Iterator[tuple[str, Part]]:
@@ -48,10 +48,11 @@ def _tables(scene: Scene) -> Iterator[tuple[str, Part]]:
 
 
 def _pairs(part: Part) -> list[str]:
-    return [f"{key} = {_value(value)}" for key, value in _given(part)]
+    return [f"{key} = {value_text(value)}" for key, value in _given(part)]
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """Return a value as it stands in TOML."""
     match value:
         case bool():
             return str(value).lower()
@@ -59,12 +60,12 @@ def _value(value: Any) -> str:
             return repr(value)
         case str():
             return _text(value)
-        case tuple():
-            return f"[{', '.join(map(_value, value))}]"
+        case tuple() | list():
+            return f"[{', '.join(map(value_text, value))}]"
         case Part():
             return f"{{ {', '.join(_pairs(value))} }}"
         case dict():
-            return f"{{ {', '.join(f'{key} = {_value(item)}' for key, item in value.items())} }}"
+            return f"{{ {', '.join(f'{key} = {value_text(item)}' for key, item in value.items())} }}"
         case _:
             raise TypeError(f"a scene holds no {type(value).__name__}")
 
