@@ -235,6 +235,54 @@ def modes(
 
 
 @app.command
+def fit(
+    file: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+) -> None:
+    """Find numbers of a scene from measurements, and say how sure they are.
+
+    Prints a table, writes the fitted scene (ready for run), the numbers (fit.json) and pictures. The
+    exit code is 1 where no search came to its end.
+
+    Parameters
+    ----------
+    file
+        Fit file (TOML): a scene, its free numbers, experiments with their data.
+    output
+        Folder for what is made; the file's name in this folder if not given.
+    format_
+        png (default), svg or pdf; may be given several times.
+    """
+    from lumpedcable.fit.load import load_fit
+
+    with _told():
+        study = load_fit(file)
+
+    from lumpedcable.fit.report import print_fit
+    from lumpedcable.fit.run import fit_problem
+    from lumpedcable.fit.write import pictures_of, write_fit
+    from lumpedcable.view import plot_fit
+    from lumpedcable.view.fit import pictures_from
+
+    folder = output or Path(file.stem)
+    with _told():
+        fitted = fit_problem(study.problem)
+        others = {name: fit_problem(problem) for name, problem in study.choices.items()}
+        print_fit(fitted, others)
+        made, wrong = write_fit(fitted, others, folder)
+        made += plot_fit(pictures_from(pictures_of(fitted)), folder, tuple(format_ or ["png"]))
+    for message in wrong:
+        print(f"the fitted scene cannot be run as it is: {message}")
+    for path in made:
+        print(path)
+    if not fitted.converged:
+        raise SystemExit(1)
+
+
+@app.command
 def info(result: Path, /) -> None:
     """Say what a results file holds and how its runs ended.
 

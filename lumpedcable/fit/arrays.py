@@ -20,7 +20,16 @@ from lumpedcable.solve.integrate import Plan
 from lumpedcable.study.compiled import Structure, number, prepare_batch
 from lumpedcable.study.plan import DEFAULT_ATOL, DEFAULT_RTOL, plan_of, rounded_steps
 
-__all__ = ["Arrays", "GroupArrays", "GroupSpec", "Spec", "TableArrays", "TableSpec", "arrays_of"]
+__all__ = [
+    "Arrays",
+    "GroupArrays",
+    "GroupSpec",
+    "Spec",
+    "TableArrays",
+    "TableSpec",
+    "arrays_of",
+    "grouped",
+]
 
 SEEN = ("position", "velocity", "tension")
 
@@ -73,7 +82,8 @@ class GroupArrays(NamedTuple):
     """Numbers of the runs, their grids, and what was measured.
 
     `shared` are the same in all runs, `own` differ (runs,). every (runs,) in s; index, mix
-    (runs, points, 4); data and weight (runs, observed, points), the weight 0 where there is nothing.
+    (runs, points, 4), and `less` those of a parabola; data and weight (runs, observed, points), the
+    weight 0 where there is nothing.
     `steps` is the least number of steps between outputs.
     """
 
@@ -85,6 +95,7 @@ class GroupArrays(NamedTuple):
     every: Float[Array, " runs"]
     index: Array
     mix: Float[Array, "runs points 4"]
+    less: Float[Array, "runs points 4"]
     data: Float[Array, "runs observed points"]
     weight: Float[Array, "runs observed points"]
     steps: Array
@@ -125,7 +136,7 @@ def arrays_of(problem: Problem, steps: Sequence[int] | None = None) -> tuple[Spe
     `steps`: fixed numbers of steps between outputs, by group, for reverse mode.
     """
     tables = [_table(problem, k) for k in range(len(problem.tables))]
-    groups = [_group(problem, members) for members in _groups(problem)]
+    groups = [_group(problem, members) for members in grouped(problem)]
     if steps is not None:
         groups = [
             (GroupSpec(**{**vars(spec), "steps": int(n)}), arrays)
@@ -157,9 +168,7 @@ def _table(problem: Problem, k: int) -> tuple[TableSpec, TableArrays]:
         if key.startswith(f"materials.{table.material}.")
     }
     free = tuple(
-        (key, index)
-        for key in values
-        if (index := problem.owner(key, table.name)) is not None
+        (key, index) for key in values if (index := problem.owner(key, table.name)) is not None
     )
     structure = Structure(scene.skeleton(), make_layout(scene), scene)
     points = table.series.values.size
@@ -169,7 +178,7 @@ def _table(problem: Problem, k: int) -> tuple[TableSpec, TableArrays]:
     return TableSpec(structure, table.material, free), arrays
 
 
-def _groups(problem: Problem) -> list[list[Member]]:
+def grouped(problem: Problem) -> list[list[Member]]:
     """Records that share their structure, what is observed and which parameters they have."""
     groups: dict[object, list[Member]] = {}
     for record in problem.records:
@@ -177,9 +186,7 @@ def _groups(problem: Problem) -> list[list[Member]]:
         structure = Structure(scene.skeleton(), make_layout(scene), scene)
         plan = plan_of(scene, structure.layout)
         plan = Plan(plan.method, plan.adaptive, SEEN, (), plan.dtype, plan.max_steps, 1)
-        owned = tuple(
-            key for key in scene.numbers() if problem.owner(key, record.name) is not None
-        )
+        owned = tuple(key for key in scene.numbers() if problem.owner(key, record.name) is not None)
         key = (structure, plan, record.watched, owned)
         groups.setdefault(key, []).append(Member(record, scene, structure, plan))
     return list(groups.values())
@@ -211,6 +218,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
         np.array([grid.every for grid in grids]),
         np.stack([_padded(grid.index, points, 0) for grid in grids]),
         np.stack([_padded(grid.weight, points, 0) for grid in grids]),
+        np.stack([_padded(grid.less, points, 0) for grid in grids]),
         np.stack([_rows(member.record, points, "values") for member in members]),
         np.stack([_rows(member.record, points, "weight") for member in members]),
         jnp.asarray(1, int), number(solver.courant if solver.step is None else 1.0),

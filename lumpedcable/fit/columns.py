@@ -106,7 +106,9 @@ def check_times(columns: Columns, path: Path) -> list[Problem]:
     k = int(wrong[0]) + 1
     now, before = (format_quantity(times[i], "s") for i in (k, k - 1))
     what = f"{now} again" if times[k] == times[k - 1] else f"{now} after {before}"
-    return [Problem((*path, "time"), f"expected times that increase, found {what} in {columns.at(k)}")]
+    return [
+        Problem((*path, "time"), f"expected times that increase, found {what} in {columns.at(k)}")
+    ]
 
 
 def noise_of(

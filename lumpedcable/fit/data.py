@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lumpedcable.fit.language import Method
 from lumpedcable.fit.observe import Watched
 from lumpedcable.fit.parameters import Parameter
-from lumpedcable.fit.language import Method
 from lumpedcable.scene import Study
 
 __all__ = ["Problem", "Record", "Series", "Smooth", "Table"]

@@ -55,9 +55,7 @@ class Observed(Column):
     def problems(self) -> Iterator[Problem]:
         """Yield a component where there is none, or one that is missing."""
         if self.quantity == "tension" and self.component is not None:
-            yield Problem(
-                ("component",), f'expected none for a tension, found "{self.component}"'
-            )
+            yield Problem(("component",), f'expected none for a tension, found "{self.component}"')
         if self.quantity == "position" and self.component is None:
             yield Problem(("component",), 'expected "x", "y" or "z" for a position, found nothing')
 

@@ -208,9 +208,7 @@ class _Reader:
         for k, seen in enumerate(one.observe):
             spot: Path = (*path, "observe", k)
             try:
-                what, share = watched(
-                    study.runs[0], layout, seen.quantity, seen.at, seen.component
-                )
+                what, share = watched(study.runs[0], layout, seen.quantity, seen.at, seen.component)
             except ValueError as error:
                 self.tell([Problem((*spot, "at"), str(error))])
                 continue

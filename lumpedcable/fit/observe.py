@@ -52,9 +52,7 @@ def watched(
     match = _PLACE.fullmatch(at.strip())
     axis = None if component is None else "xyz".index(component)
     if match is None:
-        raise ValueError(
-            f'expected "LINE.start", "LINE.end" or "LINE@DISTANCE", found "{at}"'
-        )
+        raise ValueError(f'expected "LINE.start", "LINE.end" or "LINE@DISTANCE", found "{at}"')
     line, side, distance = match.groups()
     if line not in scene.lines:
         raise ValueError(
@@ -114,20 +112,22 @@ def look(
     return value
 
 
-def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, "..."]:
+def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, ...]:
     return (1.0 - share) * values[..., index] + share * values[..., index + 1]
 
 
 class Grid(NamedTuple):
     """Output times k every (s), k = 0 to count, and each data time as a sum of four of them.
 
-    index, weight: (times, 4). `exact` says that every data time is an output time.
+    index, weight: (times, 4); `less` are the weights of a parabola through three of the four.
+    `exact` says that every data time is an output time.
     """
 
     every: float
     count: int
     index: NDArray[np.int64]
     weight: NDArray[np.float64]
+    less: NDArray[np.float64]
     exact: bool
 
 
@@ -146,18 +146,21 @@ def grid_of(times: NDArray[np.float64], step: float) -> Grid:
     exact = count <= MOST_OUTPUTS and bool(np.all(np.abs(times / every - k) <= ON_GRID))
     if exact:
         index = np.repeat(k[:, None], 4, axis=1)
-        return Grid(every, count, index, np.tile([1.0, 0.0, 0.0, 0.0], (k.size, 1)), True)
+        alone = np.tile([1.0, 0.0, 0.0, 0.0], (k.size, 1))
+        return Grid(every, count, index, alone, alone, True)
     every = min(step, times[-1] / 3.0)
     count = max(int(np.ceil(times[-1] / every * (1.0 - 1e-12))), 3)
     first = np.clip(np.floor(times / every).astype(int) - 1, 0, count - 3)
-    return Grid(every, count, first[:, None] + np.arange(4), _lagrange(times / every - first), False)
+    index, x = first[:, None] + np.arange(4), times / every - first
+    parabola = np.pad(_lagrange(x, 3), ((0, 0), (0, 1)))
+    return Grid(every, count, index, _lagrange(x, 4), parabola, False)
 
 
-def _lagrange(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights (times, 4) of the cubic through points 0 to 3 at x."""
-    weights = np.ones((x.size, 4))
-    for i in range(4):
-        for j in range(4):
+def _lagrange(x: NDArray[np.float64], points: int) -> NDArray[np.float64]:
+    """Weights (times, points) at x of the polynomial through points 0, 1, 2, ..."""
+    weights = np.ones((x.size, points))
+    for i in range(points):
+        for j in range(points):
             if j != i:
                 weights[:, i] *= (x - j) / (i - j)
     return weights

@@ -6,7 +6,6 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from pydantic_core import PydanticCustomError
 
@@ -74,7 +73,9 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
         kind, message = swept_number(root, one)
         if kind is None:
             return [], message or f'expected a number of the scene, found "{one}"'
-        if isinstance(kind, Count) or not isinstance(numeric(spot_at(root, tuple(one.split("."))) or root), Quantity):
+        if isinstance(kind, Count) or not isinstance(
+            numeric(spot_at(root, tuple(one.split("."))) or root), Quantity
+        ):
             return [], f'expected a number that varies smoothly, found "{one}", a whole number'
         if one not in given:
             return [], (

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.fit.parameters import Parameter
 
-__all__ = ["Transform", "to_unbounded", "to_values", "transform_of"]
+__all__ = ["Transform", "slope_at", "to_unbounded", "to_values", "transform_of"]
 
 
 class Transform(NamedTuple):
@@ -64,3 +64,12 @@ def to_unbounded(t: Transform, x: np.ndarray) -> np.ndarray:
         one = np.log(np.where(t.has_low, x - t.low, t.high - x) / t.scale)
         bounded = np.where(t.has_low & t.has_high, both, one)
     return np.where(t.has_low | t.has_high, bounded, x / t.scale)
+
+
+def slope_at(t: Transform, z: np.ndarray) -> np.ndarray:
+    """dx/dz."""
+    z = np.clip(np.asarray(z, float), -700.0, 700.0)
+    share = 1.0 / (1.0 + np.exp(-z))
+    one = np.where(t.has_low, t.scale, -t.scale) * np.exp(z)
+    bounded = np.where(t.has_low & t.has_high, t.scale * share * (1.0 - share), one)
+    return np.where(t.has_low | t.has_high, bounded, t.scale)

@@ -24,7 +24,16 @@ from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
 from lumpedcable.solve.rk4 import RK4
 
-__all__ = ["METHODS", "Numbers", "Plan", "Progress", "advance", "begin", "initial_state", "interval"]
+__all__ = [
+    "METHODS",
+    "Numbers",
+    "Plan",
+    "Progress",
+    "advance",
+    "begin",
+    "initial_state",
+    "interval",
+]
 
 METHODS = {
     "leapfrog": Leapfrog,
