@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.fit.language import Method
+from lumpedcable.fit.language import FitMethod
 from lumpedcable.fit.observe import Watched
 from lumpedcable.fit.parameters import Parameter
 from lumpedcable.scene import Study
@@ -80,7 +80,7 @@ class Problem:
     tables: tuple[Table, ...]
     records: tuple[Record, ...]
     smooth: tuple[Smooth, ...]
-    method: Method
+    method: FitMethod
 
     @property
     def series(self) -> list[Series]:

@@ -116,7 +116,7 @@ Experiment = Annotated[
 ]
 
 
-class Method(Part):
+class FitMethod(Part):
     """How the best values are looked for, and how sure of them one wants to be."""
 
     solver: Literal["levenberg-marquardt", "bfgs", "l-bfgs"] = "levenberg-marquardt"
@@ -136,8 +136,6 @@ class Method(Part):
     """Seed of that sample."""
     confidence: Fraction = 0.95
     """Probability of the intervals."""
-    profile: tuple[Text, ...] = ()
-    """Keys of free numbers whose interval is found by profile likelihood as well."""
 
 
 class Choice(Part):
@@ -162,7 +160,7 @@ class FitFile(Part):
     """Free numbers by their full key in the scene."""
     experiments: Annotated[dict[Name, Experiment], Field(min_length=1)]
     """Experiments by name."""
-    method: Method = Method()
+    method: FitMethod = FitMethod()
     """How to fit."""
     choices: dict[Name, Choice] = Field(default_factory=dict)
     """Other laws to fit to the same data, compared in the report."""

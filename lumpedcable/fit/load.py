@@ -268,13 +268,6 @@ def _whole(problem: FitProblem, file: FitFile, at: Path) -> list[Problem]:
                 f"expected the noise of every column or of none, found none for {missing.label}",
             )
         )
-    keys = {p.key for p in problem.parameters}
-    for key in file.method.profile if at == ("free",) else ():
-        if key not in keys:
-            hint = did_you_mean(key, keys) or f"; free are {', '.join(sorted(keys))}"
-            told.append(
-                Problem(("method", "profile"), f'expected a free number, found "{key}"{hint}')
-            )
     if file.method.starts > 1:
         for p in problem.parameters:
             if not np.all(np.isfinite([p.low, p.high])):

@@ -20,6 +20,7 @@ __all__ = ["WIDE", "contents_of", "print_fit", "remarks_of"]
 
 WIDE = 140  # columns where no terminal says how many there are
 UNLIKELY = 1e-3  # probability of such deviations by chance, below which the scene is in doubt
+UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
 
 
@@ -88,7 +89,7 @@ def remarks_of(fitted: Fitted) -> list[str]:
     names = [p.label for p in problem.parameters]
     vague = certainty.vague()
     for one in vague:
-        spread = "at all" if one.spread > 1e6 else f"better than {100 * one.spread:.2g} %"
+        spread = "at all" if not one.spread < UNTOLD else f"better than {100 * one.spread:.2g} %"
         said.append(f"The data do not tell {words(one, names)} {spread}.")
     pairs = certainty.alike()
     if pairs:
