@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from lumpedcable.fit import language
-from lumpedcable.scene import environment, events, lines, materials, run, scene
+from lumpedcable.scene import bodies, environment, events, lines, materials, run, scene
 from lumpedcable.scene.part import Expected, Part, either
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.tree import fields
 
 PAGE = Path(__file__).with_name("scene-language.md")
 PAGES = (PAGE, Path(__file__).with_name("fitting.md"))
-MODULES = (environment, events, lines, materials, run, scene, language)
+MODULES = (bodies, environment, events, lines, materials, run, scene, language)
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 BLOCK = re.compile(r"(<!-- (own )?keys of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -46,9 +46,8 @@ def kind(annotation: Any) -> str:
         each = kind(arguments[0])
         return f"list, each {each}" if Ellipsis in arguments else f"list of 3, each {each}"
     if origin is dict:
-        named = {language.Setting: "values by key", dict[str, language.Free]: "tables by key"}
-        if annotation in named:
-            return named[annotation]
+        if arguments[0] is not arguments[1] and arguments[1] in (Any, language.Free):
+            return "tables by key" if arguments[1] is language.Free else "values by key"
         return "tables by name" if _is_part(arguments[1]) else f"by name: {kind(arguments[1])}"
     return "table" if _is_part(annotation) else {bool: "true or false", str: "text"}[annotation]
 

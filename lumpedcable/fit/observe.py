@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lumpedcable.model.assemble import segment_lengths
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.model import Model, safe_norm
+from lumpedcable.model.model import Model
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.part import did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity
@@ -105,11 +105,18 @@ def look(
         field = field + model.lines[what.piece].reference
     here = field[:, what.node] if what.node is not None else _between(field, what.index, share)
     if what.component is None:
-        return safe_norm(here)
+        return _size(here)
     value = jnp.asarray(coordinates.axes)[what.component] @ here
     if what.quantity == "position":
         value = value + jnp.asarray(coordinates.origin)[what.component]
     return value
+
+
+def _size(vector: Float[Array, " d"]) -> Float[Array, ""]:
+    """Euclidean norm whose derivative at zero is zero."""
+    square = jnp.sum(vector**2)
+    zero = square == 0.0
+    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
 
 
 def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, ...]:

@@ -63,7 +63,7 @@ def _scenes(fitted: Fitted) -> dict[str, str]:
 
 
 def _toml(scene: Scene, study: Study) -> str:
-    return to_toml(scene, study.axes)
+    return to_toml(scene, study.factors)
 
 
 def pictures_of(fitted: Fitted) -> dict[str, Any]:
