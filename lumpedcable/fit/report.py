@@ -13,15 +13,18 @@ from rich.text import Text
 from scipy import stats
 
 from lumpedcable.fit.run import Fitted, failure_text
+from lumpedcable.fit.sensitivity import Sensitivity
 from lumpedcable.fit.uncertainty import words
 from lumpedcable.scene import format_quantity
+from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["WIDE", "contents_of", "print_fit", "remarks_of"]
+__all__ = ["WIDE", "contents_of", "print_fit", "print_sensitivity", "remarks_of", "slopes_contents"]
 
 WIDE = 140  # columns where no terminal says how many there are
 UNLIKELY = 1e-3  # probability of such deviations by chance, below which the scene is in doubt
 UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
+MOST_ROWS = 30
 
 
 def console_of() -> Console:
@@ -191,3 +194,44 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
         ],
         "series": series,
     }  # fmt: skip
+
+
+def print_sensitivity(heading: str, found: Sensitivity) -> None:
+    """Print what a scalar depends on, the largest share first."""
+    console = console_of()
+    unit = found.scalar.unit
+    console.print(Text(heading, "bold"))
+    console.print(f"{found.scalar}: {format_quantity(found.value, unit)}")
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    for k, head in enumerate(("number", "value", "% per %", "per SI unit of it")):
+        table.add_column(Text(head), justify="right" if k else "left", no_wrap=bool(k))
+    for k, key in enumerate(found.keys[:MOST_ROWS]):
+        per = f"{unit}/({found.units[k]})" if found.units[k] else unit
+        table.add_row(
+            Text(key), format_quantity(float(found.values[k]), found.units[k]),
+            f"{found.shares[k]:+.4g}" if found.values[k] else "-", f"{found.slopes[k]:+.4g} {per}",
+        )  # fmt: skip
+    console.print(table)
+    if len(found.keys) > MOST_ROWS:
+        console.print(f"{MOST_ROWS} of {len(found.keys)} numbers shown; the file holds all.")
+    if found.status is not Status.OK:
+        console.print(f"The run failed: {MEANING[found.status]}; {ADVICE[found.status]}.")
+
+
+def slopes_contents(heading: str, found: Sensitivity) -> dict[str, Any]:
+    """A sensitivity as JSON values."""
+    numbers = [
+        {
+            "key": key, "unit": found.units[k], "value": found.values[k],
+            "derivative": found.slopes[k], "percent_per_percent": found.shares[k],
+        }
+        for k, key in enumerate(found.keys)
+    ]  # fmt: skip
+    return {
+        "title": heading,
+        "result": str(found.scalar),
+        "value": found.value,
+        "unit": found.scalar.unit,
+        "status": found.status.name.lower(),
+        "numbers": numbers,
+    }

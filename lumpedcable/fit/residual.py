@@ -28,6 +28,8 @@ __all__ = [
     "failed_runs",
     "penalised",
     "predict",
+    "run_group",
+    "started",
     "residual",
     "unpacked",
     "value_and_jacobian",
@@ -54,7 +56,7 @@ class Prediction(NamedTuple):
 def predict(spec: Spec, arrays: Arrays, values: Float[Array, " p"]) -> Prediction:
     """The model's answer to every measured value, for parameters in SI."""
     tables = tuple(_table(s, a, values) for s, a in zip(spec.tables, arrays.tables, strict=True))
-    groups = [_group(s, a, values) for s, a in zip(spec.groups, arrays.groups, strict=True)]
+    groups = [run_group(s, a, values) for s, a in zip(spec.groups, arrays.groups, strict=True)]
     return Prediction(tables, *(zip(*groups, strict=True) if groups else ((),) * 4))
 
 
@@ -91,7 +93,7 @@ def _coordinates(arrays: GroupArrays) -> Coordinates:
     return Coordinates(arrays.axes, arrays.origin)  # type: ignore[arg-type]
 
 
-def _group(spec: GroupSpec, arrays: GroupArrays, values):
+def run_group(spec: GroupSpec, arrays: GroupArrays, values):
     """(runs, observed, points) of a group; status, steps and roughness as in `Prediction`."""
     models, bound, converged = started(spec, arrays, values)
     coordinates = _coordinates(arrays)

@@ -3,6 +3,7 @@
 from lumpedcable.view.fit import Compared, FitPictures, Law, plot_fit
 from lumpedcable.view.modes import ModeShapes, plot_modes
 from lumpedcable.view.plot import plot_result
+from lumpedcable.view.sensitivity import plot_sensitivity
 
 __all__ = [
     "Compared",
@@ -12,4 +13,5 @@ __all__ = [
     "plot_fit",
     "plot_modes",
     "plot_result",
+    "plot_sensitivity",
 ]
