@@ -67,9 +67,9 @@ class Draft:
 def problems(draft: Draft) -> Iterator[Problem]:
     """Yield everything that is wrong in a draft."""
     for section in ("materials", "lines", "bodies", "events"):
-        yield from _inside(getattr(draft, section), (section,))
+        yield from inside(getattr(draft, section), (section,))
     for key, part in draft.others.items():
-        yield from _inside(part, (key,))
+        yield from inside(part, (key,))
     if "water" in draft.named and "air" in draft.named:
         yield Problem(("air",), "expected water or air, found both")
     if not draft.lines:
@@ -100,14 +100,14 @@ def problems(draft: Draft) -> Iterator[Problem]:
     yield from _events(draft)
 
 
-def _inside(value: Any, path: Path) -> Iterator[Problem]:
+def inside(value: Any, path: Path) -> Iterator[Problem]:
     """Yield what the parts at and below a value say about themselves."""
     if isinstance(value, Part):
         for problem in value.problems():
             yield Problem((*path, *problem.path), problem.message)
     if isinstance(value, Part | dict):
         for key, child in children(value):
-            yield from _inside(child, (*path, key))
+            yield from inside(child, (*path, key))
 
 
 def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
@@ -190,7 +190,7 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
 
 def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterator[Problem]:
     material = draft.materials.get(line.material)
-    if material is None or next(iter(_inside(material, ())), None) is not None:
+    if material is None or next(iter(inside(material, ())), None) is not None:
         return
     reach = material.reach()
     if held.pretension > reach * (1 + 1e-12):
