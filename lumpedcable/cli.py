@@ -131,7 +131,12 @@ def run(
         partial = target.with_name(target.name + ".partial")
         kept = f"; what was finished is in {partial}" if partial.exists() else ""
         fail(f"interrupted{kept}", 130)
-    results_table(study, target, outcomes)
+    if study.scene.output.static:
+        from lumpedcable.study.rest_report import rest_table
+
+        rest_table(study, target)
+    else:
+        results_table(study, target, outcomes)
     if timings:
         for stage, seconds in clock.stages.items():
             print(f"{stage:>10} {seconds:8.2f} s")

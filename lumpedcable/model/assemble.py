@@ -66,10 +66,10 @@ def segment_lengths(scene: Scene, piece: Piece, xp: Any = jnp) -> Float[Array, "
     if line.grading is not None and line.segments is not None and line.segments > 1:
         power = xp.arange(line.segments) / (line.segments - 1.0)
         weight = xp.asarray(line.grading, float) ** power
-        return (line.length * weight / xp.sum(weight))[part]
+        return (line.unstretched * weight / xp.sum(weight))[part]
     first, last = (
         scene.events[event].place if event is not None else own
-        for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.length))
+        for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.unstretched))
     )
     return ((xp.asarray(last, float) - xp.asarray(first, float)) / piece.segments)[None]
 

@@ -84,7 +84,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
                 places += mine
                 directions += _directions_of(end)
             if scene.gravity is not None and found[0] and found[1]:
-                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.length)
+                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
         for body in scene.bodies.values():
             places += _places_of_body(body)
             if body.hull is not None:

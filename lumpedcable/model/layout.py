@@ -17,6 +17,10 @@ from lumpedcable.scene.lines import HeldEnd, HeldForce
 __all__ = ["Joint", "Layout", "Piece", "cut_keys", "cuts_of", "make_layout"]
 
 
+LENGTH_KEYS = ("length", "payout.speed", "payout.time")
+"""Numbers of a line that its unstretched length follows from."""
+
+
 @dataclass(frozen=True)
 class Piece:
     """One line of the model: `segments` of the scene's line `line` from its segment `first` on.
@@ -74,7 +78,9 @@ def _segments(line) -> int:
 def _cut(line, place: float) -> int:
     """Number of segments before a break at `place` (m), at least one on either side."""
     lengths = None if line.segment_lengths is None else np.asarray(line.segment_lengths)[:, None]
-    return int(_cuts(_segments(line), np.array([place]), line.length, line.grading, lengths)[0])
+    return int(
+        _cuts(_segments(line), np.array([place]), line.unstretched, line.grading, lengths)[0]
+    )
 
 
 def _cuts(count: int, place, length, grading, lengths) -> NDArray[np.int64]:
@@ -104,7 +110,7 @@ def cut_keys(scene: Scene) -> set[str]:
         name, side, _ = own.target()
         if side is None:
             keys.add(f"events.{event}.place")
-            keys |= {f"lines.{name}.length", f"lines.{name}.grading"}
+            keys |= {f"lines.{name}.{key}" for key in LENGTH_KEYS} | {f"lines.{name}.grading"}
             sizes = scene.lines[name].segment_lengths or ()
             keys |= {f"lines.{name}.segment_lengths.{i}" for i in range(len(sizes))}
     return keys
@@ -133,6 +139,9 @@ def cuts_of(
             ]
             lengths = np.array([np.broadcast_to(row, runs) for row in rows])
         length = numbers.get(f"{key}.length", line.length)
+        if line.payout is not None:
+            speed = numbers.get(f"{key}.payout.speed", line.payout.speed)
+            length = length + speed * numbers.get(f"{key}.payout.time", line.payout.time)
         grading = numbers.get(f"{key}.grading", line.grading)
         found.append(_cuts(_segments(line), places, length, grading, lengths))
     return np.array(found, int).reshape(len(found), runs).T

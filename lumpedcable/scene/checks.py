@@ -26,7 +26,9 @@ from lumpedcable.scene.lines import (
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
+from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
 SIDES = ("start", "end")
@@ -40,6 +42,7 @@ class Draft:
     lines: Mapping[str, Line | None]
     bodies: Mapping[str, Body | None]
     events: Mapping[str, Event | None]
+    targets: Mapping[str, Target | None]
     others: Mapping[str, Any]
     """The single parts that could be read, by key: gravity, water, solver, ..."""
     named: frozenset[str]
@@ -54,6 +57,7 @@ class Draft:
             scene.lines,
             scene.bodies,
             scene.events,
+            scene.targets,
             {str(key): value for key, value in singles.items()},
             frozenset(map(str, singles)),
         )
@@ -66,7 +70,7 @@ class Draft:
 
 def problems(draft: Draft) -> Iterator[Problem]:
     """Yield everything that is wrong in a draft."""
-    for section in ("materials", "lines", "bodies", "events"):
+    for section in ("materials", "lines", "bodies", "events", "targets"):
         yield from inside(getattr(draft, section), (section,))
     for key, part in draft.others.items():
         yield from inside(part, (key,))
@@ -98,6 +102,8 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield from _line(draft, name, line)
     yield from _seabed(draft)
     yield from _events(draft)
+    yield from target_problems(draft.targets, draft.lines, draft.bodies)
+    yield from _at_rest(draft)
 
 
 def inside(value: Any, path: Path) -> Iterator[Problem]:
@@ -108,6 +114,21 @@ def inside(value: Any, path: Path) -> Iterator[Problem]:
     if isinstance(value, Part | dict):
         for key, child in children(value):
             yield from inside(child, (*path, key))
+
+
+def _at_rest(draft: Draft) -> Iterator[Problem]:
+    """Yield what a scene without duration cannot have, and what needs one."""
+    output = draft.others.get("output")
+    if not isinstance(output, Output):
+        return
+    if output.static and draft.events:
+        yield Problem(("output",), "expected a duration where there are events, found none")
+    if not output.static and draft.targets:
+        yield Problem(
+            ("output", "duration"),
+            "expected no duration with targets, which are for scenes at rest, found "
+            f"{format_quantity(output.duration, 's')}",
+        )
 
 
 def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
@@ -266,11 +287,11 @@ def _events(draft: Draft) -> Iterator[Problem]:
         line = draft.lines[target]
         if line is None:
             continue
-        if place is not None and not 0 < place < line.length:
+        if place is not None and not 0 < place < line.unstretched:
             yield Problem(
                 ("events", name, "place"),
                 f"expected a place inside the line, between 0 m and "
-                f"{format_quantity(line.length, 'm')}, found {format_quantity(place, 'm')}",
+                f"{format_quantity(line.unstretched, 'm')}, found {format_quantity(place, 'm')}",
             )
         if side is not None and _clamped(getattr(line, side)):
             yield Problem(

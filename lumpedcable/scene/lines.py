@@ -15,12 +15,14 @@ from lumpedcable.scene.quantities import (
     MassPerLength,
     NonNegativeForce,
     NonNegativeNumber,
+    NonNegativeTime,
     Number,
     Position,
     PositiveLength,
     PositiveNumber,
     PositiveTime,
     SegmentCount,
+    Speed,
     Time,
     Velocity,
     fault,
@@ -235,6 +237,20 @@ class Bending(Part):
     """Bending stiffness in N m2."""
 
 
+class Payout(Part):
+    """Line paid out, or hauled in, since a beginning: its length is length + speed time."""
+
+    speed: Speed
+    """Speed in m/s at which line is paid out; negative: hauled in."""
+    time: NonNegativeTime
+    """Time in s since the beginning."""
+
+    @property
+    def way(self) -> float:
+        """Length in m paid out until now."""
+        return self.speed * self.time
+
+
 class Line(Part):
     """A cable between two ends, cut into segments with masses between them."""
 
@@ -242,6 +258,8 @@ class Line(Part):
     """Name of its tension law, from [materials]."""
     length: PositiveLength
     """Unstretched length in m."""
+    payout: Payout | None = None
+    """Line paid out since it had this length. Absent: none."""
     segments: SegmentCount | None = None
     """Number of segments."""
     grading: PositiveNumber | None = None
@@ -263,8 +281,21 @@ class Line(Part):
     end: End
     """What holds the end at unstretched distance ``length``."""
 
+    @property
+    def unstretched(self) -> float:
+        """Unstretched length in m, with what was paid out."""
+        return self.length if self.payout is None else self.length + self.payout.way
+
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the segments."""
+        """Yield what is wrong with the segments and what was paid out."""
+        if self.payout is not None and self.segment_lengths is not None:
+            yield Problem(("payout",), "expected segments with payout, found segment_lengths")
+        elif self.payout is not None and self.unstretched <= 0.0:
+            yield Problem(
+                ("payout", "time"),
+                f"expected less time, found {format_quantity(self.payout.time, 's')}, in which the "
+                "whole line is hauled in",
+            )
         lengths = self.segment_lengths
         if lengths is None:
             if self.segments is None:

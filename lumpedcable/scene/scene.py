@@ -17,6 +17,7 @@ from lumpedcable.scene.materials import Material, TableMaterial
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count
 from lumpedcable.scene.run import Output, Reference, Solver, Statics
+from lumpedcable.scene.targets import Target
 
 _NOT_STRUCTURE = frozenset({"title", "references"})
 _FILE_DATA = frozenset({"file", "strain", "tension", "time", "position"})
@@ -45,6 +46,8 @@ class Scene(Part):
     """Bodies by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events by name."""
+    targets: dict[Name, Target] = Field(default_factory=dict)
+    """What statics must reach by choosing lengths of lines, by name."""
     solver: Solver = Solver()
     """How time is stepped."""
     statics: Statics = Statics()

@@ -163,7 +163,7 @@ def _joint_places(
     for name in scene.lines:
         pieces = layout.of_line(name)
         ends = ((pieces[0].name, 0), (pieces[-1].name, -1))
-        stiffness = 1.0 / jnp.asarray(scene.lines[name].length, float)
+        stiffness = 1.0 / jnp.asarray(scene.lines[name].unstretched, float)
         kinds = [model.ends[n][0 if k == 0 else 1] for n, k in ends]
         for this, other, far in ((0, 1, ends[1]), (1, 0, ends[0])):
             here, there = kinds[this], kinds[other]

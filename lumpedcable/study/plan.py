@@ -146,6 +146,8 @@ def rounded_steps(scene: Scene, bound: np.ndarray) -> np.ndarray:
     A run's steps must not depend on which runs it shares a batch with, and few distinct numbers
     make few batches: beyond 16, numbers are rounded up to five significant bits, at most 6 % more.
     """
+    if scene.output.static:
+        return np.ones(bound.shape, int)
     solver = scene.solver
     step = np.full(bound.shape, solver.step) if solver.step is not None else solver.courant * bound
     count = np.ceil(scene.output.every / step * (1.0 - 1e-9))
@@ -155,5 +157,7 @@ def rounded_steps(scene: Scene, bound: np.ndarray) -> np.ndarray:
 
 
 def output_count(scene: Scene) -> int:
-    """Number of outputs after the start."""
+    """Number of outputs after the start; none of a scene at rest."""
+    if scene.output.static:
+        return 0
     return max(1, math.floor(scene.output.duration / scene.output.every * (1.0 + 1e-9)))
