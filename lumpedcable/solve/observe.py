@@ -138,6 +138,8 @@ def sample(
     for name, line in model.lines.items():
         e = found[name].line
         whole = e.tension if e.damping is None else e.tension + e.damping
+        if line.inextensible:
+            whole = y.tension[name]
         every = {
             "position": place[name],
             "velocity": y.velocity[name],
