@@ -40,9 +40,8 @@ from lumpedcable.scene.lines import (
 __all__ = ["assemble", "make_line", "segment_lengths", "wave_scheme"]
 
 STANDARD_GRAVITY = 9.80665  # m/s2
-REST_STIFFNESS = (
-    1e10  # m; an inextensible line at rest stretches by its tension over this and its weight
-)
+# m; an inextensible line at rest stretches by its tension over this and its weight per metre
+REST_STIFFNESS = 1e7
 CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
 
 

@@ -15,7 +15,7 @@ from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.motion import Still
 from lumpedcable.scene import Scene
 from lumpedcable.scene.lines import JoinedEnd
-from lumpedcable.solve.resting import draped_line, resting_line, seabed_of
+from lumpedcable.solve.resting import draped_line, rest_level, resting_line, seabed_of
 from lumpedcable.solve.statics import (
     Equilibrium,
     equilibrium,
@@ -26,6 +26,8 @@ from lumpedcable.solve.statics import (
 )
 
 __all__ = ["start_of"]
+
+STAGES = 5  # of growing stiffness, to the final one, in which an inextensible line finds its shape
 
 
 def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
@@ -56,7 +58,7 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
     held = _held_joints(model, given)
-    found = equilibrium(held, tolerance, scene.statics.max_iterations)
+    found = _stiffening(held, tolerance, scene.statics.max_iterations)
     return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
 
 
@@ -73,6 +75,36 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
             if isinstance(end, JoinedEnd) and isinstance(kind, Joined):
                 given[kind.junction] = coordinates.point(end.at)
     return given
+
+
+def _stiffening(model: Model, tolerance: Float[Array, ""], max_iterations: int) -> Equilibrium:
+    """Equilibrium; of inextensible lines in stages of growing stiffness, each from the one before.
+
+    Newton's method does not find a chain that lies stretched out on the bed from a guess that is
+    wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does.
+    """
+    stiff = [name for name, line in model.lines.items() if line.inextensible]
+    if not stiff:
+        return equilibrium(model, tolerance, max_iterations)
+
+    def stage(places, share):
+        lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
+        for name in stiff:
+            lines[name] = placed(
+                eqx.tree_at(lambda x: x.law.EA, lines[name], share * lines[name].law.EA),
+                places[name],
+            )
+        at = eqx.tree_at(lambda m: m.lines, model, lines)
+        found = equilibrium(at, tolerance, max_iterations)
+        after = {name: line.reference for name, line in found.model.lines.items()}
+        return after, (found.imbalance, found.converged, found.iterations)
+
+    start = {name: line.reference for name, line in model.lines.items()}
+    shares = 10.0 ** jnp.arange(-STAGES + 1.0, 1.0)
+    places, (imbalance, converged, iterations) = jax.lax.scan(stage, start, shares)
+    lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
+    there = eqx.tree_at(lambda m: m.lines, model, lines)
+    return Equilibrium(there, imbalance[-1], converged[-1], jnp.sum(iterations))
 
 
 def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[int]):
@@ -99,7 +131,8 @@ def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[
             continue
         for a, b, own, rest in ((far[0], far[1], *lengths), (far[1], far[0], *lengths[::-1])):
             across = (b - a) - bed.up * jnp.dot(bed.up, b - a)
-            place = a + own * _unit(across)
+            level = jnp.minimum(*(rest_level(model.lines[m], bed)[1] for m, _ in junction.members))
+            place = a + own * _unit(across) + bed.up * (level - jnp.dot(bed.up, a))
             on_bed = jnp.abs(jnp.dot(bed.up, a) - bed.height) < 0.01 * own
             reaches = jnp.sum((b - place) ** 2) <= rest**2
             found[index] = jnp.where(on_bed & reaches, place, found[index])
