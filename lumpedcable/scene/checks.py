@@ -20,8 +20,10 @@ from lumpedcable.scene.lines import (
     HeldEnd,
     HeldForce,
     HeldPosition,
+    JoinedEnd,
     Line,
     MovingEnd,
+    tie_of,
 )
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
@@ -143,6 +145,8 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
         end = getattr(line, side)
         if isinstance(end, str):
             yield from _named_end(draft, (*path, side), end)
+        elif isinstance(end, JoinedEnd):
+            yield from _joined_end(draft, (*path, side, "joined"), end.joined)
         elif isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
             yield from _pretension(draft, (*path, side, "held", "pretension"), line, end.held)
         elif _clamped(end) and line.bending is None:
@@ -179,6 +183,15 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
         yield Problem(
             (*path, "diameter"),
             f"expected a positive length (m) for {' and '.join(effects)}, found nothing",
+        )
+
+
+def _joined_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
+    """Yield what is wrong with the other line's end that an end is joined to."""
+    others = [f"{line}.{side}" for line in draft.lines if line != path[1] for side in SIDES]
+    if end not in others:
+        yield Problem(
+            path, f"expected the end of another line, found {found(end)}{did_you_mean(end, others)}"
         )
 
 
@@ -307,4 +320,5 @@ def _events(draft: Draft) -> Iterator[Problem]:
 
 def _tied(draft: Draft, end: str) -> bool:
     """Return whether the end of some line is joined to ``end``, or may be."""
-    return any(line is None or end in (line.start, line.end) for line in draft.lines.values())
+    ties = [[tie_of(x) for x in (line.start, line.end)] for line in draft.lines.values() if line]
+    return None in draft.lines.values() or any(end in pair for pair in ties)

@@ -22,6 +22,7 @@ from lumpedcable.model.model import Model, end_name
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
+from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
 from lumpedcable.solve.rk4 import RK4
@@ -39,6 +40,7 @@ __all__ = [
 
 METHODS = {
     "leapfrog": Leapfrog,
+    "constrained": Constrained,
     "rk4": RK4,
     "euler": diffrax.Euler,
     "heun": diffrax.Heun,
@@ -118,7 +120,12 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
         found = model.evaluate(jnp.full((), -jnp.inf), displacement, None, zero)
         for name, node, _ in model.breakable():
             reaction[end_name(name, node)] = -found[name].force[:, node]
-    return State(displacement, velocity, work if energy else {}, reaction)
+    tension = {
+        name: line.law.tension(line.reference_strain)
+        for name, line in model.lines.items()
+        if line.inextensible
+    }
+    return State(displacement, velocity, work if energy else {}, reaction, tension)
 
 
 def cast(tree: PyTree, dtype: str) -> PyTree:

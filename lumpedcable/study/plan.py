@@ -110,10 +110,11 @@ def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
 def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     """The plan of `runs` runs: fixed steps for leapfrog and Euler or where a step is asked for."""
     solver = scene.solver
+    rigid = any(scene.materials[x.material].law == "inextensible" for x in scene.lines.values())
     fixed = solver.step is not None or "courant" in solver.model_fields_set
     return Plan(
-        method=solver.method,
-        adaptive=solver.method in ADAPTIVE and not fixed,
+        method="constrained" if rigid else solver.method,
+        adaptive=not rigid and solver.method in ADAPTIVE and not fixed,
         quantities=fields_of(scene) + ("energy",) * ("energy" in scene.output.quantities),
         recoils=recoils_of(layout),
         dtype=solver.dtype,
