@@ -14,6 +14,7 @@ from lumpedcable.scene.lines import (
     HarmonicMotion,
     HeldEnd,
     HeldForce,
+    JoinedEnd,
     MovingEnd,
     RecordedMotion,
 )
@@ -125,6 +126,8 @@ def _places_of(end) -> list[np.ndarray]:
         return [np.asarray(end.fixed)]
     if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
         return [np.asarray(end.held.position)]
+    if isinstance(end, JoinedEnd):
+        return [np.asarray(end.at)]
     if isinstance(end, MovingEnd):
         if isinstance(end.motion, RecordedMotion):
             return [np.asarray(p) for p in end.motion.position]

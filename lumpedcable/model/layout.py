@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import HeldEnd, HeldForce
+from lumpedcable.scene.lines import HeldEnd, HeldForce, tie_of
 
 __all__ = ["Joint", "Layout", "Piece", "cut_keys", "cuts_of", "make_layout"]
 
@@ -189,9 +189,10 @@ def make_layout(scene: Scene) -> Layout:
     links += bodies.values()
     for name, line in scene.lines.items():
         for side, end in (("start", line.start), ("end", line.end)):
-            if isinstance(end, str) and end != "free" and scene.body_point(end) is None:
+            tie = tie_of(end)
+            if tie is not None and scene.body_point(end) is None:
                 mine = outer[f"{name}.{side}"]
-                other = ("", end) if end in scene.bodies else outer[end]
+                other = ("", tie) if tie in scene.bodies else outer[tie]
                 links.append({mine, other})
     for event_name, event in scene.events.items():
         target, side, _ = event.target()
@@ -217,7 +218,8 @@ def _holds(scene: Scene, name: str) -> bool:
     line, _, side = name.rpartition(".")
     end = getattr(scene.lines[line], side)
     by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
-    return scene.body_point(end) is not None or not (isinstance(end, str) or by_force)
+    free = end == "free" or tie_of(end) is not None
+    return scene.body_point(end) is not None or not (free or by_force)
 
 
 def _joints(links: list[set]) -> list[Joint]:

@@ -20,8 +20,10 @@ from lumpedcable.scene.lines import (
     HeldEnd,
     HeldForce,
     HeldPosition,
+    JoinedEnd,
     Line,
     MovingEnd,
+    tie_of,
 )
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
@@ -71,9 +73,9 @@ class Draft:
 def problems(draft: Draft) -> Iterator[Problem]:
     """Yield everything that is wrong in a draft."""
     for section in ("materials", "lines", "bodies", "events", "targets"):
-        yield from _inside(getattr(draft, section), (section,))
+        yield from inside(getattr(draft, section), (section,))
     for key, part in draft.others.items():
-        yield from _inside(part, (key,))
+        yield from inside(part, (key,))
     if "water" in draft.named and "air" in draft.named:
         yield Problem(("air",), "expected water or air, found both")
     if not draft.lines:
@@ -106,14 +108,14 @@ def problems(draft: Draft) -> Iterator[Problem]:
     yield from _at_rest(draft)
 
 
-def _inside(value: Any, path: Path) -> Iterator[Problem]:
+def inside(value: Any, path: Path) -> Iterator[Problem]:
     """Yield what the parts at and below a value say about themselves."""
     if isinstance(value, Part):
         for problem in value.problems():
             yield Problem((*path, *problem.path), problem.message)
     if isinstance(value, Part | dict):
         for key, child in children(value):
-            yield from _inside(child, (*path, key))
+            yield from inside(child, (*path, key))
 
 
 def _at_rest(draft: Draft) -> Iterator[Problem]:
@@ -143,6 +145,8 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
         end = getattr(line, side)
         if isinstance(end, str):
             yield from _named_end(draft, (*path, side), end)
+        elif isinstance(end, JoinedEnd):
+            yield from _joined_end(draft, (*path, side, "joined"), end.joined)
         elif isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
             yield from _pretension(draft, (*path, side, "held", "pretension"), line, end.held)
         elif _clamped(end) and line.bending is None:
@@ -182,6 +186,15 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
         )
 
 
+def _joined_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
+    """Yield what is wrong with the other line's end that an end is joined to."""
+    others = [f"{line}.{side}" for line in draft.lines if line != path[1] for side in SIDES]
+    if end not in others:
+        yield Problem(
+            path, f"expected the end of another line, found {found(end)}{did_you_mean(end, others)}"
+        )
+
+
 def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     """Yield what is wrong with an end given as text."""
     if end == "free" or end in draft.bodies:
@@ -211,7 +224,7 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
 
 def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterator[Problem]:
     material = draft.materials.get(line.material)
-    if material is None or next(iter(_inside(material, ())), None) is not None:
+    if material is None or next(iter(inside(material, ())), None) is not None:
         return
     reach = material.reach()
     if held.pretension > reach * (1 + 1e-12):
@@ -307,4 +320,5 @@ def _events(draft: Draft) -> Iterator[Problem]:
 
 def _tied(draft: Draft, end: str) -> bool:
     """Return whether the end of some line is joined to ``end``, or may be."""
-    return any(line is None or end in (line.start, line.end) for line in draft.lines.values())
+    ties = [[tie_of(x) for x in (line.start, line.end)] for line in draft.lines.values() if line]
+    return None in draft.lines.values() or any(end in pair for pair in ties)

@@ -175,7 +175,28 @@ class MovingEnd(Part):
     """The path in time."""
 
 
-ENDS: dict[str, type[Part]] = {"fixed": FixedEnd, "held": HeldEnd, "motion": MovingEnd}
+class JoinedEnd(Part):
+    """An end joined to another line's, held at a place while the start state is found."""
+
+    joined: Text
+    """The end of another line, "LINE.start" or "LINE.end"."""
+    at: Position
+    """Where both are at the start in m; from then on nothing holds them there."""
+
+
+def tie_of(end: Any) -> str | None:
+    """Return the text that says what an end is tied to, None where it is not or is held by itself."""
+    if isinstance(end, JoinedEnd):
+        return end.joined
+    return end if isinstance(end, str) and end != "free" else None
+
+
+ENDS: dict[str, type[Part]] = {
+    "fixed": FixedEnd,
+    "held": HeldEnd,
+    "motion": MovingEnd,
+    "joined": JoinedEnd,
+}
 """The one place where the key of an end's table becomes a class."""
 _END = (
     f'"free", a body or a point of one, the end of another line, or a table with one of '
@@ -190,7 +211,7 @@ def _pick_end(value: Any) -> str:
         return next((kind for kind, cls in ENDS.items() if isinstance(value, cls)), "name")
     if isinstance(value, dict):
         kinds = [kind for kind in ENDS if kind in value]
-        if len(kinds) == 1 and (len(value) == 1 or kinds == ["fixed"]):
+        if len(kinds) == 1 and (len(value) == 1 or kinds[0] in ("fixed", "joined")):
             return kinds[0]
     hint = did_you_mean_key(value, ENDS) if isinstance(value, dict) else ""
     raise fault(f"expected {_END}, found {found(value)}{hint}")
@@ -200,7 +221,8 @@ End = Annotated[
     Annotated[Text, Tag(tag("name"))]
     | Annotated[FixedEnd, Tag(tag("fixed"))]
     | Annotated[HeldEnd, Tag(tag("held"))]
-    | Annotated[MovingEnd, Tag(tag("motion"))],
+    | Annotated[MovingEnd, Tag(tag("motion"))]
+    | Annotated[JoinedEnd, Tag(tag("joined"))],
     *choose(_pick_end, _END),
 ]
 """What holds an end: text ("free", a body, "BODY.POINT", another line's end) or a table."""

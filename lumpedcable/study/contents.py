@@ -15,6 +15,7 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.model.assemble import assemble, segment_lengths, wave_scheme
+from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
 from lumpedcable.scene import CHECKED, Scene
@@ -90,6 +91,7 @@ class Contents:
                 self.segments[piece.name] = max(known, piece.segments)
         layouts = [structure.layout for structure in laid.structures]
         self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
+        self.bodies = [name for name, body in self.scene.bodies.items() if body.rigid]
         self.fields = fields_of(self.scene)
         self.histories = self.scene.output.keep != "summaries"
         rigid = [name for name, body in self.scene.bodies.items() if body.rigid]
@@ -146,7 +148,7 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
-        for name in self.bodies:
+        for name in self.bodies if self.histories else ():
             for quantity, (last, unit, text) in BODY_FIELDS.items():
                 path = f"bodies/{name}/{quantity}"
                 found.append(Variable(path, ("run", "time", last), precision, unit, text))
