@@ -233,7 +233,7 @@ def _run_part(
     contents.write(writer, rows, sample, start, 0)
     if scene.output.static:
         mine = [contents.study.runs[int(number)] for number in part.runs]
-        write_rest(writer, mine, rows, _rows(ready, np.arange(lived)), start, sample.ends)
+        write_rest(writer, mine, rows, rows_of(ready, np.arange(lived)), start, sample.ends)
     timings.mark("begin")
     done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
     while done < account.count:
