@@ -10,13 +10,13 @@ import types
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from lumpedcable.scene import environment, events, lines, materials, run, scene
+from lumpedcable.scene import environment, events, lines, materials, moved, run, scene
 from lumpedcable.scene.part import Expected, Part, either
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.tree import fields
 
 PAGE = Path(__file__).with_name("scene-language.md")
-MODULES = (environment, events, lines, materials, run, scene)
+MODULES = (environment, events, lines, materials, moved, run, scene)
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 BLOCK = re.compile(r"(<!-- (own )?keys of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -40,7 +40,11 @@ def kind(annotation: Any) -> str:
         return either(f'`"{word}"`' for word in arguments)
     if origin is tuple:
         each = kind(arguments[0])
-        return f"list, each {each}" if Ellipsis in arguments else f"list of 3, each {each}"
+        return (
+            f"list, each {each}"
+            if Ellipsis in arguments
+            else f"list of {len(arguments)}, each {each}"
+        )
     if origin is dict:
         return "tables by name" if _is_part(arguments[1]) else f"by name: {kind(arguments[1])}"
     return "table" if _is_part(annotation) else {bool: "true or false", str: "text"}[annotation]

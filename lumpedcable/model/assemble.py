@@ -20,6 +20,7 @@ from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformC
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
+from lumpedcable.model.ships import point_of_body
 from lumpedcable.physics.seabed import Seabed, SeabedDamping
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
@@ -226,6 +227,8 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
             return end
         if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
             return end
+        if scene.point_of(end) is not None:
+            return end
     return None
 
 
@@ -240,6 +243,8 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
     if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
         force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
         return Loaded(force, release)
+    if (carried := scene.point_of(own)) is not None:
+        return Driven(point_of_body(scene, *carried, coordinates), release)
     if own is None or isinstance(own, str):
         return Loaded()
     return Driven(_motion(own, coordinates), release)

@@ -16,6 +16,7 @@ from lumpedcable.scene.lines import (
     MovingEnd,
     RecordedMotion,
 )
+from lumpedcable.scene.moved import FREEDOMS, MovedBody
 
 __all__ = ["Coordinates", "coordinates_of"]
 
@@ -78,7 +79,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
         slack |= scene.seabed is not None
         for line in scene.lines.values():
             ends = [line.start, line.end]
-            found = [_places_of(end) for end in ends]
+            found = [_places_of(end) or _on_body(scene, end) for end in ends]
             for end, mine in zip(ends, found, strict=True):
                 places += mine
                 directions += _directions_of(end)
@@ -87,6 +88,10 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
         for body in scene.bodies.values():
             if body.position is not None:
                 places.append(np.asarray(body.position))
+            if isinstance(body, MovedBody):
+                corners = [np.asarray(body.position) + p for p in body.points.values()]
+                places += corners
+                directions += _reaches(body)
     origin = places[0] if places else np.zeros(3)
     directions += [place - origin for place in places[1:]]
     axes = _basis(directions)
@@ -113,6 +118,11 @@ def _places_of(end) -> list[np.ndarray]:
     return []
 
 
+def _on_body(scene: Scene, end) -> list[np.ndarray]:
+    carried = scene.point_of(end)
+    return [] if carried is None else [np.asarray(carried[0].position) + np.asarray(carried[1])]
+
+
 def _directions_of(end) -> list[np.ndarray]:
     if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
         return [np.asarray(end.held.direction)]
@@ -122,6 +132,21 @@ def _directions_of(end) -> list[np.ndarray]:
         both = (end.motion.velocity, end.motion.amplitude)
         return [np.asarray(v) for v in both if v is not None]
     return []
+
+
+def _reaches(body: MovedBody) -> list[np.ndarray]:
+    """Directions in which the points of a moved body can go."""
+    names, axes = body.motion.names(), np.eye(3)
+    found = [axes[FREEDOMS.index(name)] for name in names if name in FREEDOMS[:3]]
+    turns = [axes[FREEDOMS.index(name) - 3] for name in names if name in FREEDOMS[3:]]
+    for point in map(np.asarray, body.points.values()):
+        if len(turns) > 1:
+            found += list(axes)  # two turns lead out of any plane
+        for axis in turns:
+            arm = point - np.dot(axis, point) * axis
+            if np.any(arm != 0.0):
+                found += [arm, np.cross(axis, arm)]
+    return found
 
 
 def _basis(directions: list[np.ndarray]) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import HeldEnd, HeldForce
+from lumpedcable.scene.lines import Body, HeldEnd, HeldForce
 
 __all__ = ["Joint", "Layout", "Piece", "make_layout"]
 
@@ -121,11 +121,13 @@ def make_layout(scene: Scene) -> Layout:
         own = [piece for piece in pieces if piece.line == name]
         outer[f"{name}.start"] = (own[0].name, 0)
         outer[f"{name}.end"] = (own[-1].name, -1)
-    bodies: dict[str, set] = {name: {("", name)} for name in scene.bodies}
+    bodies: dict[str, set] = {
+        name: {("", name)} for name, body in scene.bodies.items() if isinstance(body, Body)
+    }
     links += bodies.values()
     for name, line in scene.lines.items():
         for side, end in (("start", line.start), ("end", line.end)):
-            if isinstance(end, str) and end != "free":
+            if isinstance(end, str) and end != "free" and scene.point_of(end) is None:
                 mine = outer[f"{name}.{side}"]
                 other = ("", end) if end in scene.bodies else outer[end]
                 links.append({mine, other})
@@ -153,7 +155,7 @@ def _holds(scene: Scene, name: str) -> bool:
     line, _, side = name.rpartition(".")
     end = getattr(scene.lines[line], side)
     by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
-    return not isinstance(end, str) and not by_force
+    return scene.point_of(end) is not None or not (isinstance(end, str) or by_force)
 
 
 def _joints(links: list[set]) -> list[Joint]:

@@ -24,6 +24,7 @@ from lumpedcable.scene.lines import (
     MovingEnd,
 )
 from lumpedcable.scene.materials import Material
+from lumpedcable.scene.moved import MovedBody, SeaBody
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.scene import Scene
@@ -38,7 +39,7 @@ class Draft:
 
     materials: Mapping[str, Material | None]
     lines: Mapping[str, Line | None]
-    bodies: Mapping[str, Body | None]
+    bodies: Mapping[str, Body | MovedBody | None]
     events: Mapping[str, Event | None]
     others: Mapping[str, Any]
     """The single parts that could be read, by key: gravity, water, solver, ..."""
@@ -78,7 +79,9 @@ def problems(draft: Draft) -> Iterator[Problem]:
         if name == "free":
             yield Problem(("bodies", name), 'expected another name, found "free", which is no body')
     for name, body in draft.bodies.items():
-        if body is not None and body.volume is not None and draft.fluid is None:
+        if isinstance(body, MovedBody):
+            yield from _moved(draft, ("bodies", name, "motion"), body)
+        elif body is not None and body.volume is not None and draft.fluid is None:
             yield Problem(
                 ("bodies", name, "volume"),
                 "expected [water] or [air] where a body has a volume, found neither",
@@ -121,6 +124,11 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
             )
 
 
+def _moved(draft: Draft, path: Path, body: MovedBody) -> Iterator[Problem]:
+    if isinstance(body.motion, SeaBody) and "sea" not in draft.named:
+        yield Problem((*path, "rao"), "expected [sea] for a motion in waves, found none")
+
+
 def _unknown(name: str, known: Mapping[str, Any]) -> str:
     names = f"; known: {', '.join(known)}" if known else "; there is none"
     return f"{found(name)}{did_you_mean(name, known) or names}"
@@ -144,7 +152,19 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
 
 def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     """Yield what is wrong with an end given as text."""
+    holder, _, point = end.partition(".")
+    body = draft.bodies.get(end)
+    if isinstance(body, MovedBody):
+        yield from _point_of(path, end, "", body)
+        return
     if end == "free" or end in draft.bodies:
+        return
+    body = draft.bodies.get(holder)
+    if holder in draft.bodies and holder not in draft.lines:
+        if isinstance(body, MovedBody):
+            yield from _point_of(path, holder, point, body)
+        elif body is not None:
+            yield Problem(path, f'expected "{holder}", a body without points, found {found(end)}')
         return
     ends = [f"{line}.{side}" for line in draft.lines for side in SIDES]
     own = dotted(path[1:])
@@ -158,6 +178,19 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     elif end.split(".")[0] == path[1]:
         itself = "itself" if end == own else "the same line"
         yield Problem(path, f'expected the end of another line, found "{end}" on {itself}')
+
+
+def _point_of(path: Path, name: str, point: str, body: MovedBody) -> Iterator[Problem]:
+    """Yield a fault where a moved body has no such point."""
+    if point in body.points:
+        return
+    known = [f"{name}.{other}" for other in body.points]
+    told = f"{name}.{point}" if point else name
+    hint = did_you_mean(told, known) or (f"; known: {', '.join(known)}" if known else "")
+    yield Problem(
+        path,
+        f'expected a point of the moved body "{name}", found "{told}"{hint or "; it has none"}',
+    )
 
 
 def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterator[Problem]:

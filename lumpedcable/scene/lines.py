@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Tag
 
@@ -122,6 +122,8 @@ class HarmonicMotion(Part):
 
 class RecordedMotion(Part):
     """Places at times, from a CSV file or written out; a cubic spline between them."""
+
+    FILE: ClassVar[tuple[str, ...]] = ("file", "time", "position")
 
     file: Text | None = None
     """CSV file with columns t, x, y, z in s and m, relative to the scene file."""

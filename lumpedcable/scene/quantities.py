@@ -206,6 +206,7 @@ class Count:
 
 
 Length = Annotated[float, Quantity("m")]
+NonNegativeLength = Annotated[float, Quantity("m", "nonnegative")]
 PositiveLength = Annotated[float, Quantity("m", "positive")]
 Force = Annotated[float, Quantity("N")]
 PositiveForce = Annotated[float, Quantity("N", "positive")]

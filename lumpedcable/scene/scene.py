@@ -9,16 +9,16 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from lumpedcable.scene.environment import Fluid, Seabed
+from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import Body, Line, RecordedMotion
-from lumpedcable.scene.materials import Material, TableMaterial
+from lumpedcable.scene.lines import Line
+from lumpedcable.scene.materials import Material
+from lumpedcable.scene.moved import AnyBody, MovedBody
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count
 from lumpedcable.scene.run import Output, Reference, Solver, Statics
 
 _NOT_STRUCTURE = frozenset({"title", "references"})
-_FILE_DATA = frozenset({"file", "strain", "tension", "time", "position"})
 
 
 class Scene(Part):
@@ -34,14 +34,16 @@ class Scene(Part):
     """Water around everything. Absent: none."""
     air: Fluid | None = None
     """Air around everything, instead of water. Absent: none."""
+    sea: Sea | None = None
+    """Waves that move ships. Absent: none."""
     seabed: Seabed | None = None
     """The bed that lines can rest on. Absent: none."""
     materials: dict[Name, Material] = Field(default_factory=dict)
     """Tension laws by name."""
     lines: dict[Name, Line] = Field(default_factory=dict)
     """Lines by name."""
-    bodies: dict[Name, Body] = Field(default_factory=dict)
-    """Point bodies by name."""
+    bodies: dict[Name, AnyBody] = Field(default_factory=dict)
+    """Bodies by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events by name."""
     solver: Solver = Solver()
@@ -57,6 +59,14 @@ class Scene(Part):
     def fluid(self) -> Fluid | None:
         """The water or the air, or None."""
         return self.water if self.water is not None else self.air
+
+    def point_of(self, end: Any) -> tuple[MovedBody, tuple[float, float, float]] | None:
+        """Return the moved body that an end names a point of, "ship.post", and that point in m."""
+        name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+        body = self.bodies.get(name)
+        if not isinstance(body, MovedBody) or point not in body.points:
+            return None
+        return body, body.points[point]
 
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.
@@ -96,8 +106,9 @@ class Scene(Part):
 
 def _below(part: Any) -> Iterator[tuple[str, Any]]:
     """Yield the structural (key, value) pairs below a part, keys as text."""
-    from_file = isinstance(part, TableMaterial | RecordedMotion) and part.file is not None
-    data = _FILE_DATA if from_file else frozenset()
+    data: tuple[str, ...] = ()
+    if isinstance(part, Part) and part.from_file():
+        data = part.FILE
     for key, value in children(part):
         if key in data or (isinstance(part, Scene) and key in _NOT_STRUCTURE):
             continue
@@ -119,15 +130,13 @@ def _bones(value: Any) -> Any:
         return [_bones(child) for child in value]
     if isinstance(value, Part | dict):
         bones = {key: _bones(child) for key, child in _below(value)}
-        if isinstance(value, TableMaterial) and value.file is not None:
-            bones["data"] = _digest(value.strain, value.tension)
-        if isinstance(value, RecordedMotion) and value.file is not None:
-            bones["data"] = _digest(value.time, value.position)
+        if isinstance(value, Part) and value.from_file():
+            bones["data"] = _digest(*(getattr(value, key) for key in value.from_file()))
         return bones
     return value
 
 
-def _digest(*columns: tuple[Any, ...]) -> str:
+def _digest(*columns: Any) -> str:
     return hashlib.sha256(repr(columns).encode()).hexdigest()
 
 
