@@ -15,12 +15,12 @@ from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
+from lumpedcable.model.ships import point_of_body
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
-from lumpedcable.model.ships import point_of_body
 from lumpedcable.physics.seabed import Seabed, SeabedDamping
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length

@@ -86,12 +86,11 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
             if scene.gravity is not None and found[0] and found[1]:
                 slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.length)
         for body in scene.bodies.values():
-            if body.position is not None:
-                places.append(np.asarray(body.position))
             if isinstance(body, MovedBody):
-                corners = [np.asarray(body.position) + p for p in body.points.values()]
-                places += corners
+                places += [np.asarray(body.position) + p for p in body.points.values()]
                 directions += _reaches(body)
+            elif body.position is not None:
+                places.append(np.asarray(body.position))
     origin = places[0] if places else np.zeros(3)
     directions += [place - origin for place in places[1:]]
     axes = _basis(directions)

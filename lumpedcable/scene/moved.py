@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, Tag
@@ -130,7 +131,7 @@ def record_fault(time: Sequence[float]) -> str | None:
     """Return what is wrong with the times (s) of a record of a ship's motion, or None."""
     if len(time) < 2:
         return f"expected at least 2 times, found {len(time)}"
-    steps = [after - before for before, after in zip(time, time[1:], strict=False)]
+    steps = [after - before for before, after in pairwise(time)]
     for before, step in zip(time, steps, strict=False):
         if step <= 0:
             return f"expected times that increase, found {before + step:g} s after {before:g} s"
@@ -167,7 +168,7 @@ class SeaBody(Part):
             yield Problem(where, f"expected one of {', '.join(FREEDOMS)}, found none")
         if len(self.omega) < 2:
             yield Problem(where, f"expected at least 2 frequencies, found {len(self.omega)}")
-        for before, after in zip(self.omega, self.omega[1:], strict=False):
+        for before, after in pairwise(self.omega):
             if after <= before:
                 yield Problem(
                     where,

@@ -18,7 +18,8 @@ EA = "57 MN"
 
 [bodies.supply]
 position = [0, 0, "1 m"]
-motion = { heave = { amplitude = "1 m", period = "8 s" }, roll = { amplitude = "5 deg", period = "10 s" } }
+motion.heave = { amplitude = "1 m", period = "8 s" }
+motion.roll = { amplitude = "5 deg", period = "10 s" }
 points = { post = [0, "5 m", "12 m"] }
 
 [bodies.receiver]
@@ -93,7 +94,7 @@ def test_another_record_is_another_structure(tmp_path):
          'expected a point of the moved body "supply", found "supply.pots"; did you mean "supply.post"'),
         ([('start = "supply.post"', 'start = "supply"')], {}, "lines.highline.start",
          "expected a point of the moved body"),
-        ([("roll = {", "rol = {")], {}, "bodies.supply.motion.rol", 'did you mean "roll"'),
+        ([("motion.roll = {", "motion.rol = {")], {}, "bodies.supply.motion.rol", 'did you mean "roll"'),
         ([('"5 deg"', '"5 m"')], {}, "bodies.supply.motion.roll.amplitude", "expected an angle (rad)"),
         ([("motion = { file", "motion = { fiel")], {}, "bodies.receiver.motion", 'did you mean "file"'),
         ([('[sea]\nheight = "2 m"\nperiod = "8 s"\n', "")], {}, "bodies.third.motion.rao",
@@ -110,7 +111,7 @@ def test_another_record_is_another_structure(tmp_path):
         ([], {"rao": "omega,heave\n0.4,1\n"}, "bodies.third.motion.rao", "heave_phase"),
         ([], {"rao": RAO.replace("0.8", "0.3")}, "bodies.third.motion.rao",
          "expected frequencies that increase"),
-        ([('position = [0, 0, "1 m"]\nmotion', 'position = [0, 0, "1 m"]\nmass = 3\nmotion')], {},
+        ([('position = [0, 0, "1 m"]\n', 'position = [0, 0, "1 m"]\nmass = 3\n')], {},
          "bodies.supply.mass", "mass"),
     ],
 )  # fmt: skip

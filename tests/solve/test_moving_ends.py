@@ -179,7 +179,8 @@ EA = "1 MN"
 
 [bodies.left]
 position = [0, 0, "1 m"]
-motion = { heave = { amplitude = "1 m", period = "0.8 s" }, roll = { amplitude = "5 deg", period = "1 s" } }
+motion.heave = { amplitude = "1 m", period = "0.8 s" }
+motion.roll = { amplitude = "5 deg", period = "1 s" }
 points = { post = ["3 m", "5 m", "12 m"] }
 
 [bodies.right]
