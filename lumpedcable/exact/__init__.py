@@ -25,6 +25,7 @@ from .chain import (
 from .dalembert import LinearRelease
 from .drag_line import DragLine, drag_line
 from .envelope import Envelope, EnvelopePiece, lower_convex_envelope
+from .ideal_highline import IdealHighline
 from .law import Law, inverse_tension, released_strain
 from .ramp import RampedRelease, ramped_release
 from .rod import HangingRod
@@ -48,6 +49,7 @@ __all__ = [
     "Envelope",
     "EnvelopePiece",
     "HangingRod",
+    "IdealHighline",
     "Law",
     "LinearRelease",
     "RampedRelease",
