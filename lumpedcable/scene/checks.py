@@ -11,6 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from lumpedcable.scene.carried import CarriedBody
+from lumpedcable.scene.carried_checks import carried_problems
 from lumpedcable.scene.environment import Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
@@ -39,7 +41,8 @@ class Draft:
 
     materials: Mapping[str, Material | None]
     lines: Mapping[str, Line | None]
-    bodies: Mapping[str, Body | MovedBody | None]
+    bodies: Mapping[str, Body | CarriedBody | MovedBody | None]
+    measures: Mapping[str, Any]
     events: Mapping[str, Event | None]
     others: Mapping[str, Any]
     """The single parts that could be read, by key: gravity, water, solver, ..."""
@@ -54,6 +57,7 @@ class Draft:
             scene.materials,
             scene.lines,
             scene.bodies,
+            scene.measures,
             scene.events,
             {str(key): value for key, value in singles.items()},
             frozenset(map(str, singles)),
@@ -67,7 +71,7 @@ class Draft:
 
 def problems(draft: Draft) -> Iterator[Problem]:
     """Yield everything that is wrong in a draft."""
-    for section in ("materials", "lines", "bodies", "events"):
+    for section in ("materials", "lines", "bodies", "measures", "events"):
         yield from _inside(getattr(draft, section), (section,))
     for key, part in draft.others.items():
         yield from _inside(part, (key,))
@@ -81,7 +85,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     for name, body in draft.bodies.items():
         if isinstance(body, MovedBody):
             yield from _moved(draft, ("bodies", name, "motion"), body)
-        elif body is not None and body.volume is not None and draft.fluid is None:
+        elif isinstance(body, Body) and body.volume is not None and draft.fluid is None:
             yield Problem(
                 ("bodies", name, "volume"),
                 "expected [water] or [air] where a body has a volume, found neither",
@@ -89,6 +93,8 @@ def problems(draft: Draft) -> Iterator[Problem]:
     for name, line in draft.lines.items():
         if line is not None:
             yield from _line(draft, name, line)
+    gravity = draft.others.get("gravity")
+    yield from carried_problems(draft.lines, draft.bodies, draft.measures, gravity)
     yield from _seabed(draft)
     yield from _events(draft)
 
@@ -154,6 +160,11 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     """Yield what is wrong with an end given as text."""
     holder, _, point = end.partition(".")
     body = draft.bodies.get(end)
+    if isinstance(body, CarriedBody):
+        yield Problem(
+            path, f"expected a body that lines are tied to, found {found(end)}, on a line"
+        )
+        return
     if isinstance(body, MovedBody):
         yield from _point_of(path, end, "", body)
         return
@@ -224,7 +235,7 @@ def _seabed(draft: Draft) -> Iterator[Problem]:
             if place is not None:
                 places.append((("lines", name, side, *path), place))
     for name, body in draft.bodies.items():
-        if body is not None and body.position is not None:
+        if isinstance(body, Body | MovedBody) and body.position is not None:
             places.append((("bodies", name, "position"), body.position))
     for path, place in places:
         if place[2] < seabed.height:

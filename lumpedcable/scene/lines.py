@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Tag
 
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.part import Part, Path, Problem, Text, choose, did_you_mean_key, tag
 from lumpedcable.scene.quantities import (
     Angle,
@@ -177,7 +178,12 @@ class MovingEnd(Part):
     """The path in time."""
 
 
-ENDS: dict[str, type[Part]] = {"fixed": FixedEnd, "held": HeldEnd, "motion": MovingEnd}
+ENDS: dict[str, type[Part]] = {
+    "fixed": FixedEnd,
+    "held": HeldEnd,
+    "motion": MovingEnd,
+    "winch": WinchEnd,
+}
 """The one place where the key of an end's table becomes a class."""
 _END = f'"free", a body, the end of another line, or a table with one of {", ".join(ENDS)}'
 
@@ -199,7 +205,8 @@ End = Annotated[
     Annotated[Text, Tag(tag("name"))]
     | Annotated[FixedEnd, Tag(tag("fixed"))]
     | Annotated[HeldEnd, Tag(tag("held"))]
-    | Annotated[MovingEnd, Tag(tag("motion"))],
+    | Annotated[MovingEnd, Tag(tag("motion"))]
+    | Annotated[WinchEnd, Tag(tag("winch"))],
     *choose(_pick_end, _END),
 ]
 """What holds an end: text ("free", a body, another line's end) or a table."""
@@ -239,6 +246,8 @@ class Bending(Part):
 class Line(Part):
     """A cable between two ends, cut into segments with masses between them."""
 
+    model: Literal["lumped", "ideal"] = "lumped"
+    """How it is computed: as lumps, or as an ideal cable without mass whose winch sets its tension."""
     material: Text
     """Name of its tension law, from [materials]."""
     length: PositiveLength
@@ -268,7 +277,7 @@ class Line(Part):
         """Yield what is wrong with the segments."""
         lengths = self.segment_lengths
         if lengths is None:
-            if self.segments is None:
+            if self.segments is None and self.model == "lumped":
                 yield Problem(("segments",), "expected a number of segments, found nothing")
             elif self.grading is not None and self.segments == 1 and self.grading != 1:
                 yield Problem(("grading",), "expected at least 2 segments to grade, found 1")

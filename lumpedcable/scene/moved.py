@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, Tag
 
+from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.lines import Body
 from lumpedcable.scene.part import (
     Name,
@@ -229,9 +230,9 @@ class MovedBody(Part):
     """Places on the body in m from its origin, in its own axes, by name."""
 
 
-BODIES: dict[str, type[Part]] = {"motion": MovedBody, "mass": Body}
+BODIES: dict[str, type[Part]] = {"motion": MovedBody, "on": CarriedBody, "mass": Body}
 """The one place where the key that tells bodies apart becomes a class."""
-_BODY = "a table with mass, or with motion"
+_BODY = "a table with mass, with mass and on, or with motion"
 
 
 def _pick_body(value: Any) -> str:
@@ -239,11 +240,13 @@ def _pick_body(value: Any) -> str:
         return next(kind for kind, cls in BODIES.items() if isinstance(value, cls))
     if not isinstance(value, dict):
         raise fault(f"expected {_BODY}, found {found(value)}")
-    return "motion" if "motion" in value else "mass"
+    return next((kind for kind in BODIES if kind in value), "mass")
 
 
 AnyBody = Annotated[
-    Annotated[MovedBody, Tag(tag("motion"))] | Annotated[Body, Tag(tag("mass"))],
+    Annotated[MovedBody, Tag(tag("motion"))]
+    | Annotated[CarriedBody, Tag(tag("on"))]
+    | Annotated[Body, Tag(tag("mass"))],
     *choose(_pick_body, _BODY),
 ]
-"""A body; ``motion`` says that it is moved."""
+"""A body; ``motion`` says that it is moved, ``on`` that it runs along a line."""

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from lumpedcable.scene.carried import Measure
 from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import Line
@@ -44,6 +45,8 @@ class Scene(Part):
     """Lines by name."""
     bodies: dict[Name, AnyBody] = Field(default_factory=dict)
     """Bodies by name."""
+    measures: dict[Name, Measure] = Field(default_factory=dict)
+    """Numbers that are asked for, by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events by name."""
     solver: Solver = Solver()
