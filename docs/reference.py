@@ -10,13 +10,23 @@ import types
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from lumpedcable.scene import environment, events, lines, materials, moved, run, scene
+from lumpedcable.scene import (
+    bodies,
+    carried,
+    environment,
+    events,
+    lines,
+    materials,
+    moved,
+    run,
+    scene,
+)
 from lumpedcable.scene.part import Expected, Part, either
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.tree import fields
 
 PAGE = Path(__file__).with_name("scene-language.md")
-MODULES = (environment, events, lines, materials, moved, run, scene)
+MODULES = (bodies, carried, environment, events, lines, materials, moved, run, scene)
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 BLOCK = re.compile(r"(<!-- (own )?keys of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 

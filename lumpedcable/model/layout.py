@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import Body, HeldEnd, HeldForce
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.lines import HeldEnd, HeldForce
 
 __all__ = ["Joint", "Layout", "Piece", "make_layout"]
 
@@ -121,13 +122,14 @@ def make_layout(scene: Scene) -> Layout:
         own = [piece for piece in pieces if piece.line == name]
         outer[f"{name}.start"] = (own[0].name, 0)
         outer[f"{name}.end"] = (own[-1].name, -1)
-    bodies: dict[str, set] = {
-        name: {("", name)} for name, body in scene.bodies.items() if isinstance(body, Body)
+    points = {
+        name for name, body in scene.bodies.items() if isinstance(body, Body) and not body.rigid
     }
+    bodies: dict[str, set] = {name: {("", name)} for name in points}
     links += bodies.values()
     for name, line in scene.lines.items():
         for side, end in (("start", line.start), ("end", line.end)):
-            if isinstance(end, str) and end != "free" and scene.point_of(end) is None:
+            if isinstance(end, str) and end != "free" and not scene.on_body(end):
                 mine = outer[f"{name}.{side}"]
                 other = ("", end) if end in scene.bodies else outer[end]
                 links.append({mine, other})
@@ -151,11 +153,11 @@ def make_layout(scene: Scene) -> Layout:
 
 
 def _holds(scene: Scene, name: str) -> bool:
-    """Whether an end, "LINE.start" or "LINE.end", is held at a place or moved along a path."""
+    """Whether an end, "LINE.start" or "LINE.end", is held by a place, a path or a rigid body."""
     line, _, side = name.rpartition(".")
     end = getattr(scene.lines[line], side)
     by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
-    return scene.point_of(end) is not None or not (isinstance(end, str) or by_force)
+    return scene.on_body(end) or not (isinstance(end, str) or by_force)
 
 
 def _joints(links: list[set]) -> list[Joint]:

@@ -206,6 +206,22 @@ class ResultFile:
         return LineData(group, name)
 
     @property
+    def bodies(self) -> list[str]:
+        """Names of the rigid bodies."""
+        return self._names("bodies", h5py.Group)
+
+    def body(self, name: str, quantity: str, run: Index = None) -> Array:
+        """position (m), velocity (m/s), attitude (rad) or turning (rad/s) of a body, (run, time, 3).
+
+        Raises:
+            ResultError: there is no such body or quantity.
+        """
+        self._check("body", name, self.bodies)
+        self._check("quantity", quantity, self._names(f"bodies/{name}"))
+        pick = () if run is None else (run,)
+        return _read(_dataset(self._file, f"bodies/{name}/{quantity}"), pick)
+
+    @property
     def energy_terms(self) -> list[str]:
         """Names of the energy terms."""
         return self._names("energy", h5py.Dataset)

@@ -5,13 +5,13 @@
 Nothing here imports jax.
 """
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid, PowerCurrent, Seabed, UniformCurrent
 from lumpedcable.scene.errors import Fault, SceneError
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
     AddedMass,
     Bending,
-    Body,
     Drag,
     FixedEnd,
     HarmonicMotion,

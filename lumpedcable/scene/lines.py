@@ -1,4 +1,4 @@
-"""Lines, what holds their two ends, and point bodies."""
+"""Lines, and what holds their two ends."""
 
 from __future__ import annotations
 
@@ -19,13 +19,11 @@ from lumpedcable.scene.quantities import (
     Number,
     Position,
     PositiveLength,
-    PositiveMass,
     PositiveNumber,
     PositiveTime,
     SegmentCount,
     Time,
     Velocity,
-    Volume,
     fault,
     found,
 )
@@ -185,7 +183,10 @@ ENDS: dict[str, type[Part]] = {
     "winch": WinchEnd,
 }
 """The one place where the key of an end's table becomes a class."""
-_END = f'"free", a body, the end of another line, or a table with one of {", ".join(ENDS)}'
+_END = (
+    f'"free", a body or a point of one, the end of another line, or a table with one of '
+    f"{', '.join(ENDS)}"
+)
 
 
 def _pick_end(value: Any) -> str:
@@ -209,7 +210,7 @@ End = Annotated[
     | Annotated[WinchEnd, Tag(tag("winch"))],
     *choose(_pick_end, _END),
 ]
-"""What holds an end: text ("free", a body, another line's end) or a table."""
+"""What holds an end: text ("free", a body, "BODY.POINT", another line's end) or a table."""
 
 
 class Drag(Part):
@@ -293,14 +294,3 @@ class Line(Part):
                 f"expected lengths that add up to {format_quantity(self.length, 'm')}, "
                 f"found {format_quantity(math.fsum(lengths), 'm')}",
             )
-
-
-class Body(Part):
-    """A point mass that lines can be tied to."""
-
-    mass: PositiveMass
-    """Mass in kg."""
-    position: Position | None = None
-    """Guess of its place in m for the start state. Absent: found from the lines."""
-    volume: Volume | None = None
-    """Displaced volume in m3, for buoyancy. Absent: none."""

@@ -8,8 +8,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, Tag
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
-from lumpedcable.scene.lines import Body
 from lumpedcable.scene.part import (
     Name,
     Part,

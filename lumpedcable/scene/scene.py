@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import Measure
 from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
@@ -70,6 +71,21 @@ class Scene(Part):
         if not isinstance(body, MovedBody) or point not in body.points:
             return None
         return body, body.points[point]
+
+    def body_point(self, end: Any) -> tuple[str, str | None] | None:
+        """Return the rigid body, and the point of it or None for its centre, that an end names.
+
+        None where the end is anything else.
+        """
+        name, dot, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+        body = self.bodies.get(name)
+        if name in self.lines or not isinstance(body, Body) or not body.rigid:
+            return None
+        return name, (point if dot else None)
+
+    def on_body(self, end: Any) -> bool:
+        """Return whether an end goes where a rigid body or a moved one does."""
+        return self.point_of(end) is not None or self.body_point(end) is not None
 
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.energy import WORKS, energies
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
@@ -40,7 +41,10 @@ class Watch(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """One output time: fields by line and quantity, energies (J), end tensions (N) and checks."""
+    """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
+
+    `bodies` are the coordinates q and their rates of each body, (2, m).
+    """
 
     fields: dict[str, dict[str, Array]]
     energy: dict[str, Float[Array, ""]]
@@ -49,6 +53,7 @@ class Sample(NamedTuple):
     reversed: Bool[Array, ""]
     courant: Float[Array, ""]
     exhausted: Bool[Array, ""]
+    bodies: dict[str, Float[Array, "2 m"]]
 
 
 def end_tension(
@@ -126,6 +131,7 @@ def sample(
     """Everything that is kept of one output time."""
     found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
     fields, ends = {}, {}
+    place = model.followed(t, y.displacement)
     finite = jnp.ones((), bool)
     back = jnp.zeros((), bool)
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
@@ -133,7 +139,7 @@ def sample(
         e = found[name].line
         whole = e.tension if e.damping is None else e.tension + e.damping
         every = {
-            "position": y.displacement[name],
+            "position": place[name],
             "velocity": y.velocity[name],
             "tension": whole,
             "strain": e.shape.strain,
@@ -148,12 +154,17 @@ def sample(
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
     energy = {}
     if y.work:
-        energy = dict(energies(model, found, y.velocity))
+        energy = dict(energies(model, found, y.displacement, y.velocity))
         for kinds in y.work.values():
             for kind, value in kinds.items():
                 key = f"work_{kind}" if WORKS[kind][0] > 0 else f"lost_{kind}"
                 energy[key] = energy.get(key, 0.0) + jnp.sum(value)
-    return Sample(fields, energy, ends, finite, back, courant, exhausted)
+    bodies = {}
+    for name, body in model.bodies.items():
+        key = body_key(name)
+        bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
+        finite &= jnp.all(jnp.isfinite(bodies[name]))
+    return Sample(fields, energy, ends, finite, back, courant, exhausted, bodies)
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

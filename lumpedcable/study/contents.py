@@ -19,6 +19,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
 from lumpedcable.scene import Scene, Study
+from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import Status
 from lumpedcable.study.plan import Batch
@@ -35,12 +36,19 @@ FIELDS = {
     "tension": ("segment", "N", "tension, damping included"),
     "strain": ("segment", "1", "strain"),
 }
+BODY_FIELDS = {
+    "position": ("xyz", "m", "place of the centre of gravity"),
+    "velocity": ("xyz", "m/s", "velocity of the centre of gravity"),
+    "attitude": ("angle", "rad", "roll, pitch, yaw"),
+    "turning": ("angle", "rad/s", "rates of roll, pitch, yaw"),
+}
 STORED = {
     "kinetic": "kinetic energy, added mass included",
     "strain": "strain energy",
     "gravitational": "potential energy of weight less buoyancy",
     "bending": "bending energy",
     "seabed": "energy stored in the seabed",
+    "hydrostatic": "energy of hulls that heave, roll or pitch",
 }
 SUMMARIES = {
     "energy_closure": "largest energy residual over released energy",
@@ -60,6 +68,9 @@ def energy_terms(scene: Scene, batch: Batch, coordinates: Coordinates) -> dict[s
     for line in model.lines.values():
         stored |= {load.energy_name for load in line.loads}
         kinds |= set(works_of(line, scene.solver.method == "leapfrog"))
+    for body in model.bodies.values():
+        stored |= set(jax.eval_shape(lambda b: b.stored(b.reference), body))
+        kinds |= set(body.works())
     if any(junction.load is not None for junction in model.junctions):
         stored.add("gravitational")
     terms = {name: text for name, text in STORED.items() if name in stored}
@@ -90,6 +101,11 @@ class Contents:
                 known = self.segments.get(piece.name, 0)
                 self.segments[piece.name] = max(known, piece.segments)
         self.ends = list(dict.fromkeys(e for b in groups for e in recoil_names(b.structure.layout)))
+        self.bodies = [
+            name
+            for name, body in self.scene.bodies.items()
+            if isinstance(body, Body) and body.rigid
+        ]
         self.energy = energy_terms(self.scene, groups[0], coordinates)
         if "energy" not in self.scene.output.quantities:
             self.energy = {}
@@ -102,6 +118,8 @@ class Contents:
         for name, segments in self.segments.items():
             dims[f"lines/{name}/segment"] = segments
             dims[f"lines/{name}/node"] = segments + 1
+        if self.bodies:
+            dims["angle"] = 3
         return ResultWriter(
             target,
             dims=dims,
@@ -132,6 +150,10 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
+        for name in self.bodies:
+            for quantity, (last, unit, text) in BODY_FIELDS.items():
+                path = f"bodies/{name}/{quantity}"
+                found.append(Variable(path, ("run", "time", last), precision, unit, text))
         if self.energy:
             for term, text in self.energy.items():
                 found.append(Variable(f"energy/{term}", ("run", "time"), "f8", "J", text))
@@ -233,6 +255,10 @@ class Contents:
             for k, side in enumerate(("start", "end")):
                 ends = np.asarray(samples.ends[name])[:, :, k]
                 self._put(writer, f"lines/{name}/{side}_tension", runs, first, ends)
+        for name in self.bodies:
+            q, v = np.moveaxis(np.asarray(samples.bodies[name], float), 2, 0)
+            for quantity, values in body_fields(self.coordinates, q, v).items():
+                self._put(writer, f"bodies/{name}/{quantity}", runs, first, values)
         for term in samples.energy if self.energy else ():
             self._put(writer, f"energy/{term}", runs, first, np.asarray(samples.energy[term]))
 
@@ -266,9 +292,22 @@ class Contents:
             if variable.dims[:2] == ("run", "time"):
                 name = variable.path.split("/")[1]
                 sizes = {"node": self.segments.get(name, 0) + 1,
-                         "segment": self.segments.get(name, 0), "xyz": 3}  # fmt: skip
+                         "segment": self.segments.get(name, 0), "xyz": 3, "angle": 3}  # fmt: skip
                 shape = (1, self.count + 1, *(sizes[d] for d in variable.dims[2:]))
                 writer.write(variable.path, np.full(shape, np.nan), run=slice(run, run + 1))
+
+
+def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
+    """Places (m), velocities (m/s), angles (rad) and their rates from q and v (runs, times, m)."""
+    d = coordinates.dimensions
+    found = {}
+    for places, angles, values in (("position", "attitude", q), ("velocity", "turning", v)):
+        found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
+        turned = values[..., d:]
+        if d == 2:
+            turned = turned * np.cross(coordinates.axes[:, 1], coordinates.axes[:, 0])
+        found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
+    return found
 
 
 def node_places(scene: Scene, layout, name: str) -> NDArray[np.float64]:
