@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import (
     FixedEnd,
     HarmonicMotion,
@@ -90,6 +91,8 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
             if isinstance(body, MovedBody):
                 places += [np.asarray(body.position) + p for p in body.points.values()]
                 directions += _reaches(body)
+            elif isinstance(body, CarriedBody):
+                slack = True  # it goes up and down
             elif isinstance(body, Body):
                 places += _places_of_body(body)
                 if body.hull is not None:
@@ -130,6 +133,8 @@ def _places_of(end) -> list[np.ndarray]:
         return [np.asarray(end.fixed)]
     if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
         return [np.asarray(end.held.position)]
+    if isinstance(end, WinchEnd) and isinstance(end.winch.at, tuple):
+        return [np.asarray(end.winch.at)]
     if isinstance(end, MovingEnd):
         if isinstance(end.motion, RecordedMotion):
             return [np.asarray(p) for p in end.motion.position]
@@ -138,7 +143,7 @@ def _places_of(end) -> list[np.ndarray]:
 
 
 def _on_body(scene: Scene, end) -> list[np.ndarray]:
-    carried = scene.point_of(end)
+    carried = scene.point_of(end.winch.at if isinstance(end, WinchEnd) else end)
     return [] if carried is None else [np.asarray(carried[0].position) + np.asarray(carried[1])]
 
 

@@ -13,6 +13,7 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.riders import Rider, Winch
 from lumpedcable.physics.coupling import AbstractCoupling, CableState, Pull
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
+from lumpedcable.physics.weight import Weight
 
 __all__ = [
     "Coupled",
@@ -111,14 +112,18 @@ def line_forces(model, t, found, displacement: Values, velocity: Values | None) 
 def body_force(
     model, name: str, t, found, displacement: Values, velocity: Values | None,
     middle: Array | None = None,
-) -> Array:  # fmt: skip
-    """Generalised force on a body from the cable that it runs on, or on a winch from its line."""
+) -> Array | None:  # fmt: skip
+    """Generalised force on a body from the cable that it runs on, or on a winch from its line.
+
+    None where there is neither.
+    """
     body = model.bodies[name]
     if isinstance(body, Winch):
         return _payout_force(model, body, found, displacement, velocity)
-    force = jnp.zeros_like(body.reference)
+    force = None
     for coupled in _couplings(model, name):
         pull = _pull(model, coupled, t, found, displacement, velocity, middle)
+        force = jnp.zeros_like(body.reference) if force is None else force
         force = force.at[: body.dimensions].add(pull.body)
     return force
 
@@ -153,7 +158,7 @@ def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
     post = (line.reference + displacement[winch.line])[:, winch.node]
     total = jnp.zeros((), post.dtype)
     for load in line.loads:
-        if hasattr(load, "per_length"):
+        if isinstance(load, Weight):
             total = total - jnp.dot(load.per_length, post)
     return total
 
@@ -190,7 +195,8 @@ def body_powers(
         for kind, power in _pull(model, coupled, t, found, displacement, velocity).work.items():
             total[kind] = total[kind] + power if kind in total else power
     if isinstance(body, Rider) and body.path is not None:
-        force = body.force(q, v) + body_force(model, name, t, found, displacement, velocity)
+        pull = body_force(model, name, t, found, displacement, velocity)
+        force = body.force(q, v) if pull is None else body.force(q, v) + pull
         held = (body.mass(q) @ gain - force) * (1.0 - body.free)
         total["hauling"] = jnp.dot(held, v)
     if isinstance(body, Winch):

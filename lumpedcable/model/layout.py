@@ -96,6 +96,8 @@ def make_layout(scene: Scene) -> Layout:
     breaks: list[tuple[str, int, str]] = []
     outer: dict[str, tuple[str, int]] = {}
     for name, line in scene.lines.items():
+        if line.model == "ideal":
+            continue  # it has no nodes
         inside = []
         for event_name, event in scene.events.items():
             target, side, place = event.target()
@@ -128,6 +130,8 @@ def make_layout(scene: Scene) -> Layout:
     bodies: dict[str, set] = {name: {("", name)} for name in points}
     links += bodies.values()
     for name, line in scene.lines.items():
+        if line.model == "ideal":
+            continue
         for side, end in (("start", line.start), ("end", line.end)):
             if isinstance(end, str) and end != "free" and not scene.on_body(end):
                 mine = outer[f"{name}.{side}"]

@@ -18,7 +18,7 @@ class Rider(AbstractBody):
     and n the direction of its hanger, down where the angles are 0: (sin a, -cos a) in a plane,
     (sin a cos b, sin b, -cos a cos b) in space. It turns with the moment of inertia J (kg m2):
     T = m |c'|^2 / 2 + J |n'|^2 / 2 (Gao et al. 2022, eq. 17). Where it is hauled along, `path` has the
-    coordinates that `free` marks with 0.
+    coordinates that `free` marks with 0. It `settles` where statics finds its height.
     """
 
     reference: Float[Array, " m"]
@@ -30,6 +30,7 @@ class Rider(AbstractBody):
     free: Float[Array, " m"] | None = None
     path: AbstractMotion | None = None
     dimensions: int = eqx.field(static=True, default=2)
+    settles: bool = eqx.field(static=True, default=True)
 
     def hanger(self, q: Float[Array, " m"]) -> Float[Array, " d"]:
         """The direction n of the hanger."""
@@ -89,6 +90,7 @@ class Winch(AbstractBody):
     reference: Float[Array, " 1"]
     kilograms: Float[Array, ""]
     pull: Float[Array, ""]
+    tension: Float[Array, ""]
     damping: Float[Array, ""] | None = None
     line: str = eqx.field(static=True, default="")
     node: int = eqx.field(static=True, default=-1)

@@ -43,7 +43,8 @@ class Watch(NamedTuple):
 class Sample(NamedTuple):
     """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
 
-    `bodies` are the coordinates q and their rates of each body, (2, m).
+    `bodies` are the coordinates q and their rates of each body, (2, m); `measures` the numbers that the
+    scene asks for, NaN while they do not count.
     """
 
     fields: dict[str, dict[str, Array]]
@@ -54,6 +55,7 @@ class Sample(NamedTuple):
     courant: Float[Array, ""]
     exhausted: Bool[Array, ""]
     bodies: dict[str, Float[Array, "2 m"]]
+    measures: dict[str, Float[Array, ""]]
 
 
 def end_tension(
@@ -154,7 +156,7 @@ def sample(
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
     energy = {}
     if y.work:
-        energy = dict(energies(model, found, y.displacement, y.velocity))
+        energy = dict(energies(model, t, found, y.displacement, y.velocity))
         for kinds in y.work.values():
             for kind, value in kinds.items():
                 key = f"work_{kind}" if WORKS[kind][0] > 0 else f"lost_{kind}"
@@ -164,7 +166,10 @@ def sample(
         key = body_key(name)
         bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
         finite &= jnp.all(jnp.isfinite(bodies[name]))
-    return Sample(fields, energy, ends, finite, back, courant, exhausted, bodies)
+    measures = {
+        name: measure.value(model, t, place, y.velocity) for name, measure in model.measures.items()
+    }
+    return Sample(fields, energy, ends, finite, back, courant, exhausted, bodies, measures)
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

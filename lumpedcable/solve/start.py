@@ -7,12 +7,14 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.assemble import assemble, make_line, segment_lengths
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import winch_of
 from lumpedcable.model.ends import Joined, Loaded
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
 from lumpedcable.scene import Scene
+from lumpedcable.solve.carried import carried_equilibrium, is_carried
 from lumpedcable.solve.resting import draped_line, resting_line, seabed_of
 from lumpedcable.solve.statics import (
     Equilibrium,
@@ -36,6 +38,8 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     joints = _joint_places(scene, layout, model, coordinates)
     lines = dict(model.lines)
     for name in scene.lines:
+        if is_carried(model) and (scene.lines[name].model == "ideal" or winch_of(model, name)):
+            continue  # laid out with what runs on it
         pieces = layout.of_line(name)
         lengths = [
             jnp.broadcast_to(segment_lengths(scene, piece), (piece.segments,)) for piece in pieces
@@ -50,6 +54,8 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
             lines[piece.name] = placed(lines[piece.name], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
+    if is_carried(model):
+        return carried_equilibrium(model, tolerance, scene.statics.max_iterations)
     return equilibrium(model, tolerance, scene.statics.max_iterations)
 
 

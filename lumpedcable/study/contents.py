@@ -16,12 +16,19 @@ import numpy as np
 from lumpedcable import __version__
 from lumpedcable.model.assemble import assemble, segment_lengths, wave_scheme
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import body_works
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
 from lumpedcable.scene import Scene, Study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import Status
+from lumpedcable.study.carried import (
+    carried_bodies,
+    carried_variables,
+    payouts,
+    rider_fields,
+)
 from lumpedcable.study.plan import Batch
 from lumpedcable.study.summary import EXACT, QUANTITIES, Outcome, recoil_names
 
@@ -48,6 +55,8 @@ STORED = {
     "gravitational": "potential energy of weight less buoyancy",
     "bending": "bending energy",
     "seabed": "energy stored in the seabed",
+    "winch": "what winches have put into the lines, as if it were stored",
+    "contact": "energy stored where trolleys touch their lines",
     "hydrostatic": "energy of hulls that heave, roll or pitch",
 }
 SUMMARIES = {
@@ -68,9 +77,10 @@ def energy_terms(scene: Scene, batch: Batch, coordinates: Coordinates) -> dict[s
     for line in model.lines.values():
         stored |= {load.energy_name for load in line.loads}
         kinds |= set(works_of(line, scene.solver.method == "leapfrog"))
-    for body in model.bodies.values():
+    for name, body in model.bodies.items():
         stored |= set(jax.eval_shape(lambda b: b.stored(b.reference), body))
-        kinds |= set(body.works())
+        kinds |= set(body_works(model, name))
+    stored |= {coupled.law.energy_name for coupled in model.couplings}
     if any(junction.load is not None for junction in model.junctions):
         stored.add("gravitational")
     terms = {name: text for name, text in STORED.items() if name in stored}
@@ -106,6 +116,8 @@ class Contents:
             for name, body in self.scene.bodies.items()
             if isinstance(body, Body) and body.rigid
         ]
+        self.riders = carried_bodies(self.scene)
+        self.bodies += self.riders
         self.energy = energy_terms(self.scene, groups[0], coordinates)
         if "energy" not in self.scene.output.quantities:
             self.energy = {}
@@ -167,6 +179,7 @@ class Contents:
             for quantity, (unit, text, holds) in EXACT.items():
                 path = f"summary/{end}/exact_{quantity}"
                 found.append(Variable(path, ("run",), "f8", unit, text, {"holds": holds}))
+        found += carried_variables(self.scene)
         for name, text in SUMMARIES.items():
             path = f"summary/{name}"
             found.append(Variable(path, ("run",), "f8", UNITS.get(name, "1"), text))
@@ -257,8 +270,13 @@ class Contents:
                 self._put(writer, f"lines/{name}/{side}_tension", runs, first, ends)
         for name in self.bodies:
             q, v = np.moveaxis(np.asarray(samples.bodies[name], float), 2, 0)
-            for quantity, values in body_fields(self.coordinates, q, v).items():
+            fields = rider_fields if name in self.riders else body_fields
+            for quantity, values in fields(self.coordinates, q, v).items():
                 self._put(writer, f"bodies/{name}/{quantity}", runs, first, values)
+        for path, values in payouts(self.scene, samples).items():
+            self._put(writer, path, runs, first, values)
+        for name, values in samples.measures.items():
+            self._put(writer, f"measures/{name}", runs, first, np.asarray(values, float))
         for term in samples.energy if self.energy else ():
             self._put(writer, f"energy/{term}", runs, first, np.asarray(samples.energy[term]))
 
@@ -278,6 +296,8 @@ class Contents:
         writer.write("status_message", [outcome.message], run=one)
         for name in SUMMARIES:
             writer.write(f"summary/{name}", [getattr(outcome, name)], run=one)
+        for name, value in outcome.measures.items():
+            writer.write(f"summary/{name}", [value], run=one)
         for end, numbers in outcome.recoils.items():
             for quantity, value in numbers.items():
                 writer.write(f"summary/{end}/{quantity}", [value], run=one)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -19,6 +19,7 @@ from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.observe import Recoil, Sample
 from lumpedcable.status import ADVICE, MEANING, Status
+from lumpedcable.study.carried import measure_outcome
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
 
@@ -65,6 +66,7 @@ class Outcome:
     static_imbalance: float
     residual: NDArray[np.float64]
     recoils: Mapping[str, Mapping[str, float]]
+    measures: Mapping[str, float] = field(default_factory=dict)
 
 
 def recoil_name(recoil: Recoil) -> str:
@@ -89,6 +91,7 @@ class Account:
         self.part, self.count, self.coordinates = part, count, coordinates
         runs = len(part.runs)
         self.energy: dict[str, NDArray[np.float64]] = {}
+        self.measures: dict[str, NDArray[np.float64]] = {}
         self.flags = {
             key: np.zeros((runs, count + 1), bool) for key in ("finite", "reversed", "exhausted")
         }
@@ -107,6 +110,9 @@ class Account:
         for term, values in samples.energy.items():
             shape = (len(self.part.runs), self.count + 1)
             self.energy.setdefault(term, np.full(shape, np.nan))[:, times] = values
+        for name, values in samples.measures.items():
+            shape = (len(self.part.runs), self.count + 1)
+            self.measures.setdefault(name, np.full(shape, np.nan))[:, times] = values
         self.last = jax.tree.map(lambda x: x[:, -1], samples)
         self.reached = first + count - 1
 
@@ -150,10 +156,15 @@ def summarise(
         for index, recoil in enumerate(part.plan.recoils):
             numbers = _recoil(scenes[run], ready, account, recoil, index, k, status, when, complete)
             recoils[recoil_name(recoil)] = numbers
+        seen = times < when if np.isfinite(when) else np.full(times.shape, True)
+        measures = {
+            name: measure_outcome(scenes[run], name, table[k][seen])
+            for name, table in account.measures.items()
+        }
         step = float(np.nan) if part.plan.adaptive else scene.output.every / part.steps
         outcomes[run] = Outcome(
             run, status, when, message, part.steps * account.count, step, closure, released,
-            float(np.asarray(ready.imbalance)[k]), residual, recoils,
+            float(np.asarray(ready.imbalance)[k]), residual, recoils, measures,
         )  # fmt: skip
     return outcomes
 
