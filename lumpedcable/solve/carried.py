@@ -103,6 +103,9 @@ def carried_equilibrium(
     d = next(b.dimensions for b in model.bodies.values() if isinstance(b, Rider))
     unknowns = _Unknowns(net, names, d)
     size = (0 if net is None else net.size * d) + len(names)
+    if size == 0:  # all that there is starts where the scene puts it
+        none = jnp.zeros(())
+        return Equilibrium(model, none, none == 0.0, jnp.zeros((), int))
     frozen = jax.lax.stop_gradient(model)
     scale = _scale(frozen)
     goal = tolerance * scale + _rounding(frozen)
@@ -133,7 +136,7 @@ def carried_equilibrium(
     x, count = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
     left = worst(residual(x))
     slope = jax.lax.stop_gradient(jax.jacfwd(residual)(x))
-    last = x - jnp.linalg.solve(slope, unknowns.residual(model, x)) if size else x
+    last = x - jnp.linalg.solve(slope, unknowns.residual(model, x))
     x = jnp.where(jnp.all(jnp.isfinite(last)), last, x)
     return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)
 
