@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -12,16 +13,17 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.line import Line
 from lumpedcable.model.riders import Rider, Winch
 from lumpedcable.physics.coupling import AbstractCoupling, CableState, Pull
+from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.weight import Weight
 
 __all__ = [
     "Coupled",
+    "Found",
     "body_force",
     "body_powers",
     "body_works",
     "coupling_energies",
-    "line_forces",
     "live_line",
     "steered",
     "steered_gain",
@@ -76,80 +78,89 @@ def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | No
     )
 
 
-def _couplings(model, body: str) -> Iterator[Coupled]:
-    return (coupled for coupled in model.couplings if coupled.body == body)
+class Found(dict[str, Any]):
+    """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches."""
+
+    pulls: tuple[Pull, ...] = ()
+    payouts: dict[str, Float[Array, " 1"]]
+
+    def add_couplings(self, model, t, displacement: Values, velocity: Values | None) -> None:
+        """Work out what couplings and winches do, and add it to the forces of the lines."""
+        self.pulls = tuple(
+            _pull(model, coupled, t, self, displacement, velocity) for coupled in model.couplings
+        )
+        self.payouts = {
+            name: _payout_force(model, body, self, displacement)
+            for name, body in model.bodies.items()
+            if isinstance(body, Winch)
+        }
+        for coupled, pull in zip(model.couplings, self.pulls, strict=True):
+            if coupled.line is not None:
+                e = self[coupled.line]
+                force = e.line.force + pull.line
+                self[coupled.line] = e._replace(line=e.line._replace(force=force))
 
 
-def _pull(
-    model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None,
-    middle: Array | None = None,
-) -> Pull:  # fmt: skip
-    """What a coupling does; `middle` are other rates of the body than those in `velocity`."""
+def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None) -> Pull:
+    """What a coupling does."""
     body, key = model.bodies[coupled.body], body_key(coupled.body)
     d = body.dimensions
     place = (body.reference + displacement[key])[:d]
-    speed = None if velocity is None else (velocity[key] if middle is None else middle)[:d]
+    speed = None if velocity is None else velocity[key][:d]
     cable = None
     if coupled.line is not None:
-        line = live_line(model, coupled.line, displacement, velocity)
         own = None if velocity is None else velocity[coupled.line]
-        cable = CableState(found[coupled.line].line.shape, own, line.growth)
+        growth = None
+        winch = winch_name(coupled.line)
+        if velocity is not None and winch in model.bodies:
+            length = model.bodies[winch].reference + displacement[body_key(winch)]
+            growth = (velocity[body_key(winch)] / length)[0]
+        cable = CableState(found[coupled.line].line.shape, own, growth)
     return coupled.law.pull(t, place, speed, cable)
 
 
-def line_forces(model, t, found, displacement: Values, velocity: Values | None) -> Values:
-    """Forces (N) of trolleys on the nodes of the lines that they run on, (d, n+1) by line."""
-    total: Values = {}
-    for coupled in model.couplings:
-        if coupled.line is None:
-            continue
-        force = _pull(model, coupled, t, found, displacement, velocity).line
-        assert force is not None
-        total[coupled.line] = total[coupled.line] + force if coupled.line in total else force
-    return total
-
-
-def body_force(
-    model, name: str, t, found, displacement: Values, velocity: Values | None,
-    middle: Array | None = None,
-) -> Array | None:  # fmt: skip
+def body_force(model, name: str, found: Found) -> Array | None:
     """Generalised force on a body from the cable that it runs on, or on a winch from its line.
 
     None where there is neither.
     """
     body = model.bodies[name]
     if isinstance(body, Winch):
-        return _payout_force(model, body, found, displacement, velocity)
+        return found.payouts[name]
     force = None
-    for coupled in _couplings(model, name):
-        pull = _pull(model, coupled, t, found, displacement, velocity, middle)
-        force = jnp.zeros_like(body.reference) if force is None else force
-        force = force.at[: body.dimensions].add(pull.body)
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+        if coupled.body == name:
+            force = jnp.zeros_like(body.reference) if force is None else force
+            force = force.at[: body.dimensions].add(pull.body)
     return force
 
 
-def _payout_force(model, winch: Winch, found, displacement: Values, velocity) -> Array:
+def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, " 1"]:
     """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
 
-    The rope on the drum is as heavy as that which hangs at the post, so that the work of weight counts
-    from there.
+    Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
+    the rope on the drum is as heavy, so that the work of weight counts from there.
     """
-    name = winch.line
-    line = model.lines[name]
-    key = body_key(winch_name(name))
-    length = (winch.reference + displacement[key])[0]
+    line, e = model.lines[winch.line], found[winch.line].line
+    shape: Shape = e.shape
+    share = shape.segment_length * jnp.ones_like(shape.strain)
+    length = jnp.sum(share)
+    density = e.total_tension() * (1.0 + shape.strain) - line.law.energy(shape.strain)
+    force = jnp.sum(density * share) / length + _drum_weight(model, winch, displacement)
+    rest = tuple(load for load in line.loads if not isinstance(load, Weight))
+    for load in line.loads:
+        if isinstance(load, Weight):
+            force = force - load.energy(shape) / length
+    if rest:
 
-    def energy(length):
-        live = paid_out(line, length)
-        shape = live.shape(displacement[name])
-        loads = (load.energy(shape) for load in live.loads)
-        return sum(loads, live.stored_energy(shape))
+        def energy(ratio):
+            scaled = shape._replace(
+                segment_length=shape.segment_length * ratio, node_length=shape.node_length * ratio
+            )
+            return sum(load.energy(scaled) for load in rest)
 
-    force = -jax.grad(energy)(length) + _drum_weight(model, winch, displacement)
-    e = found[name].line
-    extra = e.total_tension() - e.tension  # what damping and viscosity add
-    live = live_line(model, name, displacement, velocity)
-    return (force + jnp.sum(extra * (1.0 + e.shape.strain) * live.segment_length) / length)[None]
+        force = force - jax.grad(energy)(jnp.ones_like(length)) / length
+    return force[None]
 
 
 def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
@@ -163,11 +174,10 @@ def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
     return total
 
 
-def coupling_energies(model, t, found, displacement: Values) -> dict[str, Float[Array, ""]]:
+def coupling_energies(model, found: Found) -> dict[str, Float[Array, ""]]:
     """Energies (J) of couplings by dataset."""
     total: dict[str, Float[Array, ""]] = {}
-    for coupled in model.couplings:
-        pull = _pull(model, coupled, t, found, displacement, None)
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
         name = coupled.law.energy_name
         total[name] = total[name] + pull.energy if name in total else pull.energy
     return total
@@ -176,7 +186,8 @@ def coupling_energies(model, t, found, displacement: Values) -> dict[str, Float[
 def body_works(model, name: str) -> tuple[str, ...]:
     """The kinds of work of a body, of what it runs on, of what hauls it and of its winch."""
     body = model.bodies[name]
-    kinds = [*body.works(), *(kind for c in _couplings(model, name) for kind in c.law.works)]
+    mine = (coupled for coupled in model.couplings if coupled.body == name)
+    kinds = [*body.works(), *(kind for coupled in mine for kind in coupled.law.works)]
     if isinstance(body, Rider) and body.path is not None:
         kinds.append("hauling")
     if isinstance(body, Winch):
@@ -185,20 +196,24 @@ def body_works(model, name: str) -> tuple[str, ...]:
 
 
 def body_powers(
-    model, name: str, t, found, displacement: Values, velocity: Values, gain: Array
+    model, name: str, found: Found, displacement: Values, velocity: Values, gain: Array
 ) -> dict[str, Float[Array, ""]]:
     """Power (W) of each of `body_works` beyond those of the body itself, at its rates' gain."""
     body, key = model.bodies[name], body_key(name)
     q, v = body.reference + displacement[key], velocity[key]
     total: dict[str, Float[Array, ""]] = {}
-    for coupled in _couplings(model, name):
-        for kind, power in _pull(model, coupled, t, found, displacement, velocity).work.items():
-            total[kind] = total[kind] + power if kind in total else power
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+        if coupled.body != name:
+            continue
+        power = dict(pull.given)
+        for kind, (mine, line) in pull.taken.items():
+            power[kind] = -jnp.dot(mine, v[: body.dimensions])
+            power[kind] -= jnp.sum(line * velocity[coupled.line])
+        total = {kind: total.get(kind, 0.0) + value for kind, value in power.items()}
     if isinstance(body, Rider) and body.path is not None:
-        pull = body_force(model, name, t, found, displacement, velocity)
+        pull = body_force(model, name, found)
         force = body.force(q, v) if pull is None else body.force(q, v) + pull
-        held = (body.mass(q) @ gain - force) * (1.0 - body.free)
-        total["hauling"] = jnp.dot(held, v)
+        total["hauling"] = jnp.dot((body.mass(q) @ gain - force) * (1.0 - body.free), v)
     if isinstance(body, Winch):
         # what is paid out brings its energy of motion and of height with it
         line = live_line(model, body.line, displacement, velocity)

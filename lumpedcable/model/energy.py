@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.couple import body_powers, body_works, coupling_energies, live_line
+from lumpedcable.model.couple import Found, body_powers, body_works, coupling_energies, live_line
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
@@ -70,7 +70,7 @@ def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
 def powers(
     model: Model,
     t: Float[Array, ""],
-    found: dict[str, Evaluation],
+    found: Found,
     displacement: Vectors,
     before: Vectors,
     middle: Vectors,
@@ -114,7 +114,7 @@ def powers(
         q, v = body.reference + displacement[key], middle[key]
         power = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
         gain = after[key] if dt is None else (after[key] - before[key]) / dt
-        result[key] = power | body_powers(model, name, t, found, displacement, middle, gain)
+        result[key] = power | body_powers(model, name, found, displacement, middle, gain)
     return result
 
 
@@ -180,11 +180,7 @@ def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Arr
 
 
 def energies(
-    model: Model,
-    t: Float[Array, ""],
-    found: dict[str, Evaluation],
-    displacement: Vectors,
-    velocity: Vectors,
+    model: Model, found: Found, displacement: Vectors, velocity: Vectors
 ) -> dict[str, Float[Array, ""]]:
     """Kinetic, strain and potential energies (J) of the whole scene."""
     total: dict[str, Float[Array, ""]] = {}
@@ -212,6 +208,6 @@ def energies(
         add("kinetic", 0.5 * v @ body.mass(q) @ v)
         for kind, value in body.stored(q).items():
             add(kind, value)
-    for kind, value in coupling_energies(model, t, found, displacement).items():
+    for kind, value in coupling_energies(model, found).items():
         add(kind, value)
     return total

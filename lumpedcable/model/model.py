@@ -11,7 +11,7 @@ from lumpedcable.model import inertia
 from lumpedcable.model.attached import attached_ends, body_gain, follow, follow_rate
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.carried import Measured
-from lumpedcable.model.couple import Coupled, line_forces, live_line, steered, steered_gain
+from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered_gain
 from lumpedcable.model.ends import (
     Attached,
     Driven,
@@ -90,13 +90,13 @@ class Model(eqx.Module):
         reaction: dict[str, Float[Array, " d"]],
         dt: Float[Array, ""] | None = None,
         over: dict[str, Workspace] | None = None,
-    ) -> dict[str, Evaluation]:
+    ) -> Found:
         """Forces and inertia of every line at t (s), before ends and junctions constrain them.
 
         With velocity None: at rest, as statics asks. `dt` (s) is the fixed step, if any; `over` are
         workspaces of an earlier evaluation to write over.
         """
-        result = {}
+        result = Found()
         displacement = self.followed(t, displacement)
         for name in self.lines:
             line = live_line(self, name, displacement, velocity)
@@ -119,9 +119,7 @@ class Model(eqx.Module):
                 height = self.base + self.up @ forces.shape.position
             nodes = inertia.frame(line, forces.shape, height)
             result[name] = Evaluation(forces, nodes, ends, boundaries)
-        for name, force in line_forces(self, t, result, displacement, velocity).items():
-            e = result[name]
-            result[name] = e._replace(line=e.line._replace(force=e.line.force + force))
+        result.add_couplings(self, t, displacement, velocity)
         return result
 
     def followed(self, t: Float[Array, ""], displacement: Vectors) -> Vectors:
@@ -197,7 +195,7 @@ class Model(eqx.Module):
         reaction: dict[str, Float[Array, " d"]],
         dt: Float[Array, ""],
         over: dict[str, Workspace] | None = None,
-    ) -> tuple[Vectors, Vectors, dict[str, Float[Array, " d"]], dict[str, Evaluation]]:
+    ) -> tuple[Vectors, Vectors, dict[str, Float[Array, " d"]], Found]:
         """One kick of leapfrog, centred on t (s) with length dt (s).
 
         From the velocities `before` (m/s) half a step earlier: the velocities at t, those half a
@@ -275,7 +273,7 @@ class Model(eqx.Module):
         displacement: Vectors,
         velocity: Vectors,
         reaction: dict[str, Float[Array, " d"]],
-    ) -> tuple[Vectors, dict[str, Evaluation]]:
+    ) -> tuple[Vectors, Found]:
         """Accelerations of all nodes (m/s2) at t (s), constrained at the ends, for any integrator."""
         found = self.evaluate(t, displacement, velocity, reaction)
         result = {}

@@ -15,7 +15,7 @@ from jaxtyping import Array, Float, Int
 
 __all__ = ["Contact", "Reading", "contact", "extended", "folded", "read"]
 
-NEWTON = 6  # steps to the foot; from the nearest node they end in rounding
+NEWTON = 2  # steps to the foot; from the nearest node they end in rounding
 
 
 class Reading(NamedTuple):
@@ -66,14 +66,14 @@ def read(s: Float[Array, ""], segments: int) -> Reading:
     slopes = jnp.stack([-3.0 * y**2, 9.0 * x**2 - 12.0 * x, 12.0 * y - 9.0 * y**2, 3.0 * x**2])
     weights, slopes = weights / 6.0, slopes / 6.0
     apart = jnp.abs(jnp.arange(4.0)[:, None] - jnp.arange(4.0)).astype(s.dtype)
-    return Reading(
-        cell.astype(int), weights, slopes, weights @ apart @ weights, 2.0 * slopes @ apart @ weights
-    )
+    far = jnp.sum(apart * weights, axis=1)
+    spread, change = jnp.sum(weights * far), 2.0 * jnp.sum(slopes * far)
+    return Reading(cell.astype(int), weights, slopes, spread, change)
 
 
 def _at(nodes: Float[Array, "d nodes+2"], reading: Reading, weights) -> Float[Array, " d"]:
     d = nodes.shape[0]
-    return jax.lax.dynamic_slice(nodes, (0, reading.first), (d, 4)) @ weights
+    return jnp.sum(jax.lax.dynamic_slice(nodes, (0, reading.first), (d, 4)) * weights, axis=1)
 
 
 def _imbalance(s, nodes: Float[Array, "d nodes+2"], place: Float[Array, " d"]):
@@ -82,7 +82,7 @@ def _imbalance(s, nodes: Float[Array, "d nodes+2"], place: Float[Array, " d"]):
     gap = place - _at(nodes, reading, reading.weights)
     along = _at(nodes, reading, reading.slopes)
     spread = reading.shortfall_slope / reading.shortfall
-    return jnp.dot(gap, along) + 0.5 * spread * jnp.dot(gap, gap)
+    return jnp.sum(gap * along) + 0.5 * spread * jnp.sum(gap * gap)
 
 
 def contact(
@@ -102,14 +102,15 @@ def contact(
     frozen, here = jax.lax.stop_gradient((all_nodes, place))
     away = jnp.sum((frozen[:, 1:-1] - here[:, None]) ** 2, axis=0)
     s = jnp.argmin(away).astype(place.dtype)
-    slope = jax.grad(_imbalance)
 
-    def closer(_, s):
-        step = -_imbalance(s, frozen, here) / slope(s, frozen, here)
-        return jnp.clip(s + jnp.clip(step, -0.5, 0.5), 0.0, float(segments))
+    def both(s):
+        return jax.jvp(lambda at: _imbalance(at, frozen, here), (s,), (jnp.ones_like(s),))
 
-    s = jax.lax.stop_gradient(jax.lax.fori_loop(0, NEWTON, closer, s))
-    s = s - _imbalance(s, all_nodes, place) / jax.lax.stop_gradient(slope(s, frozen, here))
+    for _ in range(NEWTON):
+        value, slope = both(s)
+        s = jnp.clip(s - jnp.clip(value / slope, -0.5, 0.5), 0.0, float(segments))
+    s, (_, slope) = jax.lax.stop_gradient((s, both(s)))
+    s = s - _imbalance(s, all_nodes, place) / slope
     reading = read(s, segments)
     gap = place - _at(all_nodes, reading, reading.weights)
     along = _at(all_nodes, reading, reading.slopes)

@@ -28,14 +28,15 @@ class CableState(NamedTuple):
 class Pull(NamedTuple):
     """Forces of a coupling (N): on the body at its trolley (d,), on the line's nodes (d, n+1) or None.
 
-    `energy` (J) is what it stores; `work` the power (W) of each kind of work, by the sign of
-    `model.energy.WORKS`.
+    `energy` (J) is what it stores. `given` is the power (W) of moving posts; `taken` are those of the
+    forces that take energy, on body and line, by kind of work.
     """
 
     body: Float[Array, " d"]
     line: Float[Array, "d nodes"] | None
     energy: Float[Array, ""]
-    work: dict[str, Float[Array, ""]]
+    given: dict[str, Float[Array, ""]]
+    taken: dict[str, tuple[Float[Array, " d"], Float[Array, "d nodes"]]]
 
 
 class AbstractCoupling(eqx.Module):
@@ -98,7 +99,7 @@ class IdealCable(AbstractCoupling):
             length = length + size
             power = power + jnp.dot(way / size, velocity_of(post, t).astype(place.dtype))
         T = self.tension
-        return Pull(T * force, None, T * length, {"ends": T * power})
+        return Pull(T * force, None, T * length, {"ends": T * power}, {})
 
     def stiffness(self, place) -> Float[Array, ""]:
         """T (1/|A - r| + 1/|B - r|) at t = 0."""
@@ -135,20 +136,17 @@ class Trolley(AbstractCoupling):
         nodes = cable.shape.position
         touch = contact.contact(nodes, place, self.tension, cable.shape.segment_length[0])
         energy = 0.5 * touch.stiffness * jnp.dot(touch.gap, touch.gap)
-        force, work = -touch.push, {}
-        if self.friction is not None:
-            drag, power = jnp.zeros((), place.dtype), jnp.zeros((), place.dtype)
-            if velocity is not None and cable.velocity is not None:
-                slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
-                size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
-                drag = self.friction * size * jnp.tanh(slip / self.fade)
-                # what leaves the motion: the force times the slip of nodes and sheave alone
-                rate = velocity - contact.velocity_at(touch, cable.velocity)
-                power = drag * jnp.dot(rate, touch.tangent)
-            force = force - drag * touch.tangent
-            work["friction"] = power
-        line = contact.spread(touch, -force, nodes.shape[1])
-        return Pull(force, line, energy, work)
+        line = contact.spread(touch, touch.push, nodes.shape[1])
+        if self.friction is None:
+            return Pull(-touch.push, line, energy, {}, {})
+        rub = jnp.zeros_like(place)
+        if velocity is not None and cable.velocity is not None:
+            slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
+            size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
+            rub = -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
+        rubbed = -contact.spread(touch, rub, nodes.shape[1])
+        taken = {"friction": (rub, rubbed)}
+        return Pull(rub - touch.push, line + rubbed, energy, {}, taken)
 
     def _slip(self, touch: contact.Contact, velocity, cable: CableState) -> Float[Array, " d"]:
         """Velocity (m/s) of the sheave relative to the line's substance."""

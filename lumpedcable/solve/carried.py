@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.couple import Coupled, body_force, line_forces, live_line, winch_of
+from lumpedcable.model.couple import Coupled, Found, body_force, live_line, winch_of
 from lumpedcable.model.ends import Driven
-from lumpedcable.model.line import placed
+from lumpedcable.model.line import LineForces, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.riders import Rider, Winch
@@ -32,7 +32,7 @@ def is_carried(model: Model) -> bool:
 class _At(NamedTuple):
     """What couplings ask of an evaluation at rest."""
 
-    line: object
+    line: LineForces
 
 
 class _Unknowns(NamedTuple):
@@ -60,17 +60,19 @@ class _Unknowns(NamedTuple):
     def residual(self, model: Model, x: Array) -> Array:
         """Net force (N) on every place and along the number of each body; 0 where held."""
         moved, t = self.split(model, x), jnp.zeros(())
-        found, parts = {}, []
+        found, parts = Found(), []
         live = {name: live_line(model, name, moved, None) for name in model.lines}
         for name, line in live.items():
             found[name] = _At(line.forces(moved[name], None))
+        found.add_couplings(model, t, moved, None)
         if self.net is not None:
             own = eqx.tree_at(lambda m: m.lines, model, live)
             force = static_residual(own, {n: moved[n] for n in live}, self.net)
-            extra = line_forces(model, t, found, moved, None)
-            if extra:
-                none = {n: jnp.zeros_like(line.reference) for n, line in live.items()}
-                force = force + self.net.gather(none | extra)
+            extra = {n: jnp.zeros_like(line.reference) for n, line in live.items()}
+            for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+                if coupled.line is not None:
+                    extra[coupled.line] = extra[coupled.line] + pull.line
+            force = force + self.net.gather(extra)
             held = jnp.asarray(self.net.fixed)[:, None]
             places = x[: self.net.size * self.d].reshape(-1, self.d)
             parts.append(jnp.where(held, -places, force).ravel())
@@ -78,7 +80,7 @@ class _Unknowns(NamedTuple):
             body = model.bodies[name]
             q = body.reference + moved[body_key(name)]
             force = body.force(q, jnp.zeros_like(q))
-            pull = body_force(model, name, t, found, moved, None)
+            pull = body_force(model, name, found)
             force = force if pull is None else force + pull
             index = 0 if isinstance(body, Winch) else body.dimensions - 1
             parts.append(force[index][None])

@@ -156,7 +156,7 @@ def sample(
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
     energy = {}
     if y.work:
-        energy = dict(energies(model, t, found, y.displacement, y.velocity))
+        energy = dict(energies(model, found, y.displacement, y.velocity))
         for kinds in y.work.values():
             for kind, value in kinds.items():
                 key = f"work_{kind}" if WORKS[kind][0] > 0 else f"lost_{kind}"
