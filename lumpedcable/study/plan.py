@@ -15,7 +15,7 @@ from lumpedcable.study.compiled import Structure
 __all__ = ["Batch", "batches", "common_coordinates", "plan_of", "recoils_of", "rounded_steps"]
 
 LANES = 64  # runs that are advanced together
-ROOM = 2**26  # bytes of outputs in one call
+ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
