@@ -120,7 +120,10 @@ def advance_batch(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Array, count: Array
 ) -> tuple[Progress, Sample]:
     """The next `count` outputs of every run."""
-    return across(lambda m, r: advance(m, plan, numbers, r, first, count), model, run)
+    # adaptive steps end at times of their own for each run, and their library checks its arguments
+    # by calls that `across` does not carry over
+    each = jax.vmap if plan.adaptive else lambda f: partial(across, f)
+    return each(lambda m, r: advance(m, plan, numbers, r, first, count))(model, run)
 
 
 @partial(jax.jit, compiler_options=RUN_ONCE)
