@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results.errors import ResultError
+from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PARTIAL_SUFFIX, SCHEMA_VERSION, axis_words
 
@@ -302,7 +303,8 @@ def open_result(path: str | Path) -> ResultFile:
     """Open a results file, finished or not.
 
     Args:
-        path: the file; one still being written (*.partial) is read as far as it was flushed.
+        path: the file; one still being written (*.partial) is read as far as it was flushed; or a
+            study folder, whose shards are read as one file.
 
     Returns:
         The open file, to be closed or used as a context manager.
@@ -312,6 +314,8 @@ def open_result(path: str | Path) -> ResultFile:
     """
     path = Path(path)
     try:
+        if is_study_folder(path):
+            path = StudyFolder.open(path).view
         if path.is_dir():
             raise ResultError(f"{path} is a folder, expected a results file (*.h5)")
         if not path.exists():

@@ -30,19 +30,22 @@ from lumpedcable.scene.materials import (
     TanhMaterial,
 )
 from lumpedcable.scene.run import Output, Reference, Solver, Statics
+from lumpedcable.scene.run_checks import CHECKED
+from lumpedcable.scene.runs import Axis, Factor, Runs
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.schema import json_schema
-from lumpedcable.scene.sweep import Axis, Runs
 from lumpedcable.scene.units import UnitError, format_quantity, parse_quantity
 from lumpedcable.scene.validate import read_scene
 
 __all__ = [
+    "CHECKED",
     "AddedMass",
     "Axis",
     "Bending",
     "Body",
     "Drag",
     "Event",
+    "Factor",
     "Fault",
     "FixedEnd",
     "Fluid",

@@ -16,7 +16,13 @@ from lumpedcable.solve.observe import Sample
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["carried_bodies", "carried_variables", "measure_outcome", "rider_fields", "winch_lines"]
+__all__ = [
+    "carried_bodies",
+    "carried_histories",
+    "carried_variables",
+    "measure_outcome",
+    "rider_fields",
+]
 
 
 def carried_bodies(scene: Scene) -> list[str]:
@@ -33,7 +39,7 @@ def winch_lines(scene: Scene) -> list[str]:
     ]
 
 
-def carried_variables(scene: Scene) -> list[Variable]:
+def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
     """The datasets of measures and winches."""
     found = []
     for name, part in scene.measures.items():
@@ -44,11 +50,13 @@ def carried_variables(scene: Scene) -> list[Variable]:
         else:
             unit, text, best = "m/s", f"vertical speed of {part.climb}", "largest"
         attributes = {} if part.limit is None else {"limit": part.limit}
-        found.append(Variable(f"measures/{name}", ("run", "time"), "f8", unit, text, attributes))
         found.append(
             Variable(f"summary/{name}", ("run",), "f8", unit, f"{best} {text}", attributes)
         )
-    for name in winch_lines(scene):
+        if histories:
+            path = f"measures/{name}"
+            found.append(Variable(path, ("run", "time"), "f8", unit, text, attributes))
+    for name in winch_lines(scene) if histories else ():
         path, text = f"lines/{name}/payout", "unstretched length that the winch has paid out"
         found.append(Variable(path, ("run", "time"), "f8", "m", text))
         path, text = f"lines/{name}/payout_speed", "speed at which the winch pays out"
@@ -56,22 +64,24 @@ def carried_variables(scene: Scene) -> list[Variable]:
     return found
 
 
-def payouts(scene: Scene, samples: Sample) -> dict[str, NDArray[np.float64]]:
-    """Length (m) and speed (m/s) of payout, (runs, times), by dataset."""
+def carried_histories(scene: Scene, samples: Sample) -> dict[str, NDArray[np.float64]]:
+    """Measures, and length (m) and speed (m/s) of payout, (runs, times), by dataset."""
     found = {}
     for name in winch_lines(scene):
         q, v = np.moveaxis(np.asarray(samples.bodies[winch_name(name)], float), 2, 0)
         found[f"lines/{name}/payout"], found[f"lines/{name}/payout_speed"] = q[..., 0], v[..., 0]
+    for name, values in samples.measures.items():
+        found[f"measures/{name}"] = np.asarray(values, float)
     return found
 
 
-def measure_outcome(scene: Scene, name: str, history: NDArray[np.float64]) -> float:
-    """What a run's history of a measure comes down to; NaN where it never counted."""
-    counted = history[np.isfinite(history)]
-    if counted.size == 0:
-        return float("nan")
+def measure_outcome(scene: Scene, name: str, history: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What histories (runs, times) of a measure come down to; NaN where it never counted."""
     least = isinstance(scene.measures[name], HeightMeasure)
-    return float(counted.min() if least else counted.max())
+    none = np.inf if least else -np.inf
+    kept = np.where(np.isfinite(history), history, none)
+    best = kept.min(axis=1) if least else kept.max(axis=1)
+    return np.where(np.isfinite(best), best, np.nan)
 
 
 def rider_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
