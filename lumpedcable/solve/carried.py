@@ -118,26 +118,29 @@ def carried_equilibrium(
     def worst(force):
         return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf), initial=0.0)
 
-    def norm(x):
-        force = residual(x)
-        good = jnp.all(jnp.isfinite(force))
-        return jnp.where(good, jnp.sqrt(jnp.sum(force**2)), jnp.inf)
+    def norm(force):
+        return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
 
     def unfinished(carry):
-        x, count = carry
-        return (worst(residual(x)) > goal) & (count < max_iterations)
+        _, force, _, _, count = carry
+        return (count == 0) | ((worst(force) > goal) & (count < max_iterations))
 
     def step(carry):
-        x, count = carry
-        change = -jnp.linalg.solve(jax.jacfwd(residual)(x), residual(x))
-        shares = 0.5 ** jnp.arange(8.0)
-        sizes = jax.vmap(lambda share: norm(x + share * change))(shares)
-        return x + shares[jnp.argmin(sizes)] * change, count + 1
+        # the parts are taut: steps are Newton's own but where one of them goes wrong
+        x, force, _, share, count = carry
+        slope = jax.jacfwd(residual)(x)
+        trial = x - share * jnp.linalg.solve(slope, force)
+        after = residual(trial)
+        better = norm(after) <= jnp.maximum(norm(force), goal)
+        share = jnp.where(better, jnp.minimum(1.0, 2.0 * share), 0.25 * share)
+        return (jnp.where(better, trial, x), jnp.where(better, after, force), slope, share,
+                count + 1)  # fmt: skip
 
-    start = (jnp.zeros(size), jnp.zeros((), int))
-    x, count = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
-    left = worst(residual(x))
-    slope = jax.lax.stop_gradient(jax.jacfwd(residual)(x))
+    x = jnp.zeros(size)
+    start = (x, residual(x), jnp.eye(size), jnp.ones(()), jnp.zeros((), int))
+    found = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
+    x, force, slope, _, count = found
+    left = worst(force)
     last = x - jnp.linalg.solve(slope, unknowns.residual(model, x))
     x = jnp.where(jnp.all(jnp.isfinite(last)), last, x)
     return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)
