@@ -33,19 +33,24 @@ __all__ = [
 
 
 class Measured(eqx.Module):
-    """A measure of a body; `axes` (3, d) and `origin` (3,) lead from its coordinates to x, y, z."""
+    """A measure of a body; `axes` (3, d) and `origin` (3,) lead from its coordinates to x, y, z.
+
+    It ends with the hauling of the body where `until_rest` says so.
+    """
 
     body: str = eqx.field(static=True)
     law: AbstractMeasure
     axes: Float[Array, "3 d"]
     origin: Float[Array, " 3"]
+    until_rest: bool = eqx.field(static=True, default=False)
 
     def value(self, model, t, displacement, velocity) -> Float[Array, ""]:
         """The number at t (s)."""
         body, key = model.bodies[self.body], body_key(self.body)
         d = self.axes.shape[1]
         place = self.origin + self.axes @ (body.reference + displacement[key])[:d]
-        return self.law.value(t, place, self.axes @ velocity[key][:d])
+        found = self.law.value(t, place, self.axes @ velocity[key][:d])
+        return jnp.where(t <= body.path.arrival, found, jnp.nan) if self.until_rest else found
 
 
 def _number(value) -> Float[Array, ""]:
@@ -191,6 +196,7 @@ def make_measures(scene: Scene, coordinates: Coordinates) -> dict[str, Measured]
             _measure(scene, part),
             axes,
             origin,
+            part.while_hauled,
         )
         for name, part in scene.measures.items()
     }

@@ -99,6 +99,11 @@ class Found(dict[str, Any]):
                 e = self[coupled.line]
                 force = e.line.force + pull.line
                 self[coupled.line] = e._replace(line=e.line._replace(force=force))
+                winch = winch_name(coupled.line)
+                if winch in self.payouts:
+                    # the contact's stiffness goes with one over the segments' length
+                    length = jnp.sum(e.line.shape.node_length)
+                    self.payouts[winch] = self.payouts[winch] + pull.energy / length
 
 
 def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None) -> Pull:

@@ -119,6 +119,11 @@ class Hauled(AbstractMotion):
     way: Float[Array, ""]
     ease: Float[Array, ""]
 
+    @property
+    def arrival(self) -> Float[Array, ""]:
+        """When it comes to rest (s)."""
+        return self.way / self.speed + 0.5 * self.ease
+
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x(t) (m)."""
         even = self.way / self.speed - 0.5 * self.ease

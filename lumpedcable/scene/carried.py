@@ -122,6 +122,8 @@ class HeightMeasure(Part):
     """Horizontal distance in m from that point within which it counts."""
     beyond: PositiveLength | None = None
     """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
+    while_hauled: bool = False
+    """Counts only until the body has been hauled to its stop."""
     limit: Length | None = None
     """Least height in m that is safe. Absent: none."""
 
@@ -141,6 +143,8 @@ class SpeedMeasure(Part):
     """Horizontal distance in m from that point within which it counts."""
     beyond: PositiveLength | None = None
     """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
+    while_hauled: bool = False
+    """Counts only until the body has been hauled to its stop."""
     limit: PositiveSpeed | None = None
     """Largest speed in m/s that is safe. Absent: none."""
 

@@ -161,6 +161,12 @@ def _measure(
     riders = [n for n, body in bodies.items() if body is None or isinstance(body, CarriedBody)]
     if name not in riders:
         yield _named((*path, key), name, riders, "the name of a body on a line")
+    body = bodies.get(name)
+    if measure.while_hauled and isinstance(body, CarriedBody) and body.on.speed is None:
+        yield Problem(
+            (*path, "while_hauled"),
+            f'expected a body that is hauled, found "{name}", which has no speed',
+        )
     if measure.near is not None and not _is_point(bodies, measure.near):
         yield _named((*path, "near"), measure.near, _points(bodies), "a point of a moved body")
     if not isinstance(measure, HeightMeasure) or measure.over is None:
