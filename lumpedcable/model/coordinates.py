@@ -15,6 +15,7 @@ from lumpedcable.scene.lines import (
     HarmonicMotion,
     HeldEnd,
     HeldForce,
+    JoinedEnd,
     MovingEnd,
     RecordedMotion,
 )
@@ -86,7 +87,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
                 places += mine
                 directions += _directions_of(end)
             if scene.gravity is not None and found[0] and found[1]:
-                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.length)
+                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
         for body in scene.bodies.values():
             if isinstance(body, MovedBody):
                 places += [np.asarray(body.position) + p for p in body.points.values()]
@@ -135,6 +136,8 @@ def _places_of(end) -> list[np.ndarray]:
         return [np.asarray(end.held.position)]
     if isinstance(end, WinchEnd) and isinstance(end.winch.at, tuple):
         return [np.asarray(end.winch.at)]
+    if isinstance(end, JoinedEnd):
+        return [np.asarray(end.at)]
     if isinstance(end, MovingEnd):
         if isinstance(end.motion, RecordedMotion):
             return [np.asarray(p) for p in end.motion.position]

@@ -5,6 +5,7 @@ viscosity and the dispersion correction change it; so does added mass when a lin
 Morison's inertia force m_a a_n is not the rate of change of the momentum m_a v_n.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -15,6 +16,7 @@ from lumpedcable.model.ends import Driven
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction
+from lumpedcable.model.rods import line_drag, line_energy
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
@@ -27,8 +29,9 @@ WORKS = {
     "drag": (-1.0, "energy given to the fluid by drag"),
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
     "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
-    "friction": (-1.0, "energy dissipated by trolleys on their lines"),
     "winch": (-1.0, "energy dissipated by winches"),
+    "hull": (-1.0, "energy given to the water by hulls"),
+    "friction": (-1.0, "energy dissipated by friction of bodies on the bed and trolleys on lines"),
     "contact": (-1.0, "energy dissipated by the seabed"),
     "damping": (-1.0, "energy dissipated by the material"),
     "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
@@ -39,8 +42,10 @@ WORKS = {
 
 def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     """The kinds of work that a line has, in the order of `WORKS`; `stepping` only for leapfrog."""
+    if line.inextensible:
+        stepping = False
     present = {
-        "ends": True,
+        "ends": not line.inextensible,
         "added_mass": line.added_mass is not None and line.dimensions > 1,
         "drag": line.drag is not None,
         **{resistance.work_name: True for resistance in line.resistances},
@@ -61,6 +66,8 @@ def empty_body_work(model: Model, name: str) -> dict[str, Array]:
 def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
     """Accumulators, all zero (J): per node, per segment, or one number for the ends."""
     dtype = line.reference.dtype
+    if line.inextensible:
+        return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
     nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
     per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes}
     per |= {resistance.work_name: nodes for resistance in line.resistances}
@@ -76,16 +83,21 @@ def powers(
     middle: Vectors,
     after: Vectors,
     dt: Float[Array, ""] | None,
+    friction: Vectors | None = None,
 ) -> dict[str, dict[str, Array]]:
     """Power of each kind of work (W) at the velocities `middle` (m/s), by line.
 
     `before` and `after` are the velocities half a step to either side of a kick of length dt (s); an
-    integrator without steps of its own gives accelerations (m/s2) as `after` and dt None.
+    integrator without steps of its own gives accelerations (m/s2) as `after` and dt None. `friction`
+    are the forces (N) on bodies that rest on a bed.
     """
     result = {}
     for name in model.lines:
         line = live_line(model, name, displacement, middle)
         e, v = found[name], middle[name]
+        if line.inextensible:
+            result[name] = _rod_powers(line, e, v)
+            continue
         kinds = works_of(line, dt is not None)
         gain = after[name] if dt is None else (after[name] - before[name]) / dt
         rate = strain_rate(line, e.line.shape, v) * line.segment_length
@@ -113,9 +125,29 @@ def powers(
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]
         power = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
+        if friction is not None and name in friction:
+            power["friction"] = -jnp.dot(friction[name], v)
         gain = after[key] if dt is None else (after[key] - before[key]) / dt
         result[key] = power | body_powers(model, name, found, displacement, middle, gain)
     return result
+
+
+def _rod_powers(line: Line, e: Evaluation, v) -> dict[str, Array]:
+    """The powers (W) of an inextensible line, one number each."""
+    shape, power = e.line.shape, {}
+    if line.added_mass is not None:
+        # v . (dM/dt) v / 2, its rods turning as their ends move
+        def energy(step):
+            return line_energy(line, step / jnp.sqrt(dot(step, step)), v)
+
+        step = shape.tangent * shape.length
+        power["added_mass"] = jax.jvp(energy, (step,), (v[:, 1:] - v[:, :-1],))[1]
+    if line.drag is not None:
+        power["drag"] = -jnp.sum(line_drag(line, shape.tangent, v, e.nodes.flow) * v)
+    for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
+        kind = resistance.work_name
+        power[kind] = power.get(kind, 0.0) - jnp.sum(force * v)
+    return power
 
 
 def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Float[Array, ""]:
@@ -191,7 +223,10 @@ def energies(
     for name in model.lines:
         line = live_line(model, name, displacement, None)
         e = found[name]
-        add("kinetic", inertia.kinetic_energy(e.nodes, velocity[name]))
+        if line.inextensible:
+            add("kinetic", line_energy(line, e.line.shape.tangent, velocity[name]))
+        else:
+            add("kinetic", inertia.kinetic_energy(e.nodes, velocity[name]))
         add("strain", line.stored_energy(e.line.shape))
         for load in line.loads:
             add(load.energy_name, load.energy(e.line.shape))

@@ -71,6 +71,9 @@ class Line(eqx.Module):
     `growth` (1/s) is the rate at which a winch lengthens it, dL/dt over L.
     `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre of unstretched
     length (kg/m). What the line does not have is None and is not in the compiled program.
+
+    An `inextensible` line has a stiff `law` at rest; once it moves, each segment keeps the length
+    that it has in the reference, and is a rod (`model.rods`).
     """
 
     law: AbstractTensionLaw
@@ -89,6 +92,7 @@ class Line(eqx.Module):
     current: AbstractCurrent | None = None
     waves: ReleaseWaves | None = None
     growth: Float[Array, ""] | None = None
+    inextensible: bool = eqx.field(static=True, default=False)
 
     @property
     def dimensions(self) -> int:
@@ -142,6 +146,9 @@ class Line(eqx.Module):
         """
         shape = self.shape(displacement)
         tension, stiffness = tension_and_stiffness(self.law, shape.strain)
+        if self.inextensible and velocity is not None:
+            # its tensions keep its length and are found with its motion
+            tension = stiffness = jnp.zeros_like(tension)
         damping = correction = viscosity = ghosted = None
         if velocity is not None and (self.damping is not None or self.waves is not None):
             rate = strain_rate(self, shape, velocity)
@@ -174,6 +181,8 @@ class Line(eqx.Module):
 
     def stored_energy(self, shape: Shape) -> Float[Array, ""]:
         """Strain energy of the line (J)."""
+        if self.inextensible:
+            return jnp.zeros((), shape.strain.dtype)
         return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
 
 

@@ -13,12 +13,13 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import Measure
 from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import Line
+from lumpedcable.scene.lines import Line, tie_of
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.moved import AnyBody, MovedBody
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count
 from lumpedcable.scene.run import Output, Reference, Solver, Statics
+from lumpedcable.scene.targets import Target
 
 _NOT_STRUCTURE = frozenset({"title", "references"})
 
@@ -50,6 +51,8 @@ class Scene(Part):
     """Numbers that are asked for, by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events by name."""
+    targets: dict[Name, Target] = Field(default_factory=dict)
+    """What statics must reach by choosing lengths of lines, by name."""
     solver: Solver = Solver()
     """How time is stepped."""
     statics: Statics = Statics()
@@ -77,7 +80,7 @@ class Scene(Part):
 
         None where the end is anything else.
         """
-        name, dot, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+        name, dot, point = (tie_of(end) or "").partition(".")
         body = self.bodies.get(name)
         if name in self.lines or not isinstance(body, Body) or not body.rigid:
             return None
