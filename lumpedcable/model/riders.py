@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
+from lumpedcable.physics.body import BedFriction
 from lumpedcable.physics.motion import AbstractMotion
 
 __all__ = ["Rider", "Winch"]
@@ -28,6 +29,7 @@ class Rider(AbstractBody):
     weight: Float[Array, " d"] | None = None
     start_velocity: Float[Array, " m"] | None = None
     free: Float[Array, " m"] | None = None
+    friction: BedFriction | None = None
     path: AbstractMotion | None = None
     dimensions: int = eqx.field(static=True, default=2)
     settles: bool = eqx.field(static=True, default=True)
@@ -96,6 +98,7 @@ class Winch(AbstractBody):
     node: int = eqx.field(static=True, default=-1)
     start_velocity: Float[Array, " 1"] | None = None
     free: Float[Array, " 1"] | None = None
+    friction: BedFriction | None = None
 
     def mass(self, q: Float[Array, " 1"]) -> Float[Array, "1 1"]:
         """m L0 / 3 + J / r^2 (kg)."""
