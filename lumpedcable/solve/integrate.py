@@ -16,8 +16,9 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from lumpedcable.model.attached import start_velocities
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import steered
 from lumpedcable.model.ends import Driven
-from lumpedcable.model.energy import empty_work
+from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.model import Model, end_name
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
@@ -107,9 +108,9 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
                 v = velocity_of(end.motion, t).astype(velocity[name].dtype)
                 velocity[name] = velocity[name].at[:, node].set(v)
     displacement |= {body_key(n): jnp.zeros_like(b.reference) for n, b in model.bodies.items()}
-    velocity = start_velocities(model, velocity)
+    velocity = steered(model, t, None, start_velocities(model, velocity))
     work = {name: empty_work(line, stepping) for name, line in model.lines.items()}
-    work |= {body_key(n): empty_work(body, stepping) for n, body in model.bodies.items()}
+    work |= {body_key(n): empty_body_work(model, n) for n in model.bodies}
     # what breakable ends carry at rest: the force that keeps their node where it is
     zero = {
         end_name(name, node): jnp.zeros(model.lines[name].dimensions, displacement[name].dtype)
