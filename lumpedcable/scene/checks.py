@@ -134,7 +134,7 @@ def _at_rest(draft: Draft) -> Iterator[Problem]:
         return
     if output.static and draft.events:
         yield Problem(("output",), "expected a duration where there are events, found none")
-    if not output.static and draft.targets:
+    if output.duration and output.every and draft.targets:
         yield Problem(
             ("output", "duration"),
             "expected no duration with targets, which are for scenes at rest, found "
