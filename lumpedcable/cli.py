@@ -235,6 +235,39 @@ def modes(
 
 
 @app.command
+def view(
+    file: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    port: int = 0,
+    browser: bool = True,
+) -> None:
+    """Open a results file as a page with the moving scene, or write that page.
+
+    Parameters
+    ----------
+    file
+        Results file (HDF5), finished or .partial.
+    output
+        HTML file to write instead of opening one: it has everything in it and works offline.
+    port
+        Of this machine's own address 127.0.0.1; a free one if not given.
+    browser
+        Open the page, or only say where it is.
+    """
+    from lumpedcable.page.open import serve_recorded, write_recorded
+
+    with _told():
+        if output is not None:
+            print(write_recorded(file, output))
+        else:
+            serve_recorded(
+                file, port, browser, lambda url: print(f"{url}  (Ctrl-C to end)", flush=True)
+            )
+
+
+@app.command
 def info(result: Path, /) -> None:
     """Say what a results file holds and how its runs ended.
 

@@ -1,0 +1,19 @@
+import "./style.css";
+import { readBlock, readHead } from "./data.js";
+import { el } from "./dom.js";
+import { recordedPage } from "./recorded.js";
+
+async function start() {
+  const page = document.getElementById("page");
+  const head = readHead();
+  try {
+    if (head.kind === "recorded") recordedPage(page, head, await readBlock());
+    else throw new Error(`a page of the kind "${head.kind}" is not known`);
+    document.documentElement.dataset.ready = "yes";
+  } catch (error) {
+    page.replaceChildren(el("p.failure", {}, `This page cannot be drawn: ${error.message}`));
+    throw error;
+  }
+}
+
+start();
