@@ -87,6 +87,19 @@ def _interrupts() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
+def _study_of(scene: Path, changes: list[str] | None, run: int):
+    """A study that has a run of that number, or the end."""
+    from lumpedcable.scene import load_study
+
+    with _told():
+        study = load_study(scene, changes or [])
+    runs = len(study.runs)
+    if not 0 <= run < runs:
+        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
+        fail(f"--run: expected {expected}, found {run}")
+    return study
+
+
 @app.command
 def run(
     scene: Path,
@@ -201,16 +214,9 @@ def modes(
     format_
         png (default), svg or pdf; may be given several times.
     """
-    from lumpedcable.scene import load_study
-
-    with _told():
-        study = load_study(scene, set_ or [])
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
-    if not 0 <= run_ < len(study.runs):
-        runs = len(study.runs)
-        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
-        fail(f"--run: expected {expected}, found {run_}")
+    study = _study_of(scene, set_, run_)
 
     from lumpedcable.results.modes import write_modes
     from lumpedcable.study.modes import NoEquilibriumError, find_modes
@@ -240,31 +246,45 @@ def view(
     /,
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    set_: Set = None,
+    run_: Annotated[int, Parameter(name="--run")] = 0,
     port: int = 0,
     browser: bool = True,
 ) -> None:
-    """Open a results file as a page with the moving scene, or write that page.
+    """Open a page: the moving scene of a results file, or a scene at rest that follows its sliders.
 
     Parameters
     ----------
     file
-        Results file (HDF5), finished or .partial.
+        Results file (HDF5), finished or .partial, or scene file (TOML).
     output
-        HTML file to write instead of opening one: it has everything in it and works offline.
+        Of a results file: HTML file to write instead; it has everything in it and works offline.
+    set_
+        Of a scene: KEY=VALUE, another value for any key.
+    run_
+        Of a scene: which run of a sweep, from 0.
     port
         Of this machine's own address 127.0.0.1; a free one if not given.
     browser
         Open the page, or only say where it is.
     """
-    from lumpedcable.page.open import serve_recorded, write_recorded
+    from lumpedcable.page.open import serve_recorded, serve_scene, write_recorded
 
+    def told(url: str) -> None:
+        print(f"{url}  (Ctrl-C to end)", flush=True)
+
+    is_scene = file.suffix == ".toml"
+    if is_scene and output is not None:
+        fail(f"--output: expected a results file to write as a page, found the scene {file}")
+    if not is_scene and (set_ or run_):
+        fail(f"--set and --run: expected a scene (*.toml), found {file}")
     with _told():
-        if output is not None:
+        if is_scene:
+            serve_scene(_study_of(file, set_, run_), run_, port, browser, told)
+        elif output is not None:
             print(write_recorded(file, output))
         else:
-            serve_recorded(
-                file, port, browser, lambda url: print(f"{url}  (Ctrl-C to end)", flush=True)
-            )
+            serve_recorded(file, port, browser, told)
 
 
 @app.command

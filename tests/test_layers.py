@@ -23,7 +23,7 @@ ALLOWED = {
     "solve": {"model", "physics", "scene"},
     "study": {"", "exact", "model", "physics", "results", "scene", "solve"},
     "view": {"exact", "results"},
-    "page": {"results"},
+    "page": {"exact", "results", "scene", "study"},
     "cli": {"", "model", "page", "results", "scene", "study", "view"},
     "__main__": {"cli"},
 }

@@ -32,7 +32,7 @@ def application(page: str, answers: Mapping[str, Answer] | None = None) -> Starl
     Args:
         page: the HTML text.
         answers: by path, what makes the answer from the JSON value posted there; a ValueError becomes
-            {"fault": its message} with the code 422.
+            the answer {"fault": its message}.
 
     Raises:
         OutputError: the extra is not installed.
@@ -57,7 +57,7 @@ def application(page: str, answers: Mapping[str, Answer] | None = None) -> Starl
                 asked = await request.json()
                 return JSONResponse(await run_in_threadpool(answer, asked))
             except ValueError as error:
-                return JSONResponse({"fault": str(error)}, 422)
+                return JSONResponse({"fault": str(error)})
 
         return reply
 
