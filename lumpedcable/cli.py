@@ -288,6 +288,67 @@ def view(
 
 
 @app.command
+def animate(
+    result: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    run_: Annotated[int, Parameter(name="--run")] = 0,
+    seconds: float = 8.0,
+    fps: int = 15,
+) -> None:
+    """Write a run as a film: the line coloured by tension, and its tension along it.
+
+    Parameters
+    ----------
+    result
+        Results file (HDF5), finished or .partial.
+    output
+        File to write, *.gif or (with the extra video) *.mp4; the results' name with .gif if not given.
+    run_
+        Which run, from 0.
+    seconds
+        How long the film lasts.
+    fps
+        Frames in a second.
+    """
+    from lumpedcable.view import animate_result
+
+    with _told():
+        target = output or result.parent / f"{Path(result.name.removesuffix('.partial')).stem}.gif"
+        print(animate_result(result, target, run_, seconds, fps))
+
+
+@app.command
+def export(
+    result: Path,
+    /,
+    *,
+    to: str,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    run_: Annotated[int | None, Parameter(name="--run")] = None,
+) -> None:
+    """Write a results file in the format of other programs.
+
+    Parameters
+    ----------
+    result
+        Results file (HDF5), finished or .partial.
+    to
+        vtkhdf (ParaView), gltf (Blender, browsers), csv (histories), moordyn (text tables).
+    output
+        File to write; the results' name with the format's own end if not given.
+    run_
+        Which run, from 0; the first if not given, for csv all.
+    """
+    from lumpedcable.export import export_result
+
+    with _told():
+        for path in export_result(result, to, output, run_):
+            print(path)
+
+
+@app.command
 def info(result: Path, /) -> None:
     """Say what a results file holds and how its runs ended.
 

@@ -23,8 +23,9 @@ ALLOWED = {
     "solve": {"model", "physics", "scene"},
     "study": {"", "exact", "model", "physics", "results", "scene", "solve"},
     "view": {"exact", "results"},
+    "export": {"results"},
     "page": {"exact", "results", "scene", "study"},
-    "cli": {"", "model", "page", "results", "scene", "study", "view"},
+    "cli": {"", "export", "model", "page", "results", "scene", "study", "view"},
     "__main__": {"cli"},
 }
 FREE = {"status"}  # words and numbers that any room may use
@@ -32,7 +33,7 @@ COMPUTES = {"physics", "model", "solve", "study"}
 HEAVY = {"jax", "jaxlib", "diffrax", "equinox", "jaxtyping", "lineax", "optimistix"}
 # libraries that only some rooms know
 OWNERS = dict.fromkeys(HEAVY, COMPUTES) | {
-    "h5py": {"results"},
+    "h5py": {"export", "results"},
     "matplotlib": {"view"},
     "pydantic": {"scene"},
     "cyclopts": {"cli"},
