@@ -10,13 +10,13 @@ import types
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from lumpedcable.scene import environment, events, lines, materials, run, scene
+from lumpedcable.scene import bodies, environment, events, lines, materials, run, scene
 from lumpedcable.scene.part import Expected, Part, either
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.tree import fields
 
 PAGE = Path(__file__).with_name("scene-language.md")
-MODULES = (environment, events, lines, materials, run, scene)
+MODULES = (bodies, environment, events, lines, materials, run, scene)
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 BLOCK = re.compile(r"(<!-- (own )?keys of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 

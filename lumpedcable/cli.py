@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, NoReturn
+from typing import Annotated, Literal, NoReturn
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
@@ -154,6 +154,78 @@ def _check_target(target: Path, scene: Path) -> None:
         fail(f"--output: expected a file name, found the folder {target}")
     if os.path.exists(target) and os.path.samefile(target, scene):
         fail(f"--output: expected another file than the scene, found {target}")
+
+
+@app.command
+def study(
+    scene: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    set_: Set = None,
+    shard: int | None = None,
+    part: str = "1/1",
+    executor: Literal["here", "dask"] = "here",
+    scheduler: str | None = None,
+    workers: int = 2,
+) -> None:
+    """Run a large sweep into a folder, shard by shard; run again, it goes on where it stopped.
+
+    Each shard is finished or absent, whatever happens. The folder opens as one results file. The
+    exit code is 0 where all runs are there, 1 where shards failed or are left to others.
+
+    Parameters
+    ----------
+    scene
+        Scene file (TOML).
+    output
+        Folder of the study; the scene's name in this folder if not given.
+    set_
+        KEY=VALUE: another value for any key of the scene.
+    shard
+        Runs in each shard (1024 if not given).
+    part
+        K/M: take every M-th shard, beginning with the K-th, and leave the rest to other processes.
+    executor
+        here: in this process. dask: on workers of dask.distributed.
+    scheduler
+        Address of a dask scheduler, e.g. tcp://host:8786; a cluster of its own if not given.
+    workers
+        Worker processes of dask's own cluster.
+    """
+    from lumpedcable.scene import load_study
+
+    with _told():
+        loaded = load_study(scene, set_ or [])
+    folder = output or Path(scene.stem)
+    share = _share(part)
+    if shard is not None and shard < 1:
+        fail(f"--shard: expected at least 1, found {shard}")
+    if executor == "here" and scheduler is not None:
+        fail("--scheduler: expected --executor dask beside it, found none")
+    if executor == "dask" and workers < 1:
+        fail(f"--workers: expected at least 1, found {workers}")
+
+    try:
+        with _told(), _interrupts() as interrupted:
+            from lumpedcable.study.shards_report import study_with_progress
+
+            complete = study_with_progress(
+                loaded, folder, shard, share, interrupted,
+                (scheduler, workers) if executor == "dask" else None,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        fail(f"interrupted; finished shards are in {folder}, the same command goes on", 130)
+    if not complete:
+        raise SystemExit(1)
+
+
+def _share(text: str) -> tuple[int, int]:
+    """The share K/M of independent processes, counted from 0."""
+    first, slash, last = text.partition("/")
+    if not (slash and first.isdecimal() and last.isdecimal() and 1 <= int(first) <= int(last)):
+        fail(f"--part: expected K/M with K from 1 to M, found {text}")
+    return int(first) - 1, int(last)
 
 
 @app.command
@@ -350,12 +422,12 @@ def export(
 
 @app.command
 def info(result: Path, /) -> None:
-    """Say what a results file holds and how its runs ended.
+    """Say what a results file or study folder holds, how far it is, and how its runs ended.
 
     Parameters
     ----------
     result
-        Results file (HDF5), finished or .partial.
+        Results file (HDF5), finished or .partial, or the folder of a study.
     """
     from lumpedcable.results import describe
 

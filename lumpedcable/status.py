@@ -16,6 +16,7 @@ class Status(IntEnum):
     TOO_MANY_STEPS = 5
     INTERRUPTED = 6
     ENERGY_NOT_CLOSED = 7
+    SCENE_IMPOSSIBLE = 8
 
 
 MEANING = {
@@ -29,6 +30,7 @@ MEANING = {
     Status.ENERGY_NOT_CLOSED: (
         "energy came from nowhere or was lost, so that the motion is not to be trusted"
     ),
+    Status.SCENE_IMPOSSIBLE: "the numbers of this run do not go together",
 }
 
 ADVICE = {
@@ -55,4 +57,5 @@ ADVICE = {
         'lower solver.courant; where a line snaps taut or shocks, solver.waves = "corrected"; a '
         "method that takes longer steps than its accuracy allows needs a smaller step or tolerance"
     ),
+    Status.SCENE_IMPOSSIBLE: "change the bounds of the sweep",
 }

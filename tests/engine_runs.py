@@ -79,6 +79,7 @@ class Ran:
     energy: dict[str, np.ndarray]
     attributes: dict[str, Any]
     places: dict[str, np.ndarray] = field(default_factory=dict)
+    bodies: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A field of the only line, or of a named one: "velocity", "rope-1.velocity"."""
@@ -113,7 +114,9 @@ def run_scenes(folder: Path, study: Study) -> Ran:
             lines[name] = {key: line.field(key) for key in line.fields}
             places[name] = line.unstretched_position()
         energy = {term: found.energy(term) for term in found.energy_terms}
-        return Ran(outcomes, found.time, lines, energy, dict(found.attributes), places)
+        kinds = ("position", "velocity", "attitude", "turning")
+        bodies = {name: {kind: found.body(name, kind) for kind in kinds} for name in found.bodies}
+        return Ran(outcomes, found.time, lines, energy, dict(found.attributes), places, bodies)
 
 
 def scene_of(folder: Path, text: str, *overrides: str) -> Scene:

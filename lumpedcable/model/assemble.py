@@ -9,8 +9,10 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.ends import Driven, End, Joined, Junction, Loaded, Release
+from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Loaded, Release
+from lumpedcable.model.floating import make_body
 from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import law_of
@@ -195,7 +197,12 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
     up = base = None
     if any(line.current is not None for line in lines.values()):
         up, base = coordinates.vector((0.0, 0.0, 1.0)), _number(coordinates.origin[2])
-    return Model(lines, ends, tuple(junctions), up, base)
+    bodies: dict[str, AbstractBody] = {
+        name: make_body(scene, name, coordinates)
+        for name, body in scene.bodies.items()
+        if body.rigid
+    }
+    return Model(lines, ends, tuple(junctions), up, base, bodies)
 
 
 def _numbered(end: End, number: dict[int, int]) -> End:
@@ -222,7 +229,7 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
     """The end of a joint's members that holds or moves it as a whole, None where none does."""
     for name, node in joint.members:
         end = _own_end(scene, layout, name, node)
-        if isinstance(end, FixedEnd | MovingEnd):
+        if isinstance(end, FixedEnd | MovingEnd) or scene.body_point(end) is not None:
             return end
         if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
             return end
@@ -240,6 +247,10 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
     if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
         force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
         return Loaded(force, release)
+    if (tied := scene.body_point(own)) is not None:
+        body, point = tied
+        offset = (0.0, 0.0, 0.0) if point is None else scene.bodies[body].points[point]
+        return Attached(body, coordinates.vector(offset), release)
     if own is None or isinstance(own, str):
         return Loaded()
     return Driven(_motion(own, coordinates), release)

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import (
     FixedEnd,
     HarmonicMotion,
@@ -85,8 +86,11 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
             if scene.gravity is not None and found[0] and found[1]:
                 slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.length)
         for body in scene.bodies.values():
-            if body.position is not None:
-                places.append(np.asarray(body.position))
+            places += _places_of_body(body)
+            if body.hull is not None:
+                slack = True  # it pitches
+            if body.velocity is not None:
+                directions.append(np.asarray(body.velocity))
     origin = places[0] if places else np.zeros(3)
     directions += [place - origin for place in places[1:]]
     axes = _basis(directions)
@@ -99,6 +103,21 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
     while axes.shape[1] < max([needed, *asked]):
         axes = _widened(axes)
     return Coordinates(axes, np.asarray(origin, float))
+
+
+def _places_of_body(body: Body) -> list[np.ndarray]:
+    """Its position and its points as it is turned at the start (m)."""
+    if body.position is None:
+        return []
+    turn = np.eye(3)
+    for axis, angle in enumerate(body.attitude or ()):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        step = np.eye(3)
+        step[[i, j], [i, j]] = np.cos(angle)
+        step[i, j], step[j, i] = -np.sin(angle), np.sin(angle)
+        turn = step @ turn
+    place = np.asarray(body.position)
+    return [place, *(place + turn @ np.asarray(point) for point in body.points.values())]
 
 
 def _places_of(end) -> list[np.ndarray]:

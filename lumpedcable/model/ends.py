@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.physics.motion import AbstractMotion
 from lumpedcable.physics.ramp import release_ramp
 
-__all__ = ["Driven", "End", "Joined", "Junction", "Loaded", "Release"]
+__all__ = ["Attached", "Driven", "End", "Joined", "Junction", "Loaded", "Release"]
 
 
 class Release(eqx.Module):
@@ -52,7 +52,15 @@ class Joined(eqx.Module):
     release: Release | None = None
 
 
-End = Loaded | Driven | Joined
+class Attached(eqx.Module):
+    """An end tied to a point of a body, in the body's own axes (m), until it breaks away."""
+
+    body: str = eqx.field(static=True)
+    point: Float[Array, " d"]
+    release: Release | None = None
+
+
+End = Loaded | Driven | Joined | Attached
 
 
 class Junction(eqx.Module):
@@ -68,7 +76,7 @@ class Junction(eqx.Module):
 
 
 def solve_small(matrix: Float[Array, "d d"], vector: Float[Array, " d"]) -> Float[Array, " d"]:
-    """Solution of a symmetric positive system of at most three equations, without a library call."""
+    """Solution of a symmetric positive system of a few equations, without a library call."""
     d = vector.shape[0]
     if d == 1:
         return vector / matrix[0]
@@ -76,6 +84,15 @@ def solve_small(matrix: Float[Array, "d d"], vector: Float[Array, " d"]) -> Floa
         (a, b), (c, e) = matrix
         x, y = vector
         return jnp.stack([e * x - b * y, a * y - c * x]) / (a * e - b * c)
+    if d > 3:
+        # one unknown less at a time
+        row = matrix[0] / matrix[0, 0]
+        rest = solve_small(
+            matrix[1:, 1:] - jnp.outer(matrix[1:, 0], row[1:]),
+            vector[1:] - matrix[1:, 0] * (vector[0] / matrix[0, 0]),
+        )
+        first = vector[0] / matrix[0, 0] - jnp.dot(row[1:], rest)
+        return jnp.concatenate([first[None], rest])
     columns = jnp.stack(
         [jnp.cross(matrix[1], matrix[2]), jnp.cross(matrix[2], matrix[0]),
          jnp.cross(matrix[0], matrix[1])]

@@ -9,9 +9,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
+from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.ends import Driven
+from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
-from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction, end_matrices
+from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
@@ -45,8 +47,10 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     return tuple(kind for kind in WORKS if present.get(kind, False))
 
 
-def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
-    """Accumulators, all zero (J): per node, per segment, or one number for the ends."""
+def empty_work(line: Line | AbstractBody, stepping: bool) -> dict[str, Array]:
+    """Accumulators, all zero (J): per node, per segment, or one number for the ends or a body."""
+    if isinstance(line, AbstractBody):
+        return {kind: jnp.zeros((), line.reference.dtype) for kind in line.works()}
     dtype = line.reference.dtype
     nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
     per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes}
@@ -58,6 +62,7 @@ def powers(
     model: Model,
     t: Float[Array, ""],
     found: dict[str, Evaluation],
+    displacement: Vectors,
     before: Vectors,
     middle: Vectors,
     after: Vectors,
@@ -94,6 +99,10 @@ def powers(
         if dt is not None:
             power["stepping"] = _stepping(line, e, before[name], after[name], dt)
         result[name] = {kind: power[kind] for kind in kinds}
+    for name, body in model.bodies.items():
+        key = body_key(name)
+        q, v = body.reference + displacement[key], middle[key]
+        result[key] = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
     return result
 
 
@@ -159,7 +168,7 @@ def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Arr
 
 
 def energies(
-    model: Model, found: dict[str, Evaluation], velocity: Vectors
+    model: Model, found: dict[str, Evaluation], displacement: Vectors, velocity: Vectors
 ) -> dict[str, Float[Array, ""]]:
     """Kinetic, strain and potential energies (J) of the whole scene."""
     total: dict[str, Float[Array, ""]] = {}
@@ -180,4 +189,10 @@ def energies(
             add("kinetic", 0.5 * junction.mass * jnp.dot(v, v))
         if junction.load is not None:
             add("gravitational", -jnp.dot(junction.load, x))
+    for name, body in model.bodies.items():
+        key = body_key(name)
+        q, v = body.reference + displacement[key], velocity[key]
+        add("kinetic", 0.5 * v @ body.mass(q) @ v)
+        for kind, value in body.stored(q).items():
+            add(kind, value)
     return total

@@ -13,7 +13,7 @@ from lumpedcable.model.line import Line, node_tangent
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.vectors import dot
 
-__all__ = ["Frame", "acceleration", "drag_force", "frame", "kick", "kinetic_energy"]
+__all__ = ["Frame", "acceleration", "drag_force", "end_matrices", "frame", "kick", "kinetic_energy"]
 
 
 class Frame(NamedTuple):
@@ -56,7 +56,7 @@ def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Fr
     return Frame(tangent, mass_t, mass_n, drag_t, drag_n, flow)
 
 
-def _norm(vector: Float[Array, "d nodes"]) -> Float[Array, " nodes"]:
+def _norm(vector: Float[Array, "d *nodes"]) -> Float[Array, "*nodes"]:
     # the derivative of a norm at zero is taken as zero, not as NaN
     square = dot(vector, vector)
     zero = square == 0.0
@@ -129,3 +129,23 @@ def kinetic_energy(nodes: Frame, velocity: Float[Array, "d nodes"]) -> Float[Arr
         return 0.5 * jnp.sum(nodes.mass_t * velocity**2)
     along, across = nodes.split(velocity)
     return 0.5 * (jnp.sum(nodes.mass_t * along**2) + jnp.sum(nodes.mass_n * across**2))
+
+
+def end_matrices(nodes: Frame, node: int, velocity: Float[Array, " d"]):
+    """Mass matrix (kg), linearised drag k |v| (N s/m), both (d, d), and flow (m/s) of an end node."""
+    d = velocity.shape[0]
+    eye = jnp.eye(d, dtype=velocity.dtype)
+    flow = jnp.zeros_like(velocity) if nodes.flow is None else nodes.flow[:, node]
+    if nodes.tangent is None:
+        along, across = eye, jnp.zeros_like(eye)
+    else:
+        t = nodes.tangent[:, node]
+        along = jnp.outer(t, t)
+        across = eye - along
+    mass = nodes.mass_t[node] * along + nodes.mass_n[node] * across
+    if nodes.drag_t is None or nodes.drag_n is None:
+        return mass, jnp.zeros_like(mass), flow
+    relative = velocity - flow
+    v_t, v_n = along @ relative, across @ relative
+    drag = nodes.drag_t[node] * _norm(v_t) * along + nodes.drag_n[node] * _norm(v_n) * across
+    return mass, drag, flow

@@ -4,13 +4,17 @@ A line that breaks along its length is two pieces joined until then. Everything 
 over a concrete scene; equal layouts (and equal skeletons of the scene) share one compiled program.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
 
 from lumpedcable.scene import Scene
 from lumpedcable.scene.lines import HeldEnd, HeldForce
 
-__all__ = ["Joint", "Layout", "Piece", "make_layout"]
+__all__ = ["Joint", "Layout", "Piece", "cut_keys", "cuts_of", "make_layout"]
 
 
 @dataclass(frozen=True)
@@ -69,19 +73,69 @@ def _segments(line) -> int:
 
 def _cut(line, place: float) -> int:
     """Number of segments before a break at `place` (m), at least one on either side."""
-    count = _segments(line)
-    if line.segment_lengths is not None:
-        sums, total = [], 0.0
-        for length in line.segment_lengths:
-            total += length
-            sums.append(abs(total - place))
-        return max(1, min(count - 1, 1 + sums.index(min(sums))))
-    if line.grading is not None and line.grading != 1.0 and count > 1:
-        ratio = line.grading ** (1.0 / (count - 1))
-        whole = (ratio**count - 1.0) / (ratio - 1.0)
-        ends = [(ratio**k - 1.0) / (ratio - 1.0) / whole * line.length for k in range(count + 1)]
-        return min(range(1, count), key=lambda k: abs(ends[k] - place), default=1)
-    return max(1, min(count - 1, round(count * place / line.length)))
+    lengths = None if line.segment_lengths is None else np.asarray(line.segment_lengths)[:, None]
+    return int(_cuts(_segments(line), np.array([place]), line.length, line.grading, lengths)[0])
+
+
+def _cuts(count: int, place, length, grading, lengths) -> NDArray[np.int64]:
+    """Segments before breaks at the node nearest to each `place` (m), shape (runs,).
+
+    Lengths (m) and grading are numbers or of shape (runs,), `lengths` of segments (segment, runs).
+    """
+    if count < 2:
+        return np.full(place.shape, 1)
+    inner = np.arange(1, count)[:, None]
+    if lengths is not None:
+        ends = np.cumsum(lengths, axis=0)[:-1]
+    elif grading is not None and not np.all(np.asarray(grading) == 1.0):
+        uneven = np.where(np.asarray(grading) == 1.0, 2.0, grading)
+        ratio = uneven ** (1.0 / (count - 1))
+        ends = (ratio**inner - 1.0) / (ratio**count - 1.0) * length
+        ends = np.where(np.asarray(grading) == 1.0, inner * length / count, ends)
+    else:
+        return np.clip(np.rint(count * place / length), 1, count - 1).astype(int)
+    return 1 + np.argmin(np.abs(ends - place), axis=0)
+
+
+def cut_keys(scene: Scene) -> set[str]:
+    """The numbers of a scene that decide where its lines are cut, by key."""
+    keys: set[str] = set()
+    for event, own in scene.events.items():
+        name, side, _ = own.target()
+        if side is None:
+            keys.add(f"events.{event}.place")
+            keys |= {f"lines.{name}.length", f"lines.{name}.grading"}
+            sizes = scene.lines[name].segment_lengths or ()
+            keys |= {f"lines.{name}.segment_lengths.{i}" for i in range(len(sizes))}
+    return keys
+
+
+def cuts_of(
+    scene: Scene, numbers: Mapping[str, NDArray[np.float64]], runs: int
+) -> NDArray[np.int64]:
+    """Where breaks along lines cut them in `runs` runs, shape (runs, breaks): segments before.
+
+    Runs of one skeleton and equal cuts have equal layouts. `numbers` are those that differ from the
+    scene's, each of shape (runs,).
+    """
+    found = []
+    for event, own in scene.events.items():
+        name, side, place = own.target()
+        if side is not None:
+            continue
+        line, key = scene.lines[name], f"lines.{name}"
+        places = np.broadcast_to(numbers.get(f"events.{event}.place", np.asarray(place)), runs)
+        lengths = None
+        if line.segment_lengths is not None:
+            own_lengths = enumerate(line.segment_lengths)
+            rows = [
+                numbers.get(f"{key}.segment_lengths.{i}", np.asarray(v)) for i, v in own_lengths
+            ]
+            lengths = np.array([np.broadcast_to(row, runs) for row in rows])
+        length = numbers.get(f"{key}.length", line.length)
+        grading = numbers.get(f"{key}.grading", line.grading)
+        found.append(_cuts(_segments(line), places, length, grading, lengths))
+    return np.array(found, int).reshape(len(found), runs).T
 
 
 def make_layout(scene: Scene) -> Layout:
@@ -121,11 +175,12 @@ def make_layout(scene: Scene) -> Layout:
         own = [piece for piece in pieces if piece.line == name]
         outer[f"{name}.start"] = (own[0].name, 0)
         outer[f"{name}.end"] = (own[-1].name, -1)
-    bodies: dict[str, set] = {name: {("", name)} for name in scene.bodies}
+    points = {name for name, body in scene.bodies.items() if not body.rigid}
+    bodies: dict[str, set] = {name: {("", name)} for name in points}
     links += bodies.values()
     for name, line in scene.lines.items():
         for side, end in (("start", line.start), ("end", line.end)):
-            if isinstance(end, str) and end != "free":
+            if isinstance(end, str) and end != "free" and scene.body_point(end) is None:
                 mine = outer[f"{name}.{side}"]
                 other = ("", end) if end in scene.bodies else outer[end]
                 links.append({mine, other})
@@ -149,11 +204,11 @@ def make_layout(scene: Scene) -> Layout:
 
 
 def _holds(scene: Scene, name: str) -> bool:
-    """Whether an end, "LINE.start" or "LINE.end", is held at a place or moved along a path."""
+    """Whether an end, "LINE.start" or "LINE.end", is held by a place, a path or a rigid body."""
     line, _, side = name.rpartition(".")
     end = getattr(scene.lines[line], side)
     by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
-    return not isinstance(end, str) and not by_force
+    return scene.body_point(end) is not None or not (isinstance(end, str) or by_force)
 
 
 def _joints(links: list[set]) -> list[Joint]:

@@ -110,11 +110,11 @@ class Line(eqx.Module):
         if self.dimensions == 1:
             # along a straight line strain has a sign: below -1 a segment points backwards
             tangent = jnp.sign(self.reference_step)
-            strain = self.reference_strain + (tangent * step)[0] / length
+            strain = self.reference_strain + (tangent * step)[0] * (1.0 / length)
             stretched = length * jnp.abs(1.0 + strain)
         else:
             e0 = self.reference_strain
-            change = dot(2.0 * self.reference_step + step, step) / length**2
+            change = dot(2.0 * self.reference_step + step, step) * (1.0 / length**2)
             square = e0 * (2.0 + e0) + change
             stretch = jnp.sqrt(jnp.maximum(1.0 + square, 1e-12))
             strain = square / (1.0 + stretch)
@@ -178,7 +178,7 @@ class Line(eqx.Module):
 def strain_rate(line: Line, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " n"]:
     """de/dt = (v_j+1 - v_j) . u_j / l of each segment (1/s)."""
     step = velocity[:, 1:] - velocity[:, :-1]
-    return dot(step, shape.tangent) / line.segment_length
+    return dot(step, shape.tangent) * (1.0 / line.segment_length)
 
 
 def node_tangent(tangent: Float[Array, "d n"]) -> Float[Array, "d nodes"]:

@@ -8,7 +8,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
+from lumpedcable.model.attached import attached_ends, body_gain, follow, follow_rate
+from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.ends import (
+    Attached,
     Driven,
     End,
     Joined,
@@ -17,6 +20,7 @@ from lumpedcable.model.ends import (
     Release,
     solve_small,
 )
+from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, LineForces, Workspace
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
@@ -51,7 +55,7 @@ class Evaluation(NamedTuple):
 
 
 class Model(eqx.Module):
-    """Lines, what holds their ends, and the junctions between them.
+    """Lines, what holds their ends, the junctions between them, and bodies.
 
     `up` (d,) is the vertical unit vector in the scene's own coordinates and `base` the height of
     their origin (m): heights are base + up . x. They serve currents, None where there is none.
@@ -62,9 +66,10 @@ class Model(eqx.Module):
     junctions: tuple[Junction, ...]
     up: Float[Array, " d"] | None = None
     base: Float[Array, ""] | None = None
+    bodies: dict[str, AbstractBody] = eqx.field(default_factory=dict)
 
     def breakable(self) -> list[tuple[str, int, End]]:
-        """Driven or joined ends that can break: (line, 0 or -1, end)."""
+        """Driven, joined or attached ends that can break: (line, 0 or -1, end)."""
         found = []
         for name, pair in self.ends.items():
             for node, end in zip((0, -1), pair, strict=True):
@@ -87,6 +92,7 @@ class Model(eqx.Module):
         workspaces of an earlier evaluation to write over.
         """
         result = {}
+        displacement = self.followed(t, displacement)
         for name, line in self.lines.items():
             if dt is not None:
                 dt = dt.astype(line.reference.dtype)
@@ -108,6 +114,10 @@ class Model(eqx.Module):
             nodes = inertia.frame(line, forces.shape, height)
             result[name] = Evaluation(forces, nodes, ends, boundaries)
         return result
+
+    def followed(self, t: Float[Array, ""], displacement: Vectors) -> Vectors:
+        """The same displacements (m), with the ends that are tied to bodies where those are."""
+        return follow(self, t, displacement) if self.bodies else displacement
 
     def _end_force(self, name: str, node: int, t, reaction) -> Float[Array, " d"] | None:
         """The known force on an end node (N), None where there is none."""
@@ -150,6 +160,11 @@ class Model(eqx.Module):
             return Boundary(True, force)
         if isinstance(end, Driven):
             return Boundary(False if end.release is None else end.release.begun(t), force)
+        if isinstance(end, Attached):
+            if end.release is None:
+                return Boundary(False, None, True)
+            begun = end.release.begun(t)
+            return Boundary(begun, force, ~begun)
         release = self._parting(end.junction) if end.release is None else end.release
         if release is None:
             return Boundary(False, None, True)
@@ -209,10 +224,32 @@ class Model(eqx.Module):
                 end_ = jnp.where(active, end_, after[name][:, node])
                 middle[name] = place_at_end(middle[name], node, mid)
                 after[name] = place_at_end(after[name], node, end_)
+        for name in self.bodies:
+            key = body_key(name)
+            found_gain = body_gain(self, name, t, found, displacement, before, dt)
+            middle[key] = before[key] + 0.5 * dt * found_gain.gain
+            after[key] = before[key] + dt * found_gain.gain
+            reaction.update(self._pulled(t, reaction, name, found_gain.pulls))
+        if self.bodies:
+            middle = follow_rate(self, t, displacement, middle)
+            after = follow_rate(self, t, displacement, after, dt)
         return middle, after, reaction, found
 
-    def carried(self, t: Float[Array, ""], dt: Float[Array, ""], velocity: Vectors) -> Vectors:
-        """The same velocities (m/s), but for driven ends: theirs land on their paths at t + dt (s)."""
+    def _pulled(self, t, reaction, body: str, pulls) -> dict[str, Float[Array, " d"]]:
+        """What a body pulls the ends with that can still break away from it (N)."""
+        result = {}
+        for name, node, end in attached_ends(self, body):
+            if end.release is not None:
+                key = end_name(name, node)
+                result[key] = jnp.where(end.release.begun(t), reaction[key], pulls[name, node])
+        return result
+
+    def carried(
+        self, t: Float[Array, ""], dt: Float[Array, ""], displacement: Vectors, velocity: Vectors
+    ) -> Vectors:
+        """The same velocities (m/s), but for ends whose motion is given: theirs land on their paths, or
+        on the bodies that they are tied to, at t + dt (s)."""
+        velocity = follow_rate(self, t, displacement, velocity, dt) if self.bodies else velocity
         velocity = dict(velocity)
         for name, node, end in self._driven():
             own = velocity[name]
@@ -246,6 +283,16 @@ class Model(eqx.Module):
             for (name, node), (active, gain) in gains.items():
                 gain = jnp.where(active, gain, result[name][:, node])
                 result[name] = place_at_end(result[name], node, gain)
+        for name, body in self.bodies.items():
+            key = body_key(name)
+            result[key] = body_gain(self, name, t, found, displacement, velocity, None).gain
+            for line, node, end in attached_ends(self, name):
+                q, v = body.reference + displacement[key], velocity[key]
+                turn, _, bias = body.rate(q, v, end.point)
+                gain = turn @ result[key] + bias
+                if end.release is not None:
+                    gain = jnp.where(end.release.begun(t), result[line][:, node], gain)
+                result[line] = place_at_end(result[line], node, gain)
         return result, found
 
     def _driven(self):
@@ -266,16 +313,15 @@ class Model(eqx.Module):
         """
         junction = self.junctions[index]
         leaving = dict(self._leavers(index))
-        d = next(iter(before.values())).shape[0]
-        dtype = next(iter(before.values())).dtype
+        name, node = self.carrier(index)
+        velocity = before[name][:, node]
+        d, dtype = velocity.shape[0], velocity.dtype
         half = 0.0 if dt is None else 0.5 * dt
         matrix, vector = jnp.zeros((d, d), dtype), jnp.zeros((d,), dtype)
         if junction.mass is not None:
             matrix = matrix + junction.mass * jnp.eye(d, dtype=dtype)
         if junction.load is not None:
             vector = vector + junction.load
-        name, node = self.carrier(index)
-        velocity = before[name][:, node]
         parts = {}
         for member in junction.members:
             e = found[member[0]]
@@ -299,35 +345,6 @@ class Model(eqx.Module):
                 active = ~parting.begun(t)  # left to itself it moves like any other end
             gains[member] = (active, gain)
         return gains, pushes
-
-
-def end_matrices(nodes: inertia.Frame, node: int, velocity: Float[Array, " d"]):
-    """Mass matrix (kg), linearised drag k |v| (N s/m), both (d, d), and flow (m/s) of an end node."""
-    d = velocity.shape[0]
-    eye = jnp.eye(d, dtype=velocity.dtype)
-    flow = jnp.zeros_like(velocity) if nodes.flow is None else nodes.flow[:, node]
-    if nodes.tangent is None:
-        along, across = eye, jnp.zeros_like(eye)
-    else:
-        t = nodes.tangent[:, node]
-        along = jnp.outer(t, t)
-        across = eye - along
-    mass = nodes.mass_t[node] * along + nodes.mass_n[node] * across
-    if nodes.drag_t is None or nodes.drag_n is None:
-        return mass, jnp.zeros_like(mass), flow
-    relative = velocity - flow
-    v_t, v_n = along @ relative, across @ relative
-    drag = (
-        nodes.drag_t[node] * safe_norm(v_t) * along + nodes.drag_n[node] * safe_norm(v_n) * across
-    )
-    return mass, drag, flow
-
-
-def safe_norm(vector: Float[Array, " d"]) -> Float[Array, ""]:
-    """Euclidean norm whose derivative at zero is zero."""
-    square = jnp.sum(vector**2)
-    zero = square == 0.0
-    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
 
 
 def end_correction(

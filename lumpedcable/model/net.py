@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from lumpedcable.model.ends import Driven, Joined
+from lumpedcable.model.ends import Attached, Driven, Joined
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.bending import Bending
 
@@ -18,7 +18,8 @@ class Net:
     """Where each line's nodes stand in one array of all nodes, cut into blocks of `width` nodes.
 
     `index` gives, by line, the place (nodes,) of each of its nodes; `fixed` marks the places whose
-    motion is known, or which only fill up the last block. Blocks couple to their neighbours alone.
+    motion is known (those at rigid bodies, which stay where they are, among them), or which only fill up
+    the last block. Blocks couple to their neighbours alone.
     """
 
     index: dict[str, np.ndarray]
@@ -78,7 +79,7 @@ def make_net(model: Model, ordered: bool = True) -> Net:
     index = {name: place[places] for name, places in index.items()}
     for name, pair in model.ends.items():
         for node, end in zip((0, -1), pair, strict=True):
-            if isinstance(end, Driven):
+            if isinstance(end, Driven | Attached):
                 fixed[index[name][node]] = True
     return Net(index, fixed, width)
 

@@ -1,8 +1,9 @@
-"""Products of vectors that stand in the columns of an array."""
+"""Operations on arrays that are written so that they fit into loops with others."""
 
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["dot"]
+__all__ = ["dot", "least", "most"]
 
 
 def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
@@ -11,3 +12,16 @@ def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
     Written out: a reduction would be a loop of its own, between loops that could be one.
     """
     return sum((a[k] * b[k] for k in range(1, a.shape[0])), a[0] * b[0])
+
+
+def least(a: Float[Array, "..."] | float, b: Float[Array, "..."] | float) -> Float[Array, "..."]:
+    """min(a, b), and b where a is NaN: `jnp.minimum` looks for NaN in both, which costs a third more.
+
+    For values of which a NaN shows elsewhere.
+    """
+    return jnp.where(a < b, a, b)
+
+
+def most(a: Float[Array, "..."] | float, b: Float[Array, "..."] | float) -> Float[Array, "..."]:
+    """max(a, b), and b where a is NaN; see `least`."""
+    return jnp.where(a > b, a, b)

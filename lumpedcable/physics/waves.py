@@ -12,7 +12,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from lumpedcable.physics.place import framed, place_at_end
+from lumpedcable.physics.place import framed
+from lumpedcable.physics.vectors import least, most
 
 __all__ = ["Boundary", "Ghosted", "ReleaseWaves"]
 
@@ -56,16 +57,21 @@ class Boundary(eqx.Module):
             return rate
         return jnp.zeros_like(rate) if self.loaded is True else jnp.where(self.loaded, 0.0, rate)
 
-    def correction_share(self, share: Float[Array, ""]) -> Float[Array, ""]:
-        """How much of the dispersion correction stays in the last segment, `share` elsewhere (-).
+    def correction_share(self, share: Float[Array, " n"], segment: int) -> Float[Array, " n"]:
+        """How much of the dispersion correction stays in each segment, `share` but for the end's own (-).
 
-        All of it at a loaded end, where the rate is never smooth; none at a joint, where the next
-        line's tension is not known.
+        In that one, `segment` 0 or -1: all of it at a loaded end, where the rate is never smooth; none
+        at a joint, where the next line's tension is not known.
         """
+        if self.loaded is False and self.joined is None:
+            return share
+        # a mask, since a write in the middle of a loop is a branch at every element
+        here = jnp.arange(share.shape[0]) == segment % share.shape[0]
         if self.loaded is True:
-            return jnp.ones_like(share)
-        share = share if self.loaded is False else jnp.where(self.loaded, 1.0, share)
-        return share if self.joined is None else jnp.where(self.joined, 0.0, share)
+            return jnp.where(here, 1.0, share)
+        if self.loaded is not False:
+            share = jnp.where(here & self.loaded, 1.0, share)
+        return share if self.joined is None else jnp.where(here & self.joined, 0.0, share)
 
 
 class Ghosted(NamedTuple):
@@ -124,8 +130,9 @@ class ReleaseWaves(eqx.Module):
         rate = ghosted.rate[1:-1]
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
-        stiff = jnp.maximum(stiffness, 0.0)
-        speed = jnp.sqrt(stiff / mass)
+        # factors that are the same at every step come first, in brackets: they are worked out once
+        stiff = most(stiffness, 0.0)
+        speed = jnp.sqrt(stiff * (1.0 / mass))
         jump = rate * length
         f = 1.0 - _smoothness(ghosted.rate)
         f = f * f
@@ -133,22 +140,20 @@ class ReleaseWaves(eqx.Module):
         if dt is None:
             nu2 = jnp.zeros_like(stiff)
         else:
-            nu2 = stiff * (dt / length) ** 2 / mass
-            limit = VISCOSITY_SHARE_OF_LIMIT / 6.0 * (1.0 - nu2) * (3.0 - nu2) * length / dt
-            b = jnp.minimum(b, jnp.maximum(limit, 0.0))
+            nu2 = stiff * ((dt / length) ** 2 / mass)
+            limit = (1.0 - nu2) * (3.0 - nu2) * (VISCOSITY_SHARE_OF_LIMIT / 6.0 * length / dt)
+            b = least(b, most(limit, 0.0))
             if tension_only:
-                b = jnp.where(tension > 0.0, b, _slack_share(nu2, jump) * length / dt)
+                b = jnp.where(tension > 0.0, b, _slack_share(nu2, jump) * (length / dt))
         viscous = mass * b * jump * f
         if ghosted.tension is None:
             return None, viscous, ghosted
         bend = ghosted.tension[2:] - 2.0 * tension + ghosted.tension[:-2]
-        correction = -(1.0 - nu2) / 12.0 * bend
-        keep = 1.0 - f
-        keep = place_at_end(keep, 0, start.correction_share(keep[0]))
-        keep = place_at_end(keep, -1, end.correction_share(keep[-1]))
+        correction = (nu2 - 1.0) * (1.0 / 12.0) * bend
+        keep = end.correction_share(start.correction_share(1.0 - f, 0), -1)
         correction = keep * correction
         if tension_only:
-            correction = jnp.maximum(correction, -tension)
+            correction = most(correction, -tension)
         return correction, viscous, ghosted
 
     def _ghosted(
@@ -176,8 +181,8 @@ def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Arr
     into a step. A segment that comes apart becomes taut itself and needs no such care.
     """
     near = framed(nu2[:1], nu2, nu2[-1:])
-    left = jnp.maximum(1.0 - jnp.maximum(near[:-2], near[2:]), 0.0)
-    less = jnp.minimum(SLACK_VISCOSITY, SLACK_SHARE_OF_REST * left)
+    left = most(1.0 - most(near[:-2], near[2:]), 0.0)
+    less = least(SLACK_SHARE_OF_REST * left, SLACK_VISCOSITY)
     return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
 
 
@@ -187,5 +192,5 @@ def _smoothness(rates: Float[Array, " n+2"]) -> Float[Array, " n"]:
     still = rate == 0.0
     inverse = 1.0 / jnp.where(still, 1.0, rate)
     rl, rr = left * inverse, right * inverse
-    phi = jnp.minimum(0.5 * (rl + rr), jnp.minimum(2.0 * rl, 2.0 * rr))
-    return jnp.where(still, 1.0, jnp.clip(phi, 0.0, 1.0))
+    phi = least(0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr))
+    return jnp.where(still, 1.0, least(most(phi, 0.0), 1.0))

@@ -5,6 +5,7 @@ Knows nothing of the engine: variables come in by name, dimension and unit, and 
 
 from lumpedcable.results.describe import describe
 from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.folder import Manifest, StudyFolder, is_study_folder
 from lumpedcable.results.reader import Axis, LineData, ResultFile, open_result
 from lumpedcable.results.schema import (
     SCHEMA_VERSION,
@@ -20,13 +21,16 @@ __all__ = [
     "Axis",
     "Coordinate",
     "LineData",
+    "Manifest",
     "OutputError",
     "ResultError",
     "ResultFile",
     "ResultWriter",
+    "StudyFolder",
     "Variable",
     "axis_names",
     "describe",
+    "is_study_folder",
     "open_result",
     "sweep_coordinates",
 ]

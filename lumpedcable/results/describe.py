@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity, size
 from lumpedcable.results.reader import OK, Axis, ResultFile, open_result
 
@@ -14,10 +15,10 @@ _FAILURES_SHOWN = 10
 
 
 def describe(path: str | Path) -> str:
-    """A summary of a results file: what was run, how, and how far it came.
+    """A summary of a results file or study folder: what was run, how, and how far it came.
 
     Args:
-        path: the file, finished or not.
+        path: the file, finished or not, or the folder.
 
     Returns:
         Lines of text, "name   value".
@@ -25,11 +26,11 @@ def describe(path: str | Path) -> str:
     Raises:
         ResultError: it cannot be read as a results file.
     """
-    with open_result(path) as result:
+    folder = StudyFolder.open(Path(path)) if is_study_folder(Path(path)) else None
+    with open_result(folder.view if folder else path) as result:
         rows = [
             ("title", str(result.attributes.get("title", "")) or "(none)"),
-            ("file", f"{result.path}, {size(result.path.stat().st_size)}"),
-            ("state", _state(result)),
+            *(_where(folder) if folder else _file(result)),
             ("runs", str(result.runs)),
             *(("swept", _swept(axis)) for axis in result.axes),
             *(("line", _line(result, name)) for name in result.lines),
@@ -42,6 +43,30 @@ def describe(path: str | Path) -> str:
         ]
     width = max(len(name) for name, _ in rows)
     return "\n".join(f"{name:<{width}}  {value}" for name, value in rows)
+
+
+def _file(result: ResultFile) -> list[tuple[str, str]]:
+    """Where a results file is, and how far it is."""
+    bytes_ = result.path.stat().st_size
+    return [("file", f"{result.path}, {size(bytes_)}"), ("state", _state(result))]
+
+
+def _where(folder: StudyFolder) -> list[tuple[str, str]]:
+    """Where a study is, and how far it is."""
+    missing = set(folder.missing())
+    done = [shard for shard in range(folder.shards) if shard not in missing]
+    runs = sum(len(folder.runs(shard)) for shard in done)
+    bytes_ = sum(folder.file(shard).stat().st_size for shard in done)
+    state = f"{len(done)} of {folder.shards} shards, {runs} of {folder.manifest.runs} runs"
+    if not missing:
+        state = f"complete: {state}"
+    rows = [("folder", f"{folder.path}, {size(bytes_)}"), ("state", state)]
+    begun, failures = sorted(missing & set(folder.begun())), folder.failures()
+    if begun:
+        rows.append(("begun", f"shards {', '.join(map(str, begun[:_FAILURES_SHOWN]))}"))
+    for shard, reason in list(failures.items())[:_FAILURES_SHOWN]:
+        rows.append((f"shard {shard}", f"failed: {reason.splitlines()[0]}"))
+    return rows
 
 
 def _state(result: ResultFile) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results.errors import ResultError
+from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PARTIAL_SUFFIX, SCHEMA_VERSION, axis_words
 from lumpedcable.results.series import Series
@@ -209,6 +210,22 @@ class ResultFile:
         return LineData(group, name)
 
     @property
+    def bodies(self) -> list[str]:
+        """Names of the rigid bodies."""
+        return self._names("bodies", h5py.Group)
+
+    def body(self, name: str, quantity: str, run: Index = None) -> Array:
+        """position (m), velocity (m/s), attitude (rad) or turning (rad/s) of a body, (run, time, 3).
+
+        Raises:
+            ResultError: there is no such body or quantity.
+        """
+        self._check("body", name, self.bodies)
+        self._check("quantity", quantity, self._names(f"bodies/{name}"))
+        pick = () if run is None else (run,)
+        return _read(_dataset(self._file, f"bodies/{name}/{quantity}"), pick)
+
+    @property
     def energy_terms(self) -> list[str]:
         """Names of the energy terms."""
         return self._names("energy", h5py.Dataset)
@@ -289,7 +306,8 @@ def open_result(path: str | Path) -> ResultFile:
     """Open a results file, finished or not.
 
     Args:
-        path: the file; one still being written (*.partial) is read as far as it was flushed.
+        path: the file; one still being written (*.partial) is read as far as it was flushed; or a
+            study folder, whose shards are read as one file.
 
     Returns:
         The open file, to be closed or used as a context manager.
@@ -299,6 +317,8 @@ def open_result(path: str | Path) -> ResultFile:
     """
     path = Path(path)
     try:
+        if is_study_folder(path):
+            path = StudyFolder.open(path).view
         if path.is_dir():
             raise ResultError(f"{path} is a folder, expected a results file (*.h5)")
         if not path.exists():

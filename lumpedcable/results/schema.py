@@ -8,6 +8,7 @@ h5py, Panoply, MATLAB and the HDF5 tools all read it with names and units::
     /status, /status_time, /status_message (run)   how each run ended
     /written (run)                                 number of saved times that have been written
     /lines/<name>/...                              (run, time, node, xyz) and the like
+    /bodies/<name>/...                             (run, time, xyz) and (run, time, angle)
     /energy/<term> (run, time)                     J
     /summary/<end>/<quantity> (run)                numbers of one recoiling end
     /summary/<quantity> (run)                      numbers of the whole run
@@ -35,6 +36,8 @@ RESERVED = frozenset(
         "run",
         "time",
         "xyz",
+        "angle",
+        "bodies",
         "written",
         "status",
         "status_time",

@@ -15,7 +15,7 @@ import math
 import os
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.results import human
 from lumpedcable.results.errors import OutputError
+from lumpedcable.results.joined import joined
 from lumpedcable.results.schema import (
     PARTIAL_SUFFIX,
     SCHEMA_VERSION,
@@ -54,6 +55,9 @@ class ResultWriter:
             "xyz" of size 3 reads "x", "y", "z".
         attributes: attributes of the whole file (title, scene, solver, ...).
         overwrite: whether an existing target may be replaced (when finished, not before).
+        parts: other results files that hold the runs in this order, as (name relative to the
+            target's folder, number of runs). The variables along runs are then views of theirs;
+            where a file is not there yet, they read as not written.
 
     Raises:
         OutputError: the file cannot be written there.
@@ -69,12 +73,13 @@ class ResultWriter:
         coordinates: Mapping[str, Coordinate] | None = None,
         attributes: Mapping[str, Any] | None = None,
         overwrite: bool = True,
+        parts: Sequence[tuple[str, int]] = (),
     ) -> None:
         self.target = Path(target)
         self.partial = self.target.with_name(self.target.name + PARTIAL_SUFFIX)
         self._dims = dict(dims)
         self._variables = {variable.path: variable for variable in variables}
-        self._flushed = False
+        self._flushed, self._parts = False, tuple(parts)
         coordinates = _with_defaults(self._dims, coordinates or {})
         self._counted = {
             path: np.zeros(self._dims["run"], np.int32)
@@ -85,7 +90,8 @@ class ResultWriter:
         try:
             with _reported(self.partial):
                 self._file = h5py.File(self.partial, "x")
-                _check_room(self.target, sum(map(self._bytes, self._variables.values())))
+                if not self._parts:
+                    _check_room(self.target, sum(map(self._bytes, self._variables.values())))
                 self._lay_out(coordinates, attributes or {})
                 self._sync()
         except BaseException:
@@ -135,15 +141,16 @@ class ResultWriter:
             OutputError: the disk is full or gone.
         """
         with _reported(self.partial):
-            if self._counted:
+            if self._counted and not self._parts:
                 self._dataset("written")[...] = np.min(list(self._counted.values()), axis=0)
             self._sync()
         self._flushed = True
 
-    def finish(self, **attributes: Any) -> Path:
+    def finish(self, complete: bool = True, **attributes: Any) -> Path:
         """Mark the file complete, close it and give it the target's name.
 
         Args:
+            complete: False for a view of parts that are not all there.
             attributes: last attributes of the whole file.
 
         Returns:
@@ -154,7 +161,7 @@ class ResultWriter:
         """
         for name, value in attributes.items():
             self._set(name, value)
-        self._set("complete", True)
+        self._set("complete", complete)
         self.flush()
         self._file.close()
         with _reported(self.target):
@@ -242,11 +249,14 @@ class ResultWriter:
         if fill is None and np.dtype(dtype).kind == "f":
             fill = np.nan
         shape = tuple(self._dims[p] for p in self._paths(variable.path, variable.dims))
-        kept = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-        if not text:
-            kept.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-            kept.set_fill_time(h5py.h5d.FILL_TIME_ALLOC)
-        dataset = self._create(variable.path, shape, dtype, fill, kept)
+        if self._parts and variable.dims[:1] == ("run",):
+            dataset = joined(self._file, variable.path, shape, dtype, fill, self._parts)
+        else:
+            kept = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            if not text:
+                kept.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+                kept.set_fill_time(h5py.h5d.FILL_TIME_ALLOC)
+            dataset = self._create(variable.path, shape, dtype, fill, kept)
         self._attach(dataset, variable.path, variable.dims)
         _describe(dataset, variable.units, variable.long_name, variable.attributes)
         group = group_of(variable.path)

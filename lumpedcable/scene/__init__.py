@@ -5,13 +5,13 @@
 Nothing here imports jax.
 """
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid, PowerCurrent, Seabed, UniformCurrent
 from lumpedcable.scene.errors import Fault, SceneError
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
     AddedMass,
     Bending,
-    Body,
     Drag,
     FixedEnd,
     HarmonicMotion,
@@ -30,19 +30,22 @@ from lumpedcable.scene.materials import (
     TanhMaterial,
 )
 from lumpedcable.scene.run import Output, Reference, Solver, Statics
+from lumpedcable.scene.run_checks import CHECKED
+from lumpedcable.scene.runs import Axis, Factor, Runs
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.schema import json_schema
-from lumpedcable.scene.sweep import Axis, Runs
 from lumpedcable.scene.units import UnitError, format_quantity, parse_quantity
 from lumpedcable.scene.validate import read_scene
 
 __all__ = [
+    "CHECKED",
     "AddedMass",
     "Axis",
     "Bending",
     "Body",
     "Drag",
     "Event",
+    "Factor",
     "Fault",
     "FixedEnd",
     "Fluid",

@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
-    Body,
     FixedEnd,
     HarmonicMotion,
     HeldEnd,
@@ -83,6 +83,16 @@ def problems(draft: Draft) -> Iterator[Problem]:
                 ("bodies", name, "volume"),
                 "expected [water] or [air] where a body has a volume, found neither",
             )
+        if body is not None and body.hull is not None:
+            for key in ("water", "gravity"):
+                if key not in draft.named:
+                    yield Problem(
+                        ("bodies", name, "hull"), f"expected {key} where a hull floats, found none"
+                    )
+        if body is not None and body.rigid and name in draft.lines:
+            yield Problem(
+                ("bodies", name), f'expected another name, found "{name}", which is a line as well'
+            )
     for name, line in draft.lines.items():
         if line is not None:
             yield from _line(draft, name, line)
@@ -122,8 +132,17 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
 
 
 def _unknown(name: str, known: Mapping[str, Any]) -> str:
-    names = f"; known: {', '.join(known)}" if known else "; there is none"
-    return f"{found(name)}{did_you_mean(name, known) or names}"
+    return f"{found(name)}{did_you_mean(name, known) or _known(known)}"
+
+
+def _known(known: Mapping[str, Any]) -> str:
+    return f"; known: {', '.join(known)}" if known else "; there is none"
+
+
+def _points(draft: Draft) -> list[str]:
+    """Return the points of all bodies, as an end names them."""
+    bodies = ((name, body) for name, body in draft.bodies.items() if body is not None)
+    return [f"{name}.{point}" for name, body in bodies for point in body.points]
 
 
 def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
@@ -146,6 +165,15 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     """Yield what is wrong with an end given as text."""
     if end == "free" or end in draft.bodies:
         return
+    name, dot, point = end.partition(".")
+    if dot and name in draft.bodies and name not in draft.lines:
+        body = draft.bodies[name]
+        if body is not None and point not in body.points:
+            yield Problem(
+                path,
+                f'expected a point of the body "{name}", found {_unknown(point, body.points)}',
+            )
+        return
     ends = [f"{line}.{side}" for line in draft.lines for side in SIDES]
     own = dotted(path[1:])
     if end not in ends:
@@ -153,7 +181,7 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
         yield Problem(
             path,
             f'expected "free", a body or the end of another line, found {found(end)}'
-            f"{did_you_mean(end, ['free', *draft.bodies, *others])}",
+            f"{did_you_mean(end, ['free', *draft.bodies, *_points(draft), *others])}",
         )
     elif end.split(".")[0] == path[1]:
         itself = "itself" if end == own else "the same line"

@@ -1,4 +1,4 @@
-"""Lines, what holds their two ends, and point bodies."""
+"""Lines, and what holds their two ends."""
 
 from __future__ import annotations
 
@@ -18,13 +18,11 @@ from lumpedcable.scene.quantities import (
     Number,
     Position,
     PositiveLength,
-    PositiveMass,
     PositiveNumber,
     PositiveTime,
     SegmentCount,
     Time,
     Velocity,
-    Volume,
     fault,
     found,
 )
@@ -177,7 +175,10 @@ class MovingEnd(Part):
 
 ENDS: dict[str, type[Part]] = {"fixed": FixedEnd, "held": HeldEnd, "motion": MovingEnd}
 """The one place where the key of an end's table becomes a class."""
-_END = f'"free", a body, the end of another line, or a table with one of {", ".join(ENDS)}'
+_END = (
+    f'"free", a body or a point of one, the end of another line, or a table with one of '
+    f"{', '.join(ENDS)}"
+)
 
 
 def _pick_end(value: Any) -> str:
@@ -200,7 +201,7 @@ End = Annotated[
     | Annotated[MovingEnd, Tag(tag("motion"))],
     *choose(_pick_end, _END),
 ]
-"""What holds an end: text ("free", a body, another line's end) or a table."""
+"""What holds an end: text ("free", a body, "BODY.POINT", another line's end) or a table."""
 
 
 class Drag(Part):
@@ -282,14 +283,3 @@ class Line(Part):
                 f"expected lengths that add up to {format_quantity(self.length, 'm')}, "
                 f"found {format_quantity(math.fsum(lengths), 'm')}",
             )
-
-
-class Body(Part):
-    """A point mass that lines can be tied to."""
-
-    mass: PositiveMass
-    """Mass in kg."""
-    position: Position | None = None
-    """Guess of its place in m for the start state. Absent: found from the lines."""
-    volume: Volume | None = None
-    """Displaced volume in m3, for buoyancy. Absent: none."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
 
 from lumpedcable.scene import overrides as changes
+from lumpedcable.scene.entries import Entry, entries_of
 from lumpedcable.scene.errors import Fault, SceneError
 from lumpedcable.scene.files import FileError, fill, read_text
 from lumpedcable.scene.locate import LineMap
@@ -19,23 +20,17 @@ from lumpedcable.scene.part import Path, Problem, dotted
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.references import aligned, count_problems
 from lumpedcable.scene.run import Reference
+from lumpedcable.scene.run_checks import run_problems
+from lumpedcable.scene.runs import Axis, Factor, Runs, by_path, with_values
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.sweep import (
-    MAX_RUNS,
-    Axis,
-    Runs,
-    flattened,
-    read_axes,
-    run_problems,
-    with_values,
-)
+from lumpedcable.scene.sweep import MAX_RUNS, read_factors
 from lumpedcable.scene.validate import read_scene
 from lumpedcable.scene.writer import to_toml
 
 
 @dataclass(frozen=True)
 class Study:
-    """A scene file as read: one scene, the axes of its sweep, and every run."""
+    """A scene file as read: one scene, its sweep, and every run."""
 
     path: FilePath
     """The file."""
@@ -45,17 +40,25 @@ class Study:
     """The overrides that were applied."""
     scene: Scene
     """The file's own values with the overrides; the common base of the runs."""
-    axes: tuple[Axis, ...]
-    """The axes of the sweep, slowest first; none without a sweep."""
-    runs: Sequence[Scene]
-    """Every run's complete scene in grid order, built when asked for; one without a sweep."""
+    runs: Runs
+    """Every run: its numbers by column, its scene when asked for; one run without a sweep."""
     effective_text: str
     """TOML text of scene and sweep in SI numbers, overrides included; reads back as this study."""
 
     @property
+    def factors(self) -> tuple[Factor, ...]:
+        """The factors of the sweep, slowest first; none without a sweep."""
+        return self.runs.factors
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """The swept numbers, in the order of their factors."""
+        return self.runs.axes
+
+    @property
     def shape(self) -> tuple[int, ...]:
-        """The number of values on each axis."""
-        return tuple(len(axis.values) for axis in self.axes)
+        """The number of rows of each factor."""
+        return tuple(map(len, self.factors))
 
     @property
     def references(self) -> dict[str, Reference]:
@@ -87,19 +90,19 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
     text, data = _read_toml(file)
     reader = _Reader(file, text)
     sweep = reader.sweep(data.pop("sweep", {}))
-    file_axes, _, wrong = read_axes(sweep, data)
+    own, _, wrong = read_factors(sweep, data)
     sweep_is_right = not wrong and not reader.faults
 
-    changed = changes.apply(overrides, _with_first_values(data, file_axes), sweep)
+    changed = changes.apply(overrides, _with_first_values(data, own), sweep)
     reader.origins, reader.faults = changed.origins, reader.faults + changed.faults
-    data, scene, axes = reader.read(changed.data, changed.sweep)
+    data, scene, factors = reader.read(changed.data, changed.sweep)
     if scene is not None and sweep_is_right:
-        reader.tell(count_problems(scene.references, file_axes))
+        reader.tell(count_problems(scene.references, own))
     if scene is None or reader.faults:
         raise SceneError(reader.faults)
-    scene = scene.model_copy(update={"references": aligned(scene, file_axes, axes)})
-    runs = Runs(data, axes, scene)
-    return Study(file, text, overrides, scene, tuple(axes), runs, to_toml(scene, axes))
+    scene = scene.model_copy(update={"references": aligned(scene, own, factors)})
+    runs = Runs(data, factors, scene)
+    return Study(file, text, overrides, scene, runs, to_toml(scene, factors))
 
 
 class _Reader:
@@ -123,45 +126,43 @@ class _Reader:
                 return Fault("", None, key, problem.message, self.origins[path[:size]])
         return Fault(str(self.file), self.map.line(path), key, problem.message)
 
-    def sweep(self, raw: Any) -> dict[str, tuple[Path, Any]]:
-        """Return the file's sweep: place in the file and raw values by key."""
+    def sweep(self, raw: Any) -> list[Entry]:
+        """Return the file's sweep as it is written."""
         if not isinstance(raw, dict):
             self.tell([Problem(("sweep",), f"expected a table, found {found(raw)}")])
-            return {}
-        entries = {}
-        for place, key, values in flattened(raw):
-            if key in entries:
-                self.tell([Problem(place, f'expected each key once, found "{key}" again')])
-            entries[key] = (place, values)
+            return []
+        entries, problems = entries_of(raw)
+        self.tell(problems)
         return entries
 
     def read(
-        self, data: dict[str, Any], sweep: dict[str, tuple[Path, Any]]
-    ) -> tuple[dict[str, Any], Scene | None, list[Axis]]:
-        """Return raw data, base scene (None where it is faulty) and axes, telling every fault."""
-        axes, places, wrong = read_axes(sweep, data)
-        data = _with_first_values(data, axes)
+        self, data: dict[str, Any], sweep: list[Entry]
+    ) -> tuple[dict[str, Any], Scene | None, list[Factor]]:
+        """Return raw data, base scene (None where it is faulty) and factors, telling every fault."""
+        factors, places, wrong = read_factors(sweep, data)
+        data = _with_first_values(data, factors)
         scene, problems = read_scene(data, fill(data, self.file.parent))
         # A number that only a faulty axis gives is missing for that reason: told once.
-        faulty = {tuple(key.split(".")) for key in sweep} - {axis.path for axis in axes}
+        read = {axis.path for factor in factors for axis in factor.axes}
+        faulty = {tuple(key.split(".")) for entry in sweep for key in entry.keys} - read
         problems = [p for p in problems if not (p.path in faulty and _is_open(data, p.path))]
         problems += wrong
-        count = math.prod(len(axis.values) for axis in axes)
+        count = math.prod(map(len, factors))
         if count > MAX_RUNS:
             problems.append(Problem(("sweep",), f"expected at most {MAX_RUNS} runs, found {count}"))
-        if axes:
-            problems += run_problems(data, axes, places, problems)
+        if factors:
+            problems += run_problems(data, factors, places, problems)
         self.tell(problems)
-        return data, scene, axes
+        return data, scene, factors
 
 
-def _with_first_values(data: dict[str, Any], axes: Iterable[Axis]) -> dict[str, Any]:
+def _with_first_values(data: dict[str, Any], factors: Iterable[Factor]) -> dict[str, Any]:
     """Return data in which a number that stands in the sweep alone has its first value.
 
     So there is a scene that all runs have in common.
     """
-    alone = [axis for axis in axes if _is_open(data, axis.path)]
-    return with_values(data, {axis.path: axis.values[0] for axis in alone})
+    first = {path: v for factor in factors for path, v in by_path(factor.at(0)).items()}
+    return with_values(data, {path: v for path, v in first.items() if _is_open(data, path)})
 
 
 def _is_open(data: Any, path: Path) -> bool:

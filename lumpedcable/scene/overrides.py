@@ -7,11 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from lumpedcable.scene.entries import Entry, is_spec
 from lumpedcable.scene.errors import Fault
 from lumpedcable.scene.part import Path, dotted
 from lumpedcable.scene.quantities import found
+from lumpedcable.scene.runs import with_values
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.sweep import with_values
 from lumpedcable.scene.tree import Spot, numeric, paths, spot_at
 from lumpedcable.scene.units import nearest
 
@@ -24,23 +25,21 @@ class Overridden:
 
     data: dict[str, Any]
     """The scene as TOML tables, without its sweep."""
-    sweep: dict[str, tuple[Path, Any]]
-    """Swept values by key, with the place they come from."""
+    sweep: list[Entry]
+    """The factors of its sweep as they were written."""
     origins: dict[Path, str] = field(default_factory=dict)
     """The override behind a path."""
     faults: list[Fault] = field(default_factory=list)
     """Overrides that could not be understood."""
 
 
-def apply(
-    overrides: Iterable[str], data: dict[str, Any], sweep: dict[str, tuple[Path, Any]]
-) -> Overridden:
+def apply(overrides: Iterable[str], data: dict[str, Any], sweep: Iterable[Entry]) -> Overridden:
     """Return the data with every override applied, in order.
 
-    A list for a key that holds one number makes that key an axis of the sweep; one value for a
-    swept key takes its axis away.
+    A list or a range for a key that holds one number makes that key an axis of the sweep; one value
+    for a swept key takes its axis away.
     """
-    result = Overridden(data, dict(sweep))
+    result = Overridden(data, list(sweep))
     for text in overrides:
         key, equals, value_text = text.partition("=")
         key = key.strip()
@@ -60,18 +59,30 @@ def apply(
 def _set(result: Overridden, text: str, path: Path, value: Any) -> None:
     key = dotted(path)
     spot = spot_at(Spot(Scene, result.data), path)
-    if isinstance(value, list) and spot is not None and numeric(spot) is not None:
+    if (isinstance(value, list) or is_spec(value)) and spot is not None and numeric(spot):
         place: Path = ("sweep", key)
-        result.sweep[key] = (place, value)
+        entry = Entry("list", place, {key: (place, value)})
+        same = [i for i, e in enumerate(result.sweep) if e.kind == "list" and key in e.keys]
+        if same:
+            result.sweep[same[0]] = entry
+        else:
+            singles = sum(e.kind == "list" for e in result.sweep)
+            rest = _without(result.sweep, key)
+            result.sweep = [*rest[:singles], entry, *rest[singles:]]
         result.origins[place] = text
         return
-    for swept in [k for k in result.sweep if k == key or k.startswith(f"{key}.")]:
-        del result.sweep[swept]
+    result.sweep = _without(result.sweep, key)
     result.data = with_values(result.data, {path: value})
     # A later override of the same value, or of a table around it, is the one to blame.
     for older in [p for p in result.origins if p[: len(path)] == path]:
         del result.origins[older]
     result.origins[path] = text
+
+
+def _without(sweep: list[Entry], key: str) -> list[Entry]:
+    """Return a sweep in which nothing moves a key or what is below it."""
+    left = [entry.without(key) for entry in sweep]
+    return [entry for entry in left if entry.keys]
 
 
 def read_value(text: str) -> Any:

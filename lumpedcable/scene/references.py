@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 
 from lumpedcable.scene.part import Problem
 from lumpedcable.scene.run import Reference
+from lumpedcable.scene.runs import Factor
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.sweep import Axis
 
 
-def count_problems(references: dict[str, Reference], axes: Sequence[Axis]) -> list[Problem]:
+def count_problems(references: dict[str, Reference], factors: Sequence[Factor]) -> list[Problem]:
     """Return a problem for each list that has not one value per run of the file's own sweep."""
-    runs = math.prod(len(axis.values) for axis in axes)
+    runs = math.prod(map(len, factors))
     return [
         Problem(
             ("references", name, "values", key),
@@ -26,16 +27,17 @@ def count_problems(references: dict[str, Reference], axes: Sequence[Axis]) -> li
     ]
 
 
-def aligned(scene: Scene, file_axes: Sequence[Axis], axes: Sequence[Axis]) -> dict[str, Reference]:
-    """Return the references of a scene, one value per run of ``axes``.
+def aligned(
+    scene: Scene, file_factors: Sequence[Factor], factors: Sequence[Factor]
+) -> dict[str, Reference]:
+    """Return the references of a scene, one value per run of ``factors``.
 
     Overrides may have changed the sweep. A run keeps the values of the file's run with the same
-    numbers on the file's axes; a run without such a one has nan, and what is nan throughout is
-    left out.
+    swept numbers; a run without such a one has nan, and what is nan throughout is left out.
     """
-    if tuple(file_axes) == tuple(axes):
+    if not scene.references or tuple(file_factors) == tuple(factors):
         return scene.references
-    places = [_place(run, file_axes) for run in _coordinates(scene, file_axes, axes)]
+    places = [_place(run, file_factors) for run in _numbers(scene, factors)]
     kept = {}
     for name, reference in scene.references.items():
         values = {
@@ -48,30 +50,27 @@ def aligned(scene: Scene, file_axes: Sequence[Axis], axes: Sequence[Axis]) -> di
     return kept
 
 
-def _coordinates(
-    scene: Scene, file_axes: Sequence[Axis], axes: Sequence[Axis]
-) -> list[tuple[float, ...]]:
-    """Return where each run stands on the axes of the file."""
+def _numbers(scene: Scene, factors: Sequence[Factor]) -> Iterator[Mapping[str, float]]:
+    """Yield the numbers of each run by key."""
     numbers = scene.numbers()
-    grid = itertools.product(*(axis.values for axis in axes))
-    return [
-        tuple(
-            {axis.key: value for axis, value in zip(axes, point, strict=True)}.get(
-                own.key, numbers.get(own.key, math.nan)
-            )
-            for own in file_axes
-        )
-        for point in grid
-    ]
+    for rows in itertools.product(*(range(len(factor)) for factor in factors)):
+        own: dict[str, float] = {}
+        for factor, row in zip(factors, rows, strict=True):
+            own |= factor.at(row)
+        yield ChainMap(own, numbers)
 
 
-def _place(point: tuple[float, ...], axes: Sequence[Axis]) -> int | None:
-    """Return the number of the file's run at a point, or None."""
-    run = 0
-    for value, axis in zip(point, axes, strict=True):
-        near = (i for i, own in enumerate(axis.values) if math.isclose(own, value, rel_tol=1e-12))
-        index = next(near, None)
-        if index is None:
+def _place(run: Mapping[str, float], factors: Sequence[Factor]) -> int | None:
+    """Return the number of the file's run that has a run's numbers, or None."""
+    place = 0
+    for factor in factors:
+        near = (row for row in range(len(factor)) if _same(factor.at(row), run))
+        row = next(near, None)
+        if row is None:
             return None
-        run = run * len(axis.values) + index
-    return run
+        place = place * len(factor) + row
+    return place
+
+
+def _same(own: Mapping[str, float], run: Mapping[str, float]) -> bool:
+    return all(math.isclose(v, run.get(k, math.nan), rel_tol=1e-12) for k, v in own.items())

@@ -100,6 +100,9 @@ class Output(Part):
     """Time in s between kept states."""
     quantities: tuple[FieldQuantity, ...] = ("position", "velocity", "tension", "strain", "energy")
     """Fields that are kept."""
+    keep: Literal["fields", "histories", "summaries"] = "fields"
+    """How much of a run is kept: everything; tensions at the ends and energies over time, but no
+    fields; or its numbers alone."""
     precision: Precision = "float64"
     """Floating-point type of the kept fields; scalars are always float64."""
 
@@ -118,7 +121,10 @@ class Output(Part):
                 f"found {self.duration / self.every:.3g}",
             )
         if not self.quantities:
-            yield Problem(("quantities",), "expected at least one quantity, found none")
+            yield Problem(
+                ("quantities",),
+                'expected at least one quantity, found none (keep = "histories" keeps no field)',
+            )
         for i, quantity in enumerate(self.quantities):
             if quantity in self.quantities[:i]:
                 yield Problem(

@@ -9,9 +9,10 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import Body, Line, RecordedMotion
+from lumpedcable.scene.lines import Line, RecordedMotion
 from lumpedcable.scene.materials import Material, TableMaterial
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count
@@ -41,7 +42,7 @@ class Scene(Part):
     lines: dict[Name, Line] = Field(default_factory=dict)
     """Lines by name."""
     bodies: dict[Name, Body] = Field(default_factory=dict)
-    """Point bodies by name."""
+    """Bodies by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events by name."""
     solver: Solver = Solver()
@@ -57,6 +58,16 @@ class Scene(Part):
     def fluid(self) -> Fluid | None:
         """The water or the air, or None."""
         return self.water if self.water is not None else self.air
+
+    def body_point(self, end: Any) -> tuple[str, str | None] | None:
+        """Return the rigid body, and the point of it or None for its centre, that an end names.
+
+        None where the end is anything else.
+        """
+        name, dot, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+        if name in self.lines or name not in self.bodies or not self.bodies[name].rigid:
+            return None
+        return name, (point if dot else None)
 
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.

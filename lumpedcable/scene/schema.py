@@ -17,8 +17,9 @@ def json_schema() -> dict[str, Any]:
     schema["properties"]["sweep"] = {
         "type": "object",
         "description": (
-            "Values for numbers of the scene by full path; every combination is a run, "
-            "the first key changing slowest."
+            "Values for numbers of the scene by full path: a list, or a range with from, to and "
+            "count or step; and tables of several keys: cases, zip, sample. Every combination is a "
+            "run, the first key changing slowest."
         ),
         "additionalProperties": {"anyOf": [{"type": "array", "minItems": 1}, {"type": "object"}]},
     }

@@ -1,168 +1,330 @@
-"""A sweep: the grid over chosen numbers of a scene, and its runs."""
+"""Reading [sweep]: lists, ranges, cases, keys that move together, and draws."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, overload
+from array import array
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic_core import PydanticCustomError
 
-from lumpedcable.scene.part import Path, Problem, did_you_mean
-from lumpedcable.scene.quantities import found
+from lumpedcable.scene.draws import METHODS, spread, unit_draws
+from lumpedcable.scene.entries import DRAW, RANGE, Entry
+from lumpedcable.scene.part import Path, Problem, did_you_mean, either
+from lumpedcable.scene.quantities import Count, Quantity, found
+from lumpedcable.scene.runs import Axis, Factor
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.tree import Absent, Spot, is_broken, is_open_list, numeric, paths, spot_at
-from lumpedcable.scene.units import format_quantity
-from lumpedcable.scene.validate import SECTIONS, read_scene
+from lumpedcable.scene.validate import SECTIONS
 
 MAX_RUNS = 10_000_000
 """Largest number of runs of one sweep."""
-_CHECKED = 1000  # up to this many runs are all checked; beyond it, axis by axis and the corners
 
 
-@dataclass(frozen=True)
-class Axis:
-    """One swept number."""
+class Reading(NamedTuple):
+    """A sweep as far as it could be read."""
 
-    key: str
-    """Dotted path in the scene: "lines.rope.end.held.pretension"."""
-    values: tuple[float, ...] | tuple[int, ...]
-    """Its values in SI, in the order of the file."""
-    unit: str
-    """SI unit, "" for a pure number."""
-    label: str
-    """Short name for people: "rope pretension"."""
-
-    @property
-    def path(self) -> Path:
-        """The key as a path."""
-        return tuple(self.key.split("."))
-
-    def text(self, index: int) -> str:
-        """Return one value with its unit, for people."""
-        return format_quantity(self.values[index], self.unit)
+    factors: list[Factor]
+    places: dict[str, Callable[[int], Path]]
+    """By key: where the value of a row stands in the file."""
+    problems: list[Problem]
 
 
-class Runs(Sequence[Scene]):
-    """The scenes of a grid in order, first axis slowest; each is built when it is asked for."""
-
-    def __init__(self, data: dict[str, Any], axes: Sequence[Axis], base: Scene):
-        self._data = {key: value for key, value in data.items() if key != "references"}
-        self._axes, self._base = tuple(axes), base
-        self._shape = tuple(len(axis.values) for axis in axes)
-
-    def __len__(self) -> int:
-        return math.prod(self._shape)
-
-    @overload
-    def __getitem__(self, index: int) -> Scene: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Scene, ...]: ...
-    def __getitem__(self, index: int | slice) -> Scene | tuple[Scene, ...]:
-        if isinstance(index, slice):
-            return tuple(self[i] for i in range(*index.indices(len(self))))
-        if not -len(self) <= index < len(self):
-            raise IndexError(f"run {index} of {len(self)}")
-        if not self._axes:
-            return self._base
-        values = at_indices(self._axes, self.indices(index % len(self)))
-        scene = Scene.model_validate(with_values(self._data, values))
-        return scene.model_copy(update={"references": self._base.references})
-
-    def indices(self, run: int) -> tuple[int, ...]:
-        """Return the place of a run on each axis."""
-        places = []
-        for size in reversed(self._shape):
-            run, place = divmod(run, size)
-            places.append(place)
-        return tuple(reversed(places))
-
-    def values(self, run: int) -> dict[str, float]:
-        """Return the swept values of a run in SI, by key."""
-        places = self.indices(range(len(self))[run])
-        return {a.key: a.values[i] for a, i in zip(self._axes, places, strict=True)}
-
-
-def at_indices(axes: Sequence[Axis], indices: Sequence[int]) -> dict[Path, float]:
-    """Return the values at one point of the grid, by path."""
-    return {axis.path: axis.values[i] for axis, i in zip(axes, indices, strict=True)}
-
-
-def with_values(data: dict[str, Any], values: dict[Path, Any]) -> dict[str, Any]:
-    """Return raw data with values put in, missing tables made, and nothing changed in place."""
-    for path, value in values.items():
-        data = _put(data, path, value)
-    return data
-
-
-def _put(raw: Any, path: Path, value: Any) -> Any:
-    if not path:
-        return value
-    key, rest = path[0], path[1:]
-    if isinstance(raw, list):
-        index = int(key)
-        return [*raw[:index], _put(raw[index], rest, value), *raw[index + 1 :]]
-    table = raw if isinstance(raw, dict) else {}
-    return {**table, key: _put(table.get(key), rest, value)}
-
-
-def flattened(sweep: Any) -> Iterator[tuple[Path, str, Any]]:
-    """Yield (path in the file, key, values) of a raw sweep.
-
-    A key without quotes ("lines.rope.length = ...") is a nest of tables in TOML and read alike.
-    """
-
-    def walk(path: Path, table: dict[str, Any]) -> Iterator[tuple[Path, str, Any]]:
-        for key, value in table.items():
-            if isinstance(value, dict):
-                yield from walk((*path, key), value)
-            else:
-                yield (*path, key), ".".join(map(str, (*path[1:], key))), value
-
-    yield from walk(("sweep",), sweep)
-
-
-def read_axes(
-    sweep: Mapping[str, tuple[Path, Any]], data: dict[str, Any]
-) -> tuple[list[Axis], dict[str, Path], list[Problem]]:
-    """Return the axes of a sweep, where each stands in the file, and what is wrong with it.
+def read_factors(entries: Iterable[Entry], data: dict[str, Any]) -> Reading:
+    """Return the factors of a sweep, where each value stands in the file, and what is wrong.
 
     Args:
-        sweep: place in the file and raw values, by key.
+        entries: the sweep as written.
         data: the scene that is swept, as TOML tables.
     """
-    axes, places, problems = [], {}, []
-    root = Spot(Scene, data)
-    for key, (place, raw) in sweep.items():
-        kind, message = _swept_number(root, key)
-        if kind is None:
-            problems += [Problem(place, message)] if message else []
-            continue
-        if not isinstance(raw, list) or not raw:
-            problems.append(
-                Problem(
-                    place, f"expected a list of values, each {kind.expected}, found {found(raw)}"
+    reader = _Reader(Spot(Scene, data))
+    factors = []
+    for entry in entries:
+        wrong = len(reader.problems)
+        factor = getattr(reader, entry.kind)(entry) if entry.keys or entry.settings else None
+        if (
+            factor is not None
+            and factor.axes
+            and (entry.kind == "list" or not reader.problems[wrong:])
+        ):
+            factors.append(factor)
+    return Reading(_distinct(factors), reader.places, reader.problems)
+
+
+class _Reader:
+    """The kinds of factors, each by the name it has in the file."""
+
+    def __init__(self, root: Spot):
+        self.root = root
+        self.places: dict[str, Callable[[int], Path]] = {}
+        self.problems: list[Problem] = []
+
+    def list(self, entry: Entry) -> Factor | None:
+        """One key with its list or range."""
+        ((key, (place, raw)),) = entry.keys.items()
+        axis = self._column(key, place, raw, once=True)
+        return None if axis is None else Factor((axis,))
+
+    def zip(self, entry: Entry) -> Factor | None:
+        """Keys with lists or ranges of one length."""
+        columns = {key: self._column(key, *raw) for key, raw in entry.keys.items()}
+        axes = [axis for axis in columns.values() if axis is not None]
+        if len(axes) < len(columns):
+            return None
+        for axis in axes[1:]:
+            if len(axis.values) != len(axes[0].values):
+                self._tell(
+                    entry.keys[axis.key][0],
+                    f'expected {len(axes[0].values)} values, as "{axes[0].key}" has, since they '
+                    f"move together, found {len(axis.values)}",
                 )
-            )
-            continue
-        values = []
-        for i, item in enumerate(raw):
-            try:
-                value = kind.read(item)
-            except PydanticCustomError as error:
-                problems.append(Problem((*place, i), error.message()))
+        return Factor(tuple(axes), "zip")
+
+    def cases(self, entry: Entry) -> Factor | None:
+        """Rows with keys of their own; what a row leaves out is as in the scene."""
+        axes = []
+        for key, cells in entry.keys.items():
+            first = next(cell for cell in cells if cell is not None)
+            kind = self._kind(key, first[0])
+            if kind is None:
                 continue
-            if value in values:
-                problems.append(
-                    Problem((*place, i), f"expected each value once, found {found(item)} again")
-                )
+            own = spot_at(self.root, tuple(key.split(".")))
+            values = []
+            for i, cell in enumerate(cells):
+                place = (*entry.place, i, key) if cell is None else cell[0]
+                if cell is None and (own is None or own.value is Absent):
+                    self._tell(
+                        place, f'expected "{key}" in every case or in the scene, found nothing'
+                    )
+                    continue
+                value = self._read(kind, place, own.value if cell is None else cell[1])  # type: ignore[union-attr]
+                values += [] if value is None else [value]
+            if len(values) == len(cells):
+                axes.append(self._axis(key, values, kind))
+                self.places[key] = lambda row, key=key: (*entry.place, row, key)
+        return Factor(tuple(axes), "cases", entry.names)
+
+    def sample(self, entry: Entry) -> Factor | None:
+        """Keys with distributions, drawn together."""
+        method, count, seed = self._settings(entry)
+        laws: dict[str, tuple[Any, dict[str, Any]]] = {}
+        for key, (place, raw) in entry.keys.items():
+            kind = self._kind(key, place)
+            law = None if kind is None else self._law(kind, place, raw)
+            if law is not None:
+                laws[key] = (kind, law)
+        if not entry.keys:
+            self._tell(entry.place, "expected at least one key with its distribution, found none")
+        if (
+            count is None
+            or method is None
+            or seed is None
+            or len(laws) < len(entry.keys)
+            or not laws
+        ):
+            return None
+        points = unit_draws(method, count, len(laws), seed)
+        axes = []
+        for column, (key, (kind, law)) in zip(points.T, laws.items(), strict=True):
+            values = spread(column, law)
+            place = entry.keys[key][0]
+            self._in_range(kind, place, values)
+            axes.append(self._axis(key, array("d", values.tobytes()), kind))
+            self.places[key] = lambda row, place=place: place
+        drawn = {"method": method, "count": count, "seed": seed}
+        return Factor(tuple(axes), "sample", (), drawn | {k: law for k, (_, law) in laws.items()})
+
+    # --- pieces -----------------------------------------------------------------------------
+
+    def _tell(self, place: Path, message: str) -> None:
+        self.problems.append(Problem(place, message))
+
+    def _axis(self, key: str, values: Sequence[float], kind: Any) -> Axis:
+        values = values if isinstance(values, array) else tuple(values)
+        return Axis(key, values, kind.unit, _label(self.root, key))
+
+    def _kind(self, key: str, place: Path) -> Any:
+        kind, message = _swept_number(self.root, key)
+        if kind is None and message:
+            self._tell(place, message)
+        return kind
+
+    def _read(self, kind: Any, place: Path, raw: Any) -> Any:
+        try:
+            return kind.read(raw)
+        except PydanticCustomError as error:
+            self._tell(place, error.message())
+            return None
+
+    def _column(self, key: str, place: Path, raw: Any, once: bool = False) -> Axis | None:
+        """An axis from a list or a range."""
+        kind = self._kind(key, place)
+        if kind is None:
+            return None
+        if isinstance(raw, dict):
+            values = self._range(kind, place, raw)
+            self.places[key] = lambda row: place
+            return None if values is None else self._axis(key, values, kind)
+        if not isinstance(raw, list) or not raw:
+            self._tell(
+                place, f"expected a list of values, each {kind.expected}, found {found(raw)}"
+            )
+            return None
+        values = []
+        seen: set[float] = set()
+        for i, item in enumerate(raw):
+            value = self._read(kind, (*place, i), item)
+            if value is None:
+                continue
+            if once and value in seen:
+                self._tell((*place, i), f"expected each value once, found {found(item)} again")
+            seen.add(value)
             values.append(value)
-        if values:
-            axes.append(Axis(key, tuple(values), kind.unit, _label(root, key)))
-            places[key] = place
-    return _distinct(axes), places, problems
+        self.places[key] = lambda row: (*place, row)
+        return self._axis(key, values, kind) if values else None
+
+    def _keys(self, place: Path, raw: dict[str, Any], known: Sequence[str]) -> bool:
+        unknown = [key for key in raw if key not in known]
+        for key in unknown:
+            words = f"expected {either(known)}, found {found(key)}{did_you_mean(key, known)}"
+            self._tell((*place, key), words)
+        return not unknown
+
+    def _bounds(self, kind: Any, place: Path, raw: dict[str, Any]) -> tuple[Any, Any] | None:
+        """`from` and `to`, in order, of a range or distribution that needs both."""
+        ends = []
+        for key in ("from", "to"):
+            if key not in raw:
+                self._tell(place, f"expected from and to, found no {key}")
+                return None
+            ends.append(self._read(kind, (*place, key), raw[key]))
+        if None in ends:
+            return None
+        low, high = ends
+        if not low < high:
+            self._tell((*place, "to"), f"expected more than from, found {found(raw['to'])}")
+            return None
+        spacing = raw.get("spacing", "linear")
+        if spacing not in ("linear", "log"):
+            self._tell((*place, "spacing"), f'expected "linear" or "log", found {found(spacing)}')
+            return None
+        if spacing == "log" and low <= 0:
+            self._tell(
+                (*place, "from"),
+                f'expected more than 0 with spacing = "log", found {found(raw["from"])}',
+            )
+            return None
+        return low, high
+
+    def _range(self, kind: Any, place: Path, raw: dict[str, Any]) -> list[Any] | None:
+        """Values from a to b: `count` of them in equal steps or ratios, or `step` apart."""
+        if not self._keys(place, raw, RANGE):
+            return None
+        ends = self._bounds(kind, place, raw)
+        if ends is None:
+            return None
+        low, high = ends
+        if ("count" in raw) == ("step" in raw):
+            both = "both" if "count" in raw else "neither"
+            self._tell(place, f"expected count or step, found {both}")
+            return None
+        if "step" in raw:
+            if raw.get("spacing") == "log":
+                self._tell(place, 'expected count with spacing = "log", found step')
+                return None
+            of_step = (
+                replace(kind, sign="positive", maximum=None)
+                if isinstance(kind, Quantity)
+                else Count()
+            )
+            step = self._read(of_step, (*place, "step"), raw["step"])
+            if step is None:
+                return None
+            count = math.floor((high - low) / step * (1 + 1e-9)) + 1
+            if count > MAX_RUNS:
+                self._tell((*place, "step"), f"expected at most {MAX_RUNS} values, found {count}")
+                return None
+            values = low + step * np.arange(count)
+        else:
+            count = self._read(Count(2, MAX_RUNS), (*place, "count"), raw["count"])
+            if count is None:
+                return None
+            space = np.geomspace if raw.get("spacing") == "log" else np.linspace
+            values = space(low, high, count)
+        if isinstance(kind, Count):
+            if np.any(np.abs(values - np.rint(values)) > 1e-9):
+                self._tell(place, f"expected steps that are whole numbers, found {values[1]:.6g}")
+                return None
+            return [int(v) for v in np.rint(values)]
+        return np.minimum(values, high).tolist()
+
+    def _settings(self, entry: Entry) -> tuple[str | None, int | None, int | None]:
+        given = entry.settings
+        method = given.get("method", "latin-hypercube")
+        if method not in METHODS:
+            known = either(f'"{m}"' for m in METHODS)
+            hint = did_you_mean(method, METHODS)
+            self._tell((*entry.place, "method"), f"expected {known}, found {found(method)}{hint}")
+            method = None
+        if "count" not in given:
+            self._tell(entry.place, "expected count, the number of draws, found none")
+        count = (
+            self._read(Count(1, MAX_RUNS), (*entry.place, "count"), given["count"])
+            if "count" in given
+            else None
+        )
+        seed = self._read(Count(0, 2**32), (*entry.place, "seed"), given.get("seed", 0))
+        return method, count, seed
+
+    def _law(self, kind: Any, place: Path, raw: Any) -> dict[str, Any] | None:
+        """A distribution in SI numbers."""
+        if not isinstance(kind, Quantity):
+            self._tell(place, "expected a number to draw that is no count; sweep a count by a list")
+            return None
+        if not isinstance(raw, dict):
+            self._tell(
+                place,
+                f"expected a table with from and to, or mean and deviation, found {found(raw)}",
+            )
+            return None
+        if not self._keys(place, raw, DRAW):
+            return None
+        if "mean" not in raw and "deviation" not in raw:
+            ends = self._bounds(kind, place, raw)
+            log = {"spacing": "log"} if raw.get("spacing") == "log" else {}
+            return None if ends is None else {"from": ends[0], "to": ends[1], **log}
+        if "mean" not in raw or "deviation" not in raw or "spacing" in raw:
+            self._tell(
+                place, "expected mean and deviation (with from and to as cuts), or from and to"
+            )
+            return None
+        law = {}
+        for key, own in (
+            ("mean", replace(kind, sign="any")),
+            ("deviation", replace(kind, sign="positive", maximum=None)),
+            ("from", kind),
+            ("to", kind),
+        ):
+            if key in raw:
+                law[key] = self._read(own, (*place, key), raw[key])
+        if None in law.values():
+            return None
+        if not law.get("from", -math.inf) < law.get("to", math.inf):
+            self._tell((*place, "to"), f"expected more than from, found {found(raw['to'])}")
+            return None
+        return law
+
+    def _in_range(self, kind: Quantity, place: Path, values: np.ndarray) -> None:
+        """Tell the draw that is farthest out of a kind's range, if any is."""
+        for worst in (int(np.argmin(values)), int(np.argmax(values))):
+            try:
+                kind.read(float(values[worst]))
+            except PydanticCustomError as error:
+                self._tell(place, f"{error.message()} in draw {worst}; from and to cut the draws")
+                return
 
 
 def _swept_number(root: Spot, key: str) -> tuple[Any, str]:
@@ -206,48 +368,16 @@ def _label(root: Spot, key: str) -> str:
     return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]
 
 
-def _distinct(axes: list[Axis]) -> list[Axis]:
-    """Return the axes with their keys as labels where short labels would be the same."""
-    labels = [axis.label for axis in axes]
+def _distinct(factors: list[Factor]) -> list[Factor]:
+    """Return the factors with keys as labels where short labels would be the same."""
+    labels = [axis.label for factor in factors for axis in factor.axes]
     return [
-        Axis(a.key, a.values, a.unit, a.key if labels.count(a.label) > 1 else a.label) for a in axes
+        replace(
+            factor,
+            axes=tuple(
+                replace(axis, label=axis.key) if labels.count(axis.label) > 1 else axis
+                for axis in factor.axes
+            ),
+        )
+        for factor in factors
     ]
-
-
-def run_problems(
-    data: dict[str, Any], axes: Sequence[Axis], places: dict[str, Path], known: Iterable[Problem]
-) -> list[Problem]:
-    """Return what is wrong in the runs of a grid but not in the file's own scene."""
-    told = {problem.path for problem in known}
-    points = list(_looked_at([len(axis.values) for axis in axes]))
-    # Problems by where they are told: the swept value itself, or a value that it does not fit.
-    found_at: dict[Path, list[tuple[str, tuple[int, ...]]]] = {}
-    runs_of: dict[Path, int] = {}
-    for indices in points:
-        swept = {a.path: (*places[a.key], i) for a, i in zip(axes, indices, strict=True)}
-        for place in swept.values():
-            runs_of[place] = runs_of.get(place, 0) + 1
-        for problem in read_scene(with_values(data, at_indices(axes, indices)))[1]:
-            if problem.path not in told:
-                place = swept.get(problem.path, problem.path)
-                found_at.setdefault(place, []).append((problem.message, indices))
-    problems = []
-    for place, failures in found_at.items():
-        message, indices = failures[0]
-        if len(failures) < runs_of.get(place, math.inf):
-            run = ", ".join(f"{a.key} = {a.text(i)}" for a, i in zip(axes, indices, strict=True))
-            message = f"{message} (in the run with {run})"
-        problems.append(Problem(place, message))
-    return problems
-
-
-def _looked_at(shape: Sequence[int]) -> Iterable[tuple[int, ...]]:
-    if math.prod(shape) <= _CHECKED:
-        return itertools.product(*map(range, shape))
-    one_by_one = (
-        tuple(place if axis == moved else 0 for axis in range(len(shape)))
-        for moved, size in enumerate(shape)
-        for place in range(size)
-    )
-    corners = itertools.islice(itertools.product(*({0, n - 1} for n in shape)), _CHECKED)
-    return dict.fromkeys(itertools.chain(one_by_one, corners))

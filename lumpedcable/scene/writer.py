@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from lumpedcable.scene.part import Part
+from lumpedcable.scene.runs import Factor
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.sweep import Axis
 
 
-def to_toml(scene: Scene, axes: Sequence[Axis] = ()) -> str:
+def to_toml(scene: Scene, factors: Sequence[Factor] = ()) -> str:
     """Return a TOML text that reads back as the same scene and sweep.
 
     Only what was given is written, defaults are not; lists from files are written out, so that the
@@ -19,10 +19,27 @@ def to_toml(scene: Scene, axes: Sequence[Axis] = ()) -> str:
     """
     blocks = ["\n".join(f"{key} = {text}" for key, text in _singles(scene))]
     blocks += ["\n".join([f"[{name}]", *_pairs(table)]) for name, table in _tables(scene)]
-    if axes:
-        lines = [f"{_text(axis.key)} = {_value(axis.values)}" for axis in axes]
+    singles = [factor.axes[0] for factor in factors if factor.kind == "list"]
+    if singles:
+        lines = [f"{_text(axis.key)} = {_value(axis.values)}" for axis in singles]
         blocks.append("\n".join(["[sweep]", *lines]))
+    blocks += [block for factor in factors for block in _group(factor)]
     return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def _group(factor: Factor) -> Iterator[str]:
+    """Yield the tables of a factor of several keys."""
+    if factor.kind == "cases":
+        for row in range(len(factor)):
+            name = [f"name = {_text(factor.names[row])}"] if factor.names else []
+            own = [f"{_text(axis.key)} = {_value(axis.values[row])}" for axis in factor.axes]
+            yield "\n".join(["[[sweep.cases]]", *name, *own])
+    elif factor.kind == "zip":
+        lines = [f"{_text(axis.key)} = {_value(axis.values)}" for axis in factor.axes]
+        yield "\n".join(["[[sweep.zip]]", *lines])
+    elif factor.kind == "sample":
+        lines = [f"{_text(key)} = {_value(value)}" for key, value in factor.drawn.items()]
+        yield "\n".join(["[[sweep.sample]]", *lines])
 
 
 def _given(part: Part) -> Iterator[tuple[str, Any]]:

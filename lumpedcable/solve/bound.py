@@ -1,8 +1,10 @@
 """The largest step at which leapfrog is stable, from what each force along a line contributes."""
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.physics.tension import stiffness_bound
@@ -33,8 +35,21 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
 
 
 def step_bound(model: Model) -> Float[Array, ""]:
-    """Largest stable step (s) of the scene: the smallest of its lines'."""
-    return jnp.min(jnp.stack([line_step_bound(line) for line in model.lines.values()]))
+    """Largest stable step (s) of the scene: the smallest of its lines' and bodies'."""
+    bounds = [line_step_bound(line) for line in model.lines.values()]
+    bounds += [body_step_bound(body) for body in model.bodies.values()]
+    return jnp.min(jnp.stack(bounds))
+
+
+def body_step_bound(body: AbstractBody) -> Float[Array, ""]:
+    """Largest stable step (s) of a body by itself at its reference, 2 / omega.
+
+    omega^2 is at most the Frobenius norm of M^-1 K, with K the second derivatives of its energy.
+    """
+    q = body.reference
+    stiff = jnp.linalg.solve(body.mass(q), jax.hessian(body.energy)(q))
+    square = jnp.sqrt(jnp.sum(stiff**2))
+    return 2.0 / jnp.sqrt(jnp.maximum(square, 1e-300))
 
 
 def courant_number(

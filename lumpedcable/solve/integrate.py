@@ -14,6 +14,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
+from lumpedcable.model.attached import start_velocities
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.energy import empty_work
 from lumpedcable.model.model import Model, end_name
@@ -93,7 +95,10 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
             if isinstance(end, Driven) and not isinstance(end.motion, Still):
                 v = velocity_of(end.motion, t).astype(velocity[name].dtype)
                 velocity[name] = velocity[name].at[:, node].set(v)
+    displacement |= {body_key(n): jnp.zeros_like(b.reference) for n, b in model.bodies.items()}
+    velocity = start_velocities(model, velocity)
     work = {name: empty_work(line, stepping) for name, line in model.lines.items()}
+    work |= {body_key(n): empty_work(body, stepping) for n, body in model.bodies.items()}
     # what breakable ends carry at rest: the force that keeps their node where it is
     zero = {
         end_name(name, node): jnp.zeros(model.lines[name].dimensions, displacement[name].dtype)

@@ -20,7 +20,7 @@ def rates(model: Model, t: Float[Array, ""], y: State) -> tuple[State, dict[str,
     gain, found = model.acceleration(t, y.displacement, y.velocity, y.reaction)
     work = y.work
     if work:
-        power = powers(model, t, found, y.velocity, y.velocity, gain, None)
+        power = powers(model, t, found, y.displacement, y.velocity, y.velocity, gain, None)
         work = {
             name: {kind: power[name].get(kind, jnp.zeros_like(w)) for kind, w in kinds.items()}
             for name, kinds in work.items()
@@ -84,7 +84,7 @@ class Leapfrog(diffrax.AbstractSolver):
             (slope.velocity, slope.work),
         )
         found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
-        return args.carried(t0, dt, velocity), work, dt, workspaces(found)
+        return args.carried(t0, dt, y0.displacement, velocity), work, dt, workspaces(found)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
@@ -95,10 +95,11 @@ class Leapfrog(diffrax.AbstractSolver):
         t1 = jnp.asarray(t1)
         dt = length.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
+        place = model.followed(t1, place)
         middle, after, reaction, found = model.kick(t1, place, before, y0.reaction, dt, over)
         now = work
         if work:
-            power = powers(model, t1, found, before, middle, after, dt)
+            power = powers(model, t1, found, place, before, middle, after, dt)
             now = jax.tree.map(lambda w, p: w + 0.5 * dt * p, work, power)
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
         y1 = State(place, middle, now, reaction)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.energy import WORKS, energies
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
@@ -28,6 +29,7 @@ class Recoil(NamedTuple):
 class Watch(NamedTuple):
     """What a recoiling end has done: peak speed (m/s) and its time, when the far end felt it (s).
 
+    `reach` is the square of its largest distance from where it started (m2), `reach_time` when (s).
     `arrival` is the time at which the tension at the far end first lost 1 % of what it was at the
     start, linear between steps, NaN before; `last` is the tension of the step before (N).
     """
@@ -37,18 +39,26 @@ class Watch(NamedTuple):
     arrival: Float[Array, ""]
     last: Float[Array, ""]
     first: Float[Array, ""]
+    reach: Float[Array, ""]
+    reach_time: Float[Array, ""]
 
 
 class Sample(NamedTuple):
-    """One output time: fields by line and quantity, energies (J), end tensions (N) and checks."""
+    """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
+
+    `largest` has the largest tension of all segments (N) and the kinetic energy (J), `bodies` the
+    coordinates q and their rates of each body, (2, m).
+    """
 
     fields: dict[str, dict[str, Array]]
     energy: dict[str, Float[Array, ""]]
     ends: dict[str, Float[Array, " 2"]]
+    largest: dict[str, Float[Array, ""]]
     finite: Bool[Array, ""]
     reversed: Bool[Array, ""]
     courant: Float[Array, ""]
     exhausted: Bool[Array, ""]
+    bodies: dict[str, Float[Array, "2 m"]]
 
 
 def end_tension(
@@ -78,7 +88,8 @@ def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch,
     for recoil in recoils:
         far = _far_tension(model, y, recoil)
         never = jnp.full_like(far, jnp.nan)
-        result.append(Watch(jnp.zeros_like(far), never, never, far, far))
+        nothing = jnp.zeros_like(far)
+        result.append(Watch(nothing, never, never, far, far, nothing, never))
     return tuple(result)
 
 
@@ -103,7 +114,11 @@ def watch(
         faster = speed > old.peak_speed
         peak_time = jnp.where(faster, t.astype(speed.dtype), old.peak_time)
         peak = jnp.where(faster, speed, old.peak_speed)
-        result.append(Watch(peak, peak_time, arrival, far, old.first))
+        moved = jnp.sum(y.displacement[recoil.line][:, recoil.node] ** 2)
+        farther = moved > old.reach
+        reach = jnp.where(farther, moved, old.reach)
+        reach_time = jnp.where(farther, t.astype(moved.dtype), old.reach_time)
+        result.append(Watch(peak, peak_time, arrival, far, old.first, reach, reach_time))
     return tuple(result)
 
 
@@ -125,15 +140,17 @@ def sample(
 ) -> Sample:
     """Everything that is kept of one output time."""
     found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
-    fields, ends = {}, {}
+    fields, ends, most = {}, {}, []
+    place = model.followed(t, y.displacement)
     finite = jnp.ones((), bool)
     back = jnp.zeros((), bool)
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
     for name, line in model.lines.items():
         e = found[name].line
         whole = e.tension if e.damping is None else e.tension + e.damping
+        most.append(jnp.max(whole))
         every = {
-            "position": y.displacement[name],
+            "position": place[name],
             "velocity": y.velocity[name],
             "tension": whole,
             "strain": e.shape.strain,
@@ -146,14 +163,21 @@ def sample(
         back |= _reversed(line, e.shape.strain, e.shape.tangent)
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
+    stored = energies(model, found, y.displacement, y.velocity)
+    largest = {"tension": jnp.max(jnp.stack(most)), "kinetic": stored["kinetic"]}
     energy = {}
     if y.work:
-        energy = dict(energies(model, found, y.velocity))
+        energy = dict(stored)
         for kinds in y.work.values():
             for kind, value in kinds.items():
                 key = f"work_{kind}" if WORKS[kind][0] > 0 else f"lost_{kind}"
                 energy[key] = energy.get(key, 0.0) + jnp.sum(value)
-    return Sample(fields, energy, ends, finite, back, courant, exhausted)
+    bodies = {}
+    for name, body in model.bodies.items():
+        key = body_key(name)
+        bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
+        finite &= jnp.all(jnp.isfinite(bodies[name]))
+    return Sample(fields, energy, ends, largest, finite, back, courant, exhausted, bodies)
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

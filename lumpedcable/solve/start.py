@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.assemble import assemble, make_line, segment_lengths
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.ends import Driven, Joined, Loaded
+from lumpedcable.model.ends import Joined, Loaded
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
@@ -16,9 +16,9 @@ from lumpedcable.scene import Scene
 from lumpedcable.solve.resting import draped_line, resting_line, seabed_of
 from lumpedcable.solve.statics import (
     Equilibrium,
-    driven_position,
     equilibrium,
     hanging_line,
+    held_position,
     nodal_weight,
     spanning_line,
 )
@@ -57,9 +57,7 @@ def _place(model: Model, end: tuple[str, int], joints) -> Float[Array, " d"] | N
     """Where an end is (m), None where only the force on it is known."""
     name, node = end
     kind = model.ends[name][0 if node == 0 else 1]
-    if isinstance(kind, Driven):
-        return driven_position(kind)
-    return joints[kind.junction] if isinstance(kind, Joined) else None
+    return joints[kind.junction] if isinstance(kind, Joined) else held_position(model, kind)
 
 
 def _pull(model: Model, end: tuple[str, int]) -> Float[Array, " d"]:
@@ -174,9 +172,9 @@ def _joint_places(
             if isinstance(there, Joined):
                 matrix = matrix.at[here.junction, here.junction].add(stiffness)
                 matrix = matrix.at[here.junction, there.junction].add(-stiffness)
-            elif isinstance(there, Driven):
+            elif (place := held_position(model, there)) is not None:
                 matrix = matrix.at[here.junction, here.junction].add(stiffness)
-                right = right.at[here.junction].add(stiffness * driven_position(there))
+                right = right.at[here.junction].add(stiffness * place)
             else:
                 right = right.at[here.junction].add(_unit(_pull(model, far)))
     for index, junction in enumerate(model.junctions):

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model import inertia
-from lumpedcable.model.ends import Driven, Loaded
+from lumpedcable.model.ends import Attached, Driven, End, Loaded
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import Net, junction_forces, make_net
@@ -241,7 +241,7 @@ def laid_out_exactly(model: Model) -> bool:
     )
     loaded = any(isinstance(end, Loaded) for pair in model.ends.values() for end in pair)
     cuts = all(j.mass is None and len(j.members) == 2 for j in model.junctions)
-    held = sum(isinstance(end, Driven) for pair in model.ends.values() for end in pair)
+    held = sum(isinstance(end, Driven | Attached) for pair in model.ends.values() for end in pair)
     return only_weight and loaded and cuts and held <= 1
 
 
@@ -357,6 +357,11 @@ def force_scale(model: Model) -> Float[Array, ""]:
     return jnp.max(jnp.stack(sizes))
 
 
-def driven_position(end: Driven) -> Float[Array, " d"]:
-    """Where a driven end is at the start (m)."""
-    return end.motion.position(jnp.zeros(()))
+def held_position(model: Model, end: End) -> Float[Array, " d"] | None:
+    """Where an end is that is driven or tied to a rigid body, at the start (m); None for others."""
+    if isinstance(end, Driven):
+        return end.motion.position(jnp.zeros(()))
+    if isinstance(end, Attached):
+        body = model.bodies[end.body]
+        return body.place(body.reference, end.point)
+    return None

@@ -26,6 +26,7 @@ from lumpedcable.solve.integrate import Numbers, Plan, Progress, advance, begin,
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.start import start_of
+from lumpedcable.study.lanes import across
 
 __all__ = [
     "Ready",
@@ -119,7 +120,7 @@ def advance_batch(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Array, count: Array
 ) -> tuple[Progress, Sample]:
     """The next `count` outputs of every run."""
-    return jax.vmap(lambda m, r: advance(m, plan, numbers, r, first, count))(model, run)
+    return across(lambda m, r: advance(m, plan, numbers, r, first, count), model, run)
 
 
 @partial(jax.jit, compiler_options=RUN_ONCE)

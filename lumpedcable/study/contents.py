@@ -15,14 +15,14 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.model.assemble import assemble, segment_lengths, wave_scheme
-from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
-from lumpedcable.scene import Scene, Study
+from lumpedcable.scene import CHECKED, Scene
 from lumpedcable.solve.observe import Sample
-from lumpedcable.status import Status
-from lumpedcable.study.plan import Batch
-from lumpedcable.study.summary import EXACT, QUANTITIES, Outcome, recoil_names
+from lumpedcable.status import MEANING, Status
+from lumpedcable.study.laying import Laid
+from lumpedcable.study.plan import fields_of
+from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,31 +35,35 @@ FIELDS = {
     "tension": ("segment", "N", "tension, damping included"),
     "strain": ("segment", "1", "strain"),
 }
+BODY_FIELDS = {
+    "position": ("xyz", "m", "place of the centre of gravity"),
+    "velocity": ("xyz", "m/s", "velocity of the centre of gravity"),
+    "attitude": ("angle", "rad", "roll, pitch, yaw"),
+    "turning": ("angle", "rad/s", "rates of roll, pitch, yaw"),
+}
 STORED = {
     "kinetic": "kinetic energy, added mass included",
     "strain": "strain energy",
     "gravitational": "potential energy of weight less buoyancy",
     "bending": "bending energy",
     "seabed": "energy stored in the seabed",
+    "hydrostatic": "energy of hulls that heave, roll or pitch",
 }
-SUMMARIES = {
-    "energy_closure": "largest energy residual over released energy",
-    "released_energy": "energy turned into motion or lost",
-    "static_imbalance": "largest force left by statics over the largest force",
-    "solver_step": "time step",
-}
-UNITS = {"released_energy": "J", "solver_step": "s"}
 
 
-def energy_terms(scene: Scene, batch: Batch, coordinates: Coordinates) -> dict[str, str]:
-    """Energy datasets of a scene: name to long name, stored ones first."""
+def energy_terms(laid: Laid) -> dict[str, str]:
+    """Energy datasets of a study: name to long name, stored ones first."""
     # only names and structure are asked for: nothing is computed
-    model = jax.eval_shape(lambda: assemble(scene, batch.structure.layout, coordinates))
+    scene, layout = laid.scene, laid.structures[0].layout
+    model = jax.eval_shape(lambda: assemble(scene, layout, laid.coordinates))
     stored = {"kinetic", "strain"}
     kinds: set[str] = set()
     for line in model.lines.values():
         stored |= {load.energy_name for load in line.loads}
         kinds |= set(works_of(line, scene.solver.method == "leapfrog"))
+    for body in model.bodies.values():
+        stored |= set(jax.eval_shape(lambda b: b.stored(b.reference), body))
+        kinds |= set(body.works())
     if any(junction.load is not None for junction in model.junctions):
         stored.add("gravitational")
     terms = {name: text for name, text in STORED.items() if name in stored}
@@ -70,47 +74,56 @@ def energy_terms(scene: Scene, batch: Batch, coordinates: Coordinates) -> dict[s
 
 
 class Contents:
-    """The file of a study: declared once, filled run by run and time by time."""
+    """The file of some runs of a study: declared once, filled run by run and time by time.
 
-    def __init__(
-        self,
-        study: Study,
-        scenes: Sequence[Scene],
-        groups: Sequence[Batch],
-        coordinates: Coordinates,
-        count: int,
-    ):
-        self.study, self.scenes, self.coordinates, self.count = study, scenes, coordinates, count
-        self.scene = scenes[0]
-        self.groups = groups
-        self.layout_of = {run: b.structure.layout for b in groups for run in b.runs}
+    What it declares depends on the whole study, so that the files of its parts are alike.
+    """
+
+    def __init__(self, laid: Laid, runs: NDArray[np.int64], exact: bool):
+        self.laid, self.runs, self.exact = laid, runs, exact
+        self.study, self.scene = laid.study, laid.scene
         self.segments: dict[str, int] = {}
-        for batch in groups:
-            for piece in batch.structure.layout.pieces:
+        for structure in laid.structures:
+            for piece in structure.layout.pieces:
                 known = self.segments.get(piece.name, 0)
                 self.segments[piece.name] = max(known, piece.segments)
-        self.ends = list(dict.fromkeys(e for b in groups for e in recoil_names(b.structure.layout)))
-        self.energy = energy_terms(self.scene, groups[0], coordinates)
-        if "energy" not in self.scene.output.quantities:
-            self.energy = {}
+        layouts = [structure.layout for structure in laid.structures]
+        self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
+        self.fields = fields_of(self.scene)
+        self.histories = self.scene.output.keep != "summaries"
+        rigid = [name for name, body in self.scene.bodies.items() if body.rigid]
+        self.bodies = rigid if self.histories else []
+        kept = self.histories and "energy" in self.scene.output.quantities
+        self.energy = energy_terms(laid) if kept else {}
 
     # --- declaring --------------------------------------------------------------------------
 
-    def open(self, target: Path) -> ResultWriter:
-        """A writer for the file, everything declared. Raises OutputError."""
-        dims = {"run": len(self.scenes), "time": self.count + 1, "xyz": 3}
+    def open(self, target: Path, parts: Sequence[tuple[str, int]] = ()) -> ResultWriter:
+        """A writer for the file, everything declared; `parts` as of `ResultWriter`.
+
+        Raises OutputError.
+        """
+        return ResultWriter(
+            target,
+            dims=self.dims(),
+            variables=self.variables(),
+            coordinates=self.coordinates(),
+            attributes=self.attributes(),
+            parts=parts,
+        )
+
+    def dims(self) -> dict[str, int]:
+        """Sizes of all dimensions."""
+        dims = {"run": len(self.runs), "time": self.laid.count + 1, "xyz": 3}
         for name, segments in self.segments.items():
             dims[f"lines/{name}/segment"] = segments
             dims[f"lines/{name}/node"] = segments + 1
-        return ResultWriter(
-            target,
-            dims=dims,
-            variables=self._variables(),
-            coordinates=self._coordinates(),
-            attributes=self._attributes(),
-        )
+        if self.bodies:
+            dims["angle"] = 3
+        return dims
 
-    def _variables(self) -> list[Variable]:
+    def variables(self) -> list[Variable]:
+        """Datasets that are filled while the runs go."""
         codes = {
             "flag_values": [int(s) for s in Status],
             "flag_meanings": " ".join(s.name.lower() for s in Status),
@@ -124,14 +137,18 @@ class Contents:
         precision = "f4" if self.scene.output.precision == "float32" else "f8"
         for name in self.segments:
             for quantity, (place, unit, text) in FIELDS.items():
-                if quantity in self.scene.output.quantities:
+                if quantity in self.fields:
                     dims = ("run", "time", place) + (("xyz",) if place == "node" else ())
                     path = f"lines/{name}/{quantity}"
                     found.append(Variable(path, dims, precision, unit, text))
-            for side in ("start", "end"):
+            for side in ("start", "end") if self.histories else ():
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
+        for name in self.bodies:
+            for quantity, (last, unit, text) in BODY_FIELDS.items():
+                path = f"bodies/{name}/{quantity}"
+                found.append(Variable(path, ("run", "time", last), precision, unit, text))
         if self.energy:
             for term, text in self.energy.items():
                 found.append(Variable(f"energy/{term}", ("run", "time"), "f8", "J", text))
@@ -142,50 +159,73 @@ class Contents:
         for end in self.ends:
             for quantity, (unit, text) in QUANTITIES.items():
                 found.append(Variable(f"summary/{end}/{quantity}", ("run",), "f8", unit, text))
-            for quantity, (unit, text, holds) in EXACT.items():
+            for quantity, (unit, text, holds) in EXACT.items() if self.exact else ():
                 path = f"summary/{end}/exact_{quantity}"
                 found.append(Variable(path, ("run",), "f8", unit, text, {"holds": holds}))
-        for name, text in SUMMARIES.items():
-            path = f"summary/{name}"
-            found.append(Variable(path, ("run",), "f8", UNITS.get(name, "1"), text))
+        for name, (unit, text) in SUMMARIES.items():
+            found.append(Variable(f"summary/{name}", ("run",), "f8", unit, text))
+        text = "steps taken, or output times where the solver chooses its steps"
+        found.append(Variable("summary/solver_steps", ("run",), "i8", "1", text))
         return found
 
-    def _coordinates(self) -> dict[str, Coordinate]:
+    def coordinates(self) -> dict[str, Coordinate]:
+        """What is known before anything runs: times, swept numbers, node places, references."""
         every = self.scene.output.every
         found = {
-            "time": Coordinate(np.arange(self.count + 1) * every, "s", "time"),
-            "run": Coordinate(np.arange(len(self.scenes)), "1", "run"),
+            "time": Coordinate(np.arange(self.laid.count + 1) * every, "s", "time"),
+            "run": Coordinate(self.runs, "1", "run"),
         }
-        if self.study.axes:
-            values = [self.study.runs.values(r) for r in range(len(self.scenes))]  # type: ignore[attr-defined]
-            axes = [(a.key, a.unit, [v[a.key] for v in values]) for a in self.study.axes]
-            found |= sweep_coordinates(axes)
-        for name, segments in self.segments.items():
-            nodes = np.full((len(self.scenes), segments + 1), np.nan)
-            for run, scene in enumerate(self.scenes):
-                places = node_places(scene, self.layout_of[run], name)
-                nodes[run, : places.size] = places
-            middle = 0.5 * (nodes[:, 1:] + nodes[:, :-1])
-            texts = ("unstretched distance from the start of the line", "the same, segment middles")
-            for path, dim, table, text in (
-                ("unstretched_position", "node", nodes, texts[0]),
-                ("unstretched_segment", "segment", middle, texts[1]),
-            ):
-                same = np.all((table == table[0]) | (np.isnan(table) & np.isnan(table[0])))
-                dims = (dim,) if same else ("run", dim)
-                values = table[0] if same else table
-                found[f"lines/{name}/{path}"] = Coordinate(values, "m", text, dims=dims)
+        runs = self.study.runs
+        if runs.axes:
+            columns = runs.columns(self.runs)
+            found |= sweep_coordinates([(a.key, a.unit, columns[a.key]) for a in runs.axes])
+        if runs.named:
+            names = np.array([runs.name(int(run)) for run in self.runs], object)
+            found["case"] = Coordinate(names, "1", "name of the case", ("run",))
+        for name in self.segments:
+            found |= self._places(name)
         for reference, part in self.scene.references.items():
             for quantity, values in part.values.items():
                 if self.ends:
                     unit, text = QUANTITIES.get(quantity, ("1", quantity))
                     path = f"summary/{self.ends[0]}/reference_{reference}_{quantity}"
-                    table = np.asarray(values, float)
+                    table = np.asarray(values, float)[self.runs]
                     attributes = {"source": part.source}
                     found[path] = Coordinate(table, unit, text, ("run",), attributes)
         return found
 
-    def _attributes(self) -> dict[str, Any]:
+    def _places(self, name: str) -> dict[str, Coordinate]:
+        """Unstretched places along a line: one row for all runs of the study, or one for each."""
+        study, laid = self.study, self.laid
+        line = next(p.line for s in laid.structures for p in s.layout.pieces if p.name == name)
+        own = (f"lines.{line}.length", f"lines.{line}.grading", f"lines.{line}.segment_lengths.")
+        keys = sorted(key for key in study.runs.moved if key.startswith(own))
+        if not keys and len(laid.structures) == 1:
+            rows, firsts = np.zeros(0, int), [0]
+        else:
+            moved = study.runs.numbers(self.runs)
+            table = np.column_stack([laid.which(self.runs), *(moved[key] for key in keys)])
+            _, firsts, rows = np.unique(table, axis=0, return_index=True, return_inverse=True)
+            firsts = self.runs[firsts]
+        nodes = np.full((len(firsts), self.segments[name] + 1), np.nan)
+        for k, run in enumerate(firsts):
+            layout = laid.structures[laid.which([run])[0]].layout
+            if any(piece.name == name for piece in layout.pieces):
+                places = node_places(study.runs[int(run)], layout, name)
+                nodes[k, : places.size] = places
+        nodes = nodes[rows.ravel()] if rows.size else nodes[0]
+        middle = 0.5 * (nodes[..., 1:] + nodes[..., :-1])
+        dims = ("run",) * (nodes.ndim - 1)
+        texts = ("unstretched distance from the start of the line", "the same, segment middles")
+        return {
+            f"lines/{name}/unstretched_position": Coordinate(nodes, "m", texts[0], (*dims, "node")),
+            f"lines/{name}/unstretched_segment": Coordinate(
+                middle, "m", texts[1], (*dims, "segment")
+            ),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """What the file says of itself."""
         scene = self.scene
         names = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "h5py")
         versions = {name: importlib.metadata.version(name) for name in names}
@@ -200,7 +240,7 @@ class Contents:
             "courant": scene.solver.courant,
             "dtype": scene.solver.dtype,
             "waves": wave_scheme(scene),
-            "coordinates": self.coordinates.dimensions,
+            "coordinates": self.laid.coordinates.dimensions,
             "lumpedcable_version": __version__,
             "versions": json.dumps(versions),
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -211,64 +251,91 @@ class Contents:
 
     # --- filling ----------------------------------------------------------------------------
 
+    def mark_impossible(self, runs: NDArray[np.int64], table: Table) -> NDArray[np.bool_]:
+        """Which runs can be computed; the others are marked in the table, with their reason.
+
+        The runs of a small sweep were all checked when the file was read.
+        """
+        right = np.ones(len(runs), bool)
+        if len(self.study.runs) <= CHECKED:
+            return right
+        for row, run in enumerate(runs):
+            wrong = self.study.runs.problem(int(run))
+            if wrong is not None:
+                right[row] = False
+                table["status"][row] = int(Status.SCENE_IMPOSSIBLE)
+                words = f"{MEANING[Status.SCENE_IMPOSSIBLE]}: {wrong}"
+                table["status_message"][row] = words
+        return right
+
     def write(
         self,
         writer: ResultWriter,
-        runs: tuple[int, ...],
+        rows: NDArray[np.int64],
         samples: Sample,
         start: dict[str, NDArray[np.float64]],
         first: int,
     ) -> None:
         """Samples (runs, times, ...) from output `first` on; `start` (runs, 3, nodes) in m."""
+        if not self.histories:
+            return
         for name, fields in samples.fields.items():
             for quantity, values in fields.items():
                 table = np.asarray(values, float)
                 if FIELDS[quantity][0] == "node":
-                    table = self.coordinates.expand(table, axis=2)
+                    table = self.laid.coordinates.expand(table, axis=2)
                     if quantity == "position":
                         table = table + start[name][:, None]
                     table = np.moveaxis(table, 2, 3)
                 size = self.segments[name] + (FIELDS[quantity][0] == "node")
-                self._put(writer, f"lines/{name}/{quantity}", runs, first, _padded(table, size))
+                self._put(writer, f"lines/{name}/{quantity}", rows, first, _padded(table, size))
             for k, side in enumerate(("start", "end")):
                 ends = np.asarray(samples.ends[name])[:, :, k]
-                self._put(writer, f"lines/{name}/{side}_tension", runs, first, ends)
+                self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
+        for name in self.bodies:
+            q, v = np.moveaxis(np.asarray(samples.bodies[name], float), 2, 0)
+            for quantity, values in body_fields(self.laid.coordinates, q, v).items():
+                self._put(writer, f"bodies/{name}/{quantity}", rows, first, values)
         for term in samples.energy if self.energy else ():
-            self._put(writer, f"energy/{term}", runs, first, np.asarray(samples.energy[term]))
+            self._put(writer, f"energy/{term}", rows, first, np.asarray(samples.energy[term]))
 
-    def _put(self, writer: ResultWriter, path: str, runs: tuple[int, ...], first: int, table):
+    def _put(self, writer: ResultWriter, path: str, rows, first: int, table) -> None:
         times = slice(first, first + table.shape[1])
-        if runs == tuple(range(runs[0], runs[0] + len(runs))):
-            writer.write(path, table, run=slice(runs[0], runs[0] + len(runs)), time=times)
-            return
-        for k, run in enumerate(runs):
-            writer.write(path, table[k], run=run, time=times)
+        # neighbours go together: each call costs as much as thousands of numbers
+        for group in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) != 1) + 1):
+            mine = slice(int(rows[group[0]]), int(rows[group[-1]]) + 1)
+            writer.write(path, table[group[0] : group[-1] + 1], run=mine, time=times)
 
-    def write_outcome(self, writer: ResultWriter, run: int, outcome: Outcome) -> None:
-        """Status and summaries of a run that has ended."""
-        one = slice(run, run + 1)
-        writer.write("status", [int(outcome.status)], run=one)
-        writer.write("status_time", [outcome.status_time], run=one)
-        writer.write("status_message", [outcome.message], run=one)
-        for name in SUMMARIES:
-            writer.write(f"summary/{name}", [getattr(outcome, name)], run=one)
-        for end, numbers in outcome.recoils.items():
-            for quantity, value in numbers.items():
-                writer.write(f"summary/{end}/{quantity}", [value], run=one)
-        if self.energy:
-            writer.write("energy/residual", outcome.residual[None], run=one)
-        if outcome.status is Status.STATICS_NOT_CONVERGED:
-            self._blank(writer, run)
+    def write_table(self, writer: ResultWriter, first: int, table: Table) -> None:
+        """Status and summaries of runs that have ended, from row `first` on."""
+        count = len(table["status"])
+        for path, values in table.items():
+            writer.write(path, values, run=slice(first, first + count))
+        for row in np.flatnonzero(table["status"] == int(Status.STATICS_NOT_CONVERGED)):
+            self._blank(writer, first + int(row))
 
-    def _blank(self, writer: ResultWriter, run: int) -> None:
+    def _blank(self, writer: ResultWriter, row: int) -> None:
         """A run without a start has no history: what was computed from nowhere reads NaN."""
-        for variable in self._variables():
+        for variable in self.variables():
             if variable.dims[:2] == ("run", "time"):
                 name = variable.path.split("/")[1]
                 sizes = {"node": self.segments.get(name, 0) + 1,
-                         "segment": self.segments.get(name, 0), "xyz": 3}  # fmt: skip
-                shape = (1, self.count + 1, *(sizes[d] for d in variable.dims[2:]))
-                writer.write(variable.path, np.full(shape, np.nan), run=slice(run, run + 1))
+                         "segment": self.segments.get(name, 0), "xyz": 3, "angle": 3}  # fmt: skip
+                shape = (1, self.laid.count + 1, *(sizes[d] for d in variable.dims[2:]))
+                writer.write(variable.path, np.full(shape, np.nan), run=slice(row, row + 1))
+
+
+def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
+    """Places (m), velocities (m/s), angles (rad) and their rates from q and v (runs, times, m)."""
+    d = coordinates.dimensions
+    found = {}
+    for places, angles, values in (("position", "attitude", q), ("velocity", "turning", v)):
+        found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
+        turned = values[..., d:]
+        if d == 2:
+            turned = turned * np.cross(coordinates.axes[:, 1], coordinates.axes[:, 0])
+        found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
+    return found
 
 
 def node_places(scene: Scene, layout, name: str) -> NDArray[np.float64]:

@@ -12,10 +12,23 @@ from lumpedcable.solve.integrate import Plan
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.study.compiled import Structure
 
-__all__ = ["Batch", "batches", "common_coordinates", "plan_of", "recoils_of", "rounded_steps"]
+__all__ = [
+    "LANES",
+    "Batch",
+    "batch_sizes",
+    "batches",
+    "common_coordinates",
+    "lanes",
+    "output_count",
+    "plan_of",
+    "recoils_of",
+    "rounded_steps",
+    "structure_of",
+]
 
 LANES = 64  # runs that are advanced together
-ROOM = 2**26  # bytes of outputs in one call
+MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
+ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
@@ -30,12 +43,16 @@ class Batch:
     runs: tuple[int, ...]
 
 
+def structure_of(scene: Scene) -> Structure:
+    """The structure of a scene; ValueError where it cannot be laid out."""
+    return Structure(scene.skeleton(), make_layout(scene), scene)
+
+
 def batches(scenes: list[Scene]) -> list[Batch]:
     """Runs grouped by structure, in order of first appearance, at most LANES together."""
     groups: dict[Structure, list[int]] = {}
     for run, scene in enumerate(scenes):
-        structure = Structure(scene.skeleton(), make_layout(scene), scene)
-        groups.setdefault(structure, []).append(run)
+        groups.setdefault(structure_of(scene), []).append(run)
     return [
         Batch(structure, tuple(runs[k : k + LANES]))
         for structure, runs in groups.items()
@@ -49,6 +66,30 @@ def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:
         return coordinates_of(scenes)
     except ValueError as error:
         raise SceneError([study.fault("dimensions", str(error))]) from None
+
+
+def batch_sizes(runs: int) -> tuple[int, ...]:
+    """Sizes of the batches of a study of `runs` runs, rising.
+
+    A size is a compiled program, which takes seconds; a lane that repeats another run takes the time
+    of a run. So a few runs are hardly filled up, and many have two sizes.
+    """
+    small = LANES // 4
+    if runs <= small:
+        return tuple(2**k for k in range(small.bit_length()))
+    return (1, 4, small, LANES) if runs <= MANY else (small, LANES)
+
+
+def lanes(runs: int, sizes: tuple[int, ...]) -> list[int]:
+    """The batches that `runs` runs go through time in; the last may have lanes to fill up."""
+    found = []
+    while runs > 0:
+        enough = [size for size in sizes if runs <= size <= 2 * runs]
+        below = [size for size in sizes if size <= runs]
+        size = enough[0] if enough else max(below, default=sizes[0])
+        found.append(size)
+        runs -= size
+    return found
 
 
 def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
@@ -71,12 +112,18 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     return Plan(
         method=solver.method,
         adaptive=solver.method in ADAPTIVE and not fixed,
-        quantities=scene.output.quantities,
+        quantities=fields_of(scene) + ("energy",) * ("energy" in scene.output.quantities),
         recoils=recoils_of(layout),
         dtype=solver.dtype,
         max_steps=solver.max_steps or 1_000_000,
         outputs=_outputs_at_once(scene, layout, runs),
     )
+
+
+def fields_of(scene: Scene) -> tuple[str, ...]:
+    """The fields that a scene keeps of every line."""
+    kept = scene.output.quantities if scene.output.keep == "fields" else ()
+    return tuple(quantity for quantity in kept if quantity != "energy")
 
 
 def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
@@ -85,7 +132,7 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     Few calls, since each costs as much as a hundred steps of a short line.
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
-    numbers = sum(per_node.get(quantity, 0) for quantity in scene.output.quantities) + 1
+    numbers = sum(per_node.get(quantity, 0) for quantity in fields_of(scene)) + 1
     nodes = sum(piece.segments + 1 for piece in layout.pieces)
     most = ROOM / (8.0 * runs * nodes * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,38 +12,38 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.results import ResultWriter
-from lumpedcable.scene import Scene, SceneError, Study
-from lumpedcable.scene.errors import Fault
+from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
+from lumpedcable.study.account import Account
 from lumpedcable.study.compiled import (
     Ready,
+    Structure,
     advance_batch,
     begin_batch,
     number,
     prepare_batch,
 )
 from lumpedcable.study.contents import Contents
+from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.plan import (
     DEFAULT_ATOL,
     DEFAULT_RTOL,
-    Batch,
-    batches,
-    common_coordinates,
-    output_count,
+    lanes,
     plan_of,
     rounded_steps,
 )
-from lumpedcable.study.summary import Account, Outcome, summarise
+from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
 
-__all__ = ["Timings", "run_study"]
+__all__ = ["BLOCK", "Part", "Timings", "run_runs", "run_study"]
 
 # outputs asked for at first; doubled, up to the plan's, while a call takes less than PACE (s): few calls
 # for a short run, and a bar that moves and a file that fills up for a long one
 FIRST_OUTPUTS = 16
 PACE = 0.25
+BLOCK = 1024  # runs whose start states are held at once
 
 
 @dataclass
@@ -83,117 +83,194 @@ def run_study(
         OutputError: the file cannot be written.
         KeyboardInterrupt: interrupted; what was finished is in the file named .partial.
     """
-    timings = timings or Timings()
-    scenes = list(study.runs)
-    try:
-        groups = batches(scenes)
-    except ValueError as error:
-        raise SceneError([Fault(str(study.path), 1, "lines", str(error))]) from None
-    coordinates = common_coordinates(study, scenes)
-    count = output_count(scenes[0])
-    contents = Contents(study, scenes, groups, coordinates, count)
-    outcomes: list[Outcome | None] = [None] * len(scenes)
+    laid, runs = lay_out(study), np.arange(len(study.runs))
+    tables = run_runs(laid, runs, target, on_progress, timings)
+    return [outcome for mine, table in tables for outcome in outcomes_of(table, mine)]
+
+
+def run_runs(
+    laid: Laid,
+    runs: ArrayLike,
+    target: Path,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    timings: Timings | None = None,
+    exact: bool = True,
+) -> list[tuple[NDArray[np.int64], Table]]:
+    """Run some runs of a study and write one results file of them.
+
+    Args:
+        laid: the study laid out.
+        runs: numbers of the runs, shape (runs,), rising.
+        target, on_progress, timings: as of `run_study`.
+        exact: whether the exact wave of each run is worked out too (some 10 ms a run).
+
+    Returns:
+        The numbers of all runs, block by block: which runs, and their summaries by dataset.
+    """
+    timings, runs = timings or Timings(), np.asarray(runs)
+    contents = Contents(laid, runs, exact)
+    tables = []
     with contents.open(target) as writer:
         timings.mark("lay out")
-        total, done = len(scenes) * count, 0
-
-        def tick(outputs: int) -> None:
-            nonlocal done
-            done += outputs
-            on_progress(min(done, total), total)
-
-        on_progress(0, total)
+        tell = _Teller(len(runs) * laid.count, on_progress)
+        tell(0)
         try:
-            for batch in groups:
-                for part, ready, steps in _prepared(study, batch, scenes, coordinates, timings):
-                    account = Account(part, count, coordinates)
-                    try:
-                        _run_batch(scenes, part, ready, steps, contents, writer, account, tick,
-                                   timings)  # fmt: skip
-                    finally:
-                        for run, outcome in summarise(study, scenes, part, ready, account).items():
-                            outcomes[run] = outcome
-                            contents.write_outcome(writer, run, outcome)
-                        writer.flush()
-                    timings.mark("write")
+            for first in range(0, len(runs), BLOCK):
+                block = runs[first : first + BLOCK]
+                table = empty_table(contents, len(block))
+                tables.append((block, table))
+                try:
+                    _run_block(contents, writer, block, first, table, tell, timings)
+                finally:
+                    contents.write_table(writer, first, table)
+                    writer.flush()
+                timings.mark("write")
         except KeyboardInterrupt:
             with suppress(Exception):
                 writer.keep()
             raise
-        writer.finish(solver_steps=[int(o.steps) for o in outcomes if o is not None])
+        writer.finish()
         timings.mark("write")
-    return [o for o in outcomes if o is not None]
+    return tables
+
+
+class _Teller:
+    """Adds up finished outputs for whoever shows progress."""
+
+    def __init__(self, total: int, on_progress: Callable[[int, int], None]):
+        self.total, self.done, self.on_progress = total, 0, on_progress
+
+    def __call__(self, outputs: int) -> None:
+        self.done += outputs
+        self.on_progress(min(self.done, self.total), self.total)
 
 
 @dataclass(frozen=True)
 class Part:
-    """Runs of a batch that take the same number of steps, and so can go through time together."""
+    """Runs of one structure that go through time together, with the same number of steps.
 
-    batch: Batch
-    runs: tuple[int, ...]
+    Attributes:
+        structure: what they share.
+        runs: their numbers in the study, shape (runs,).
+        rows: their rows in the block, shape (runs,).
+        size: lanes of the batch; those beyond the runs repeat the last one.
+        plan: how they are stepped.
+        steps: steps in each output interval.
+    """
+
+    structure: Structure
+    runs: NDArray[np.int64]
+    rows: NDArray[np.int64]
+    size: int
     plan: Plan
     steps: int
 
 
-def _prepared(
-    study: Study,
-    batch: Batch,
-    scenes: list[Scene],
-    coordinates: Coordinates,
-    timings: Timings,
-):
-    """Statics of a batch, then its runs sorted by the number of steps that they need."""
-    scene = scenes[batch.runs[0]]
-    swept_keys = {axis.key for axis in study.axes} | {"output.duration"}
-    shared, swept = {}, {}
-    for key, value in scene.numbers().items():
-        if key in swept_keys:
-            swept[key] = np.array([scenes[run].numbers()[key] for run in batch.runs])
-        else:
-            shared[key] = number(value)
-    ready = prepare_batch(
-        batch.structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
-    )
-    jax.block_until_ready(ready.bound)
-    timings.mark("statics")
-    plan = plan_of(scene, batch.structure.layout, len(batch.runs))
-    steps = rounded_steps(scene, np.asarray(ready.bound))
-    if plan.adaptive:
-        steps = np.ones_like(steps)
-    for each in sorted(set(steps.tolist())):
-        chosen = np.flatnonzero(steps == each)
-        runs = tuple(batch.runs[i] for i in chosen)
-        mine = ready if len(chosen) == len(batch.runs) else _pick(ready, chosen)
-        yield Part(batch, runs, plan, int(each)), mine, int(each)
-
-
-def _pick(ready: Ready, chosen: np.ndarray) -> Ready:
-    return jax.tree.map(lambda x: x[chosen], ready)
-
-
-def _run_batch(
-    scenes: list[Scene],
-    part: Part,
-    ready: Ready,
-    steps: int,
+def _run_block(
     contents: Contents,
     writer: ResultWriter,
+    block: NDArray[np.int64],
+    first: int,
+    table: Table,
+    tell: _Teller,
+    timings: Timings,
+) -> None:
+    """All runs of a block, to the file from row `first` on and to the table."""
+    laid = contents.laid
+    right = contents.mark_impossible(block, table)
+    tell(int(np.sum(~right)) * laid.count)
+    which = laid.which(block)
+    for index in np.unique(which):
+        rows = np.flatnonzero((which == index) & right)
+        for part, ready in _prepared(laid, laid.structures[index], block, rows, timings):
+            account = Account(part, laid.count, laid.coordinates)
+            try:
+                _run_part(contents, writer, part, ready, first, account, tell, timings)
+            finally:
+                summarise(contents, part, ready, account, table)
+            timings.mark("sum up")
+
+
+def _prepared(
+    laid: Laid,
+    structure: Structure,
+    block: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    timings: Timings,
+) -> Iterator[tuple[Part, Ready]]:
+    """Start states of runs of one structure, then the runs by the number of steps they need."""
+    scene = structure.scene
+    found = []
+    for mine, size in _batches(rows, laid.sizes):
+        ready = _start(laid, structure, block[_filled(mine, size)])
+        found.append(_rows(ready, np.arange(len(mine))))
+    if not found:
+        return
+    ready = jax.tree.map(lambda *x: np.concatenate(x), *found) if len(found) > 1 else found[0]
+    timings.mark("statics")
+    steps = rounded_steps(scene, ready.bound)
+    if plan_of(scene, structure.layout).adaptive:
+        steps = np.ones_like(steps)
+    for each in np.unique(steps):
+        for mine, size in _batches(np.flatnonzero(steps == each), laid.sizes):
+            plan = plan_of(scene, structure.layout, size)
+            part = Part(structure, block[rows[mine]], rows[mine], size, plan, int(each))
+            yield part, _rows(ready, _filled(mine, size))
+
+
+def _rows(ready: Ready, rows: NDArray[np.int64]) -> Ready:
+    return jax.tree.map(lambda x: np.asarray(x)[rows], ready)
+
+
+def _start(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
+    """Static equilibria of runs of one structure."""
+    scene = structure.scene
+    swept = {"output.duration": np.full(len(runs), scene.output.duration)}
+    swept |= laid.study.runs.numbers(runs)
+    own = scene.numbers().items()
+    shared = {key: number(value) for key, value in own if key not in swept}
+    axes, origin = laid.coordinates.axes, laid.coordinates.origin
+    return prepare_batch(structure, scene.solver.dtype, axes, origin, shared, swept)
+
+
+def _batches(
+    rows: NDArray[np.int64], sizes: tuple[int, ...]
+) -> Iterator[tuple[NDArray[np.int64], int]]:
+    """Rows cut into batches, each with the lanes of its batch."""
+    first = 0
+    for size in lanes(len(rows), sizes):
+        yield rows[first : first + size], size
+        first += size
+
+
+def _filled(rows: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+    """Rows, and the last one again up to `size`."""
+    return np.pad(rows, (0, size - len(rows)), mode="edge")
+
+
+def _run_part(
+    contents: Contents,
+    writer: ResultWriter,
+    part: Part,
+    ready: Ready,
+    first_row: int,
     account: Account,
-    tick: Callable[[int], None],
+    tell: _Teller,
     timings: Timings,
 ) -> None:
     """All outputs of the runs of a part: to the file as they come, and to the account."""
-    scene = scenes[part.runs[0]]
+    scene, rows, lived = contents.laid.scene, first_row + part.rows, len(part.runs)
     numbers = Numbers(
         number(scene.output.every),
-        jnp.asarray(steps),
+        jnp.asarray(part.steps),
         number(scene.solver.rtol or DEFAULT_RTOL),
         number(scene.solver.atol or DEFAULT_ATOL),
     )
-    run, first = begin_batch(ready.model, part.plan, numbers)
-    first = jax.tree.map(lambda x: np.asarray(x)[:, None], first)
-    account.add(first, 0, 1)
-    contents.write(writer, part.runs, first, account.start_positions(ready), 0)
+    run, sample = begin_batch(ready.model, part.plan, numbers)
+    sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample)
+    start = account.start_positions(ready) if contents.fields else {}
+    account.add(sample, 0, 1)
+    contents.write(writer, rows, sample, start, 0)
     timings.mark("begin")
     done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
     while done < account.count:
@@ -201,14 +278,15 @@ def _run_batch(
         run, samples = advance_batch(
             ready.model, part.plan, numbers, run, np.asarray(done), np.asarray(now)
         )
-        samples: Any = jax.tree.map(lambda x, n=now: np.asarray(x)[:, :n], samples)
+        samples: Any = jax.tree.map(lambda x, n=now: np.asarray(x)[:lived, :n], samples)
         timings.mark("advance")
         account.add(samples, done + 1, now)
-        contents.write(writer, part.runs, samples, account.start_positions(ready), done + 1)
-        writer.flush()
+        if contents.histories:
+            contents.write(writer, rows, samples, start, done + 1)
+            writer.flush()
         timings.mark("write")
         done += now
-        tick(now * len(part.runs))
+        tell(now * lived)
         if clock.perf_counter() - asked < PACE:
             pace = min(2 * pace, part.plan.outputs)
     account.finish(run)

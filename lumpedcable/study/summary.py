@@ -11,23 +11,35 @@ import jax.numpy as jnp
 import numpy as np
 
 from lumpedcable.exact import release_wave
-from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import END_NAMES
 from lumpedcable.scene import Scene, Study, TableMaterial
-from lumpedcable.solve.integrate import Progress
-from lumpedcable.solve.observe import Recoil, Sample
+from lumpedcable.solve.observe import Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
+from lumpedcable.study.account import Account, balance, statuses
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from lumpedcable.study.contents import Contents
     from lumpedcable.study.run import Part
 
-__all__ = ["EXACT", "QUANTITIES", "Account", "Outcome", "recoil_name", "recoil_names", "summarise"]
+__all__ = [
+    "EXACT",
+    "QUANTITIES",
+    "SUMMARIES",
+    "Outcome",
+    "Table",
+    "empty_table",
+    "message_of",
+    "outcomes_of",
+    "recoil_name",
+    "recoil_names",
+    "summarise",
+]
 
 QUANTITIES = {
     "static_strain": ("1", "strain at the end before the break"),
@@ -39,6 +51,7 @@ QUANTITIES = {
         "time after the start of the break until the far end has lost 1 % of its tension",
     ),
     "end_displacement": ("m", "distance of the broken end from its start, at the last time"),
+    "reach": ("m", "largest distance of the broken end from its start"),
 }
 EXACT = {
     "static_strain": ("1", "strain of a straight line under that tension", "no weight"),
@@ -48,6 +61,19 @@ EXACT = {
         "s", "time at which the exact wave front reaches the far end",
         "instantaneous break, no drag, no weight"),
 }  # fmt: skip
+
+
+SUMMARIES = {
+    "energy_closure": ("1", "largest energy residual over released energy"),
+    "released_energy": ("J", "energy turned into motion or lost"),
+    "static_imbalance": ("1", "largest force left by statics over the largest force"),
+    "peak_tension": ("N", "largest tension of any segment, at the output times"),
+    "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
+    "solver_step": ("s", "time step"),
+}
+
+Table = dict[str, "NDArray[Any]"]
+"""Numbers of runs by their place in the file, each with the runs first."""
 
 
 @dataclass(frozen=True)
@@ -77,184 +103,178 @@ def recoil_names(layout: Layout) -> list[str]:
     return [recoil_name(recoil) for recoil in recoils_of(layout)]
 
 
-# share of the released energy beyond which a run is not to be trusted: what is resolved stays below
-# a hundredth, what runs away gains tens of per cents and then multiples
-ENERGY_LIMIT = 0.05
+def empty_table(contents: Contents, runs: int) -> Table:
+    """The table of runs of which nothing is known."""
+    table: Table = {"status": np.full(runs, int(Status.INTERRUPTED))}
+    table["status_time"] = np.full(runs, np.nan)
+    table["status_message"] = np.full(runs, "", object)
+    table["summary/solver_steps"] = np.zeros(runs, int)
+    names = [f"summary/{name}" for name in SUMMARIES]
+    for end in contents.ends:
+        names += [f"summary/{end}/{name}" for name in QUANTITIES]
+        if contents.exact:
+            names += [f"summary/{end}/exact_{name}" for name in EXACT]
+    table |= {name: np.full(runs, np.nan) for name in names}
+    if contents.energy:
+        table["energy/residual"] = np.full((runs, contents.laid.count + 1), np.nan)
+    return table
 
 
-class Account:
-    """What is kept of a part's runs for their summaries: histories of scalars and of the ends."""
-
-    def __init__(self, part: Part, count: int, coordinates: Coordinates):
-        self.part, self.count, self.coordinates = part, count, coordinates
-        runs = len(part.runs)
-        self.energy: dict[str, NDArray[np.float64]] = {}
-        self.flags = {
-            key: np.zeros((runs, count + 1), bool) for key in ("finite", "reversed", "exhausted")
+def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
+    """The rows of a table, one by one."""
+    ends: dict[str, list[str]] = {}
+    for path in table:
+        parts = path.split("/")
+        if parts[0] == "summary" and len(parts) == 3:
+            ends.setdefault(parts[1], []).append(parts[2])
+    nothing = np.full((len(runs), 1), np.nan)
+    residual = table.get("energy/residual", nothing)
+    found = []
+    for k, run in enumerate(runs):
+        own = {name: float(table[f"summary/{name}"][k]) for name in SUMMARIES}
+        recoils = {
+            end: {name: float(table[f"summary/{end}/{name}"][k]) for name in names}
+            for end, names in ends.items()
+            if not np.isnan(table[f"summary/{end}/break_start"][k])
         }
-        self.courant = np.zeros((runs, count + 1))
-        self.last: Sample | None = None
-        self.reached = 0
-        self.watches: tuple[Any, ...] = ()
-        self._start: dict[str, NDArray[np.float64]] | None = None
-
-    def add(self, samples: Sample, first: int, count: int) -> None:
-        """Samples (runs, count, ...) from output `first` on."""
-        times = slice(first, first + count)
-        for key, table in self.flags.items():
-            table[:, times] = getattr(samples, key)
-        self.courant[:, times] = samples.courant
-        for term, values in samples.energy.items():
-            shape = (len(self.part.runs), self.count + 1)
-            self.energy.setdefault(term, np.full(shape, np.nan))[:, times] = values
-        self.last = jax.tree.map(lambda x: x[:, -1], samples)
-        self.reached = first + count - 1
-
-    def finish(self, run: Progress) -> None:
-        """The state at the end of all outputs."""
-        self.watches = jax.tree.map(np.asarray, run.seen)
-        self.displacement = jax.tree.map(np.asarray, run.y.displacement)
-
-    def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:
-        """Positions (runs, 3, nodes) of every line at the start (m)."""
-        if self._start is None:
-            self._start = {
-                name: self.coordinates.expand(np.asarray(line.reference, float), 1, place=True)
-                for name, line in ready.model.lines.items()
-            }
-        return self._start
+        outcome = Outcome(
+            run=int(run),
+            status=Status(int(table["status"][k])),
+            status_time=float(table["status_time"][k]),
+            message=str(table["status_message"][k]),
+            steps=int(table["summary/solver_steps"][k]),
+            solver_step=own["solver_step"],
+            energy_closure=own["energy_closure"],
+            released_energy=own["released_energy"],
+            static_imbalance=own["static_imbalance"],
+            residual=residual[k],
+            recoils=recoils,
+        )
+        found.append(outcome)
+    return found
 
 
-def summarise(
-    study: Study, scenes: list[Scene], part: Part, ready: Ready, account: Account
-) -> dict[int, Outcome]:
-    """The outcome of every run of a part, whether or not it got to its end."""
-    scene = scenes[part.runs[0]]
-    times = np.arange(account.count + 1) * scene.output.every
-    complete = account.reached == account.count
-    outcomes = {}
-    for k, run in enumerate(part.runs):
-        status, when = _status(account, k, bool(np.asarray(ready.converged)[k]), times)
-        with np.errstate(invalid="ignore", over="ignore"):  # a run that blew up has such energies
-            residual, closure, released = _balance(account, k, status, when, times)
-        open_ = np.abs(residual) > max(ENERGY_LIMIT * released, _tolerated(account, k))
-        if status is Status.OK and open_.any():
-            status, when = Status.ENERGY_NOT_CLOSED, float(times[np.argmax(open_)])
-        if status is Status.OK and not complete:
-            status, when = Status.INTERRUPTED, times[account.reached]
-        message = MEANING[status]
-        if status is not Status.OK:
-            at = "" if not np.isfinite(when) else f" at {1e3 * when:.6g} ms"
-            message = f"{message}{at}; {ADVICE[status]}"
-        recoils = {}
-        for index, recoil in enumerate(part.plan.recoils):
-            numbers = _recoil(scenes[run], ready, account, recoil, index, k, status, when, complete)
-            recoils[recoil_name(recoil)] = numbers
-        step = float(np.nan) if part.plan.adaptive else scene.output.every / part.steps
-        outcomes[run] = Outcome(
-            run, status, when, message, part.steps * account.count, step, closure, released,
-            float(np.asarray(ready.imbalance)[k]), residual, recoils,
-        )  # fmt: skip
-    return outcomes
+def message_of(status: Status, when: float) -> str:
+    """What happened at a time (s), and what to do about it."""
+    if status is Status.OK:
+        return MEANING[status]
+    at = "" if not np.isfinite(when) else f" at {1e3 * when:.6g} ms"
+    return f"{MEANING[status]}{at}; {ADVICE[status]}"
 
 
-def _status(account: Account, k: int, converged: bool, times) -> tuple[Status, float]:
-    """The first thing that went wrong, and when (s)."""
-    if not converged:
-        return Status.STATICS_NOT_CONVERGED, 0.0
-    seen = slice(0, account.reached + 1)
-    signs = {
-        Status.NON_FINITE: ~account.flags["finite"][k, seen],
-        Status.STEP_BOUND_BROKEN: account.courant[k, seen] > 1.0,
-        Status.LINE_REVERSED: account.flags["reversed"][k, seen],
-        Status.TOO_MANY_STEPS: account.flags["exhausted"][k, seen],
+def summarise(contents: Contents, part: Part, ready: Ready, account: Account, table: Table) -> None:
+    """The numbers of every run of a part into their rows, whether or not it got to its end."""
+    if account.reached < 0:
+        return  # interrupted before it began
+    lived, rows = len(part.runs), part.rows
+    every = contents.laid.scene.output.every
+    times = (np.arange(account.count + 1) * every).astype(float)
+    converged = np.asarray(ready.converged)[:lived]
+    status, when = statuses(account, converged, times)
+    energy = balance(account, status, when, times)
+    open_ = energy.opened.any(axis=1) & (status == Status.OK)
+    status[open_] = Status.ENERGY_NOT_CLOSED
+    when = np.where(open_, times[energy.opened.argmax(axis=1)], when)
+    if not account.complete:
+        cut = status == Status.OK
+        status[cut], when[cut] = Status.INTERRUPTED, times[account.reached]
+    table["status"][rows], table["status_time"][rows] = status, when
+    table["status_message"][rows] = [
+        message_of(Status(int(s)), float(t)) for s, t in zip(status, when, strict=True)
+    ]
+    begun = status != Status.STATICS_NOT_CONVERGED
+    good = begun[:, None] & ~(times >= when[:, None])
+    good[:, 0] = begun
+    numbers = {
+        "solver_steps": np.full(lived, part.steps * account.count),
+        "solver_step": np.full(lived, np.nan if part.plan.adaptive else every / part.steps),
+        "energy_closure": energy.closure,
+        "released_energy": energy.released,
+        "static_imbalance": np.asarray(ready.imbalance, float)[:lived],
+        "peak_tension": _largest(account.largest["tension"], good),
+        "peak_kinetic_energy": _largest(account.largest["kinetic"], good),
     }
-    found = [(int(np.argmax(flag)), status) for status, flag in signs.items() if flag.any()]
-    if not found:
-        return Status.OK, float("nan")
-    # what is undefined was something else first
-    order = [Status.STEP_BOUND_BROKEN, Status.TOO_MANY_STEPS, Status.NON_FINITE,
-             Status.LINE_REVERSED]  # fmt: skip
-    first, status = min(found, key=lambda f: (f[0], order.index(f[1])))
-    return status, float(times[first])
+    for name, values in numbers.items():
+        table[f"summary/{name}"][rows] = values
+    if contents.energy:
+        table["energy/residual"][rows] = energy.residual
+    for index, recoil in enumerate(part.plan.recoils):
+        found = _recoil(contents, part, ready, account, recoil, index, status, when)
+        for name, values in found.items():
+            table[f"summary/{recoil_name(recoil)}/{name}"][rows] = values
 
 
-def _balance(account: Account, k: int, status: Status, when: float, times):
-    """Residual history (J), its largest share of the released energy, and that energy (J)."""
-    residual = np.full(account.count + 1, np.nan)
-    if not account.energy or status is Status.STATICS_NOT_CONVERGED:
-        return residual, float("nan"), float("nan")
-    terms = {name: table[k] for name, table in account.energy.items()}
-    work = sum((v for n, v in terms.items() if n.startswith("work_")), np.zeros_like(times))
-    lost = sum((v for n, v in terms.items() if n.startswith("lost_")), np.zeros_like(times))
-    stored = np.zeros_like(times)
-    for name, table in terms.items():
-        if not name.startswith(("work_", "lost_")):
-            stored = stored + table
-    residual = stored - stored[0] - work + lost
-    usable = np.isfinite(residual)
-    if np.isfinite(when):
-        usable &= times < when
-    usable[0] = True
-    moved = terms["kinetic"] + lost
-    released = float(np.nanmax(np.where(usable, moved, 0.0)))
-    worst = float(np.nanmax(np.where(usable, np.abs(residual), 0.0)))
-    return residual, worst / released if released > 0.0 else 0.0, released
-
-
-def _tolerated(account: Account, k: int) -> float:
-    """Energy (J) that a run may leave open however little it has released.
-
-    A hundredth of the strain energy that it starts with, so that the first steps of a break are no
-    alarm; and what rounding can do, which is all that a line at rest has.
-    """
-    peaks = {
-        n: float(np.nanmax(np.abs(table[k]), initial=0.0)) for n, table in account.energy.items()
-    }
-    rounding = 1e6 * float(np.finfo(account.part.plan.dtype).eps) * max(peaks.values(), default=0.0)
-    strain = account.energy.get("strain")
-    return rounding if strain is None else max(0.01 * float(strain[k][0]), rounding)
+def _largest(history: NDArray[np.float64], good: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The largest value of each run up to where it went wrong, NaN where it never began."""
+    known = np.max(np.where(good & np.isfinite(history), history, -np.inf), axis=1)
+    return np.where(np.isfinite(known), known, np.nan)
 
 
 def _recoil(
-    scene: Scene, ready: Ready, account: Account, recoil: Recoil, index: int, k: int,
-    status: Status, when: float, complete: bool,
-) -> dict[str, float]:  # fmt: skip
-    """Numbers of one recoiling end, measured and exact."""
+    contents: Contents, part: Part, ready: Ready, account: Account, recoil: Recoil, index: int,
+    status: NDArray[np.int64], when: NDArray[np.float64],
+) -> dict[str, NDArray[np.float64]]:  # fmt: skip
+    """Numbers of one recoiling end of every run, measured and exact."""
+    lived, study = len(part.runs), contents.laid.study
     line = ready.model.lines[recoil.line]
-    strain = float(np.asarray(line.reference_strain)[k, recoil.node])
-    tension_of = _curve(scene, _source(scene, recoil.line))
-    tension = float(tension_of(np.asarray([strain]))[0])
-    begins = _begins(scene, account.part.batch.structure.layout, recoil)
-    numbers = dict.fromkeys(QUANTITIES, float("nan")) | {"break_start": begins}
-    if status is not Status.STATICS_NOT_CONVERGED:
-        numbers |= {"static_strain": strain, "static_tension": tension}
-    usable = complete and status is not Status.STATICS_NOT_CONVERGED
-    if usable:
-        watch = account.watches[index]
-        arrival = float(watch.arrival[k])
+    strain = np.asarray(line.reference_strain, float)[:lived, recoil.node]
+    source = _source(part.structure.scene, recoil.line)
+    tension = _tensions(study, part, source, strain)
+    begins = _begins(study, part, recoil)
+    nan = np.full(lived, np.nan)
+    numbers = dict.fromkeys(QUANTITIES, nan) | {"break_start": begins}
+    begun = status != Status.STATICS_NOT_CONVERGED
+    numbers["static_strain"] = np.where(begun, strain, nan)
+    numbers["static_tension"] = np.where(begun, tension, nan)
+    if account.complete:
+        watch, fine = account.watches[index], ~np.isfinite(when)
+
+        def before(value, at) -> NDArray[np.float64]:
+            """A number where it came about before anything went wrong."""
+            return np.where(begun & (fine | (np.asarray(at, float) < when)), value, nan)
+
+        arrival = np.asarray(watch.arrival, float)
         # a far end that lost tension before the break lost it to something else
-        if arrival >= begins and (not np.isfinite(when) or arrival < when):
-            numbers["front_arrival"] = arrival - begins
-        if not np.isfinite(when) or float(watch.peak_time[k]) < when:
-            numbers["peak_end_speed"] = float(watch.peak_speed[k])
-        if status is Status.OK:
-            move = account.displacement[recoil.line][k][:, recoil.node]
-            numbers["end_displacement"] = float(np.linalg.norm(move))
-    # after an earlier break the line is no longer at rest under this tension
-    first = all(event.start >= begins for event in scene.events.values())
-    exact = {}
-    if tension > 0.0 and first:
-        exact = _exact(scene, ready, recoil, k, tension, tension_of)
-    return numbers | {f"exact_{name}": exact.get(name, float("nan")) for name in EXACT}
+        felt = before(arrival, arrival) - begins
+        numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
+        numbers["peak_end_speed"] = before(watch.peak_speed, watch.peak_time)
+        numbers["reach"] = before(np.sqrt(np.asarray(watch.reach, float)), watch.reach_time)
+        move = np.linalg.norm(account.displacement[recoil.line][:, :, recoil.node], axis=1)
+        numbers["end_displacement"] = np.where(status == Status.OK, move, nan)
+    if contents.exact:
+        waves = [
+            _exact(study.runs[int(run)], ready, recoil, k, float(tension[k]), float(begins[k]))
+            for k, run in enumerate(part.runs)
+        ]
+        for name in EXACT:
+            values = [wave.get(name, np.nan) for wave in waves]
+            numbers[f"exact_{name}"] = np.array(values)
+    return numbers
 
 
-def _begins(scene: Scene, layout: Layout, recoil: Recoil) -> float:
-    """When the break of a recoiling end begins (s)."""
+def _tensions(
+    study: Study, part: Part, line: str, strain: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Tension (N) of each run's law at its strain."""
+    if not any(key.startswith("materials.") for key in study.runs.moved):
+        return _curve(part.structure.scene, line)(strain)
+    each = zip(part.runs, strain, strict=True)
+    return np.array([_curve(study.runs[int(r)], line)(np.asarray([e]))[0] for r, e in each])
+
+
+def _begins(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64]:
+    """When the break of a recoiling end begins in each run (s)."""
+    layout, scene = part.structure.layout, part.structure.scene
     joint = layout.joint_of(recoil.line, recoil.node)
     members = ((recoil.line, recoil.node),) if joint is None else layout.joints[joint].members
     events = [layout.event_at(*member) for member in members]
-    return min(scene.events[event].start for event in events if event is not None)
+    moved = study.runs.numbers(part.runs)
+    starts = [
+        np.broadcast_to(moved.get(f"events.{e}.start", scene.events[e].start), len(part.runs))
+        for e in events
+        if e is not None
+    ]
+    return np.min(starts, axis=0).astype(float)
 
 
 def _source(scene: Scene, piece: str) -> str:
@@ -279,16 +299,18 @@ def _curve(scene: Scene, line: str) -> Callable[[ArrayLike], NDArray[np.float64]
 
 
 def _exact(
-    scene: Scene, ready: Ready, recoil: Recoil, k: int, tension: float,
-    tension_of: Callable[[ArrayLike], NDArray[np.float64]],
-) -> dict[str, float]:  # fmt: skip
+    scene: Scene, ready: Ready, recoil: Recoil, k: int, tension: float, begins: float
+) -> dict[str, float]:
     """The exact release wave of a straight uniform line from the same tension (N)."""
-    line = ready.model.lines[recoil.line]
+    # after an earlier break the line is no longer at rest under this tension
+    first = all(event.start >= begins for event in scene.events.values())
+    if not tension > 0.0 or not first:
+        return {}
+    line, source = ready.model.lines[recoil.line], _source(scene, recoil.line)
     lengths = np.asarray(line.segment_length)[k]
     length = float(np.sum(np.broadcast_to(lengths, (line.reference.shape[-1] - 1,))))
-    mass = scene.lines[_source(scene, recoil.line)].mass
     try:
-        wave = release_wave(tension_of, mass, tension0=tension)
+        wave = release_wave(_curve(scene, source), scene.lines[source].mass, tension0=tension)
     except ValueError:
         return {}  # a law that falls somewhere has no single wave
     return {

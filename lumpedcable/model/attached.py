@@ -1,0 +1,132 @@
+"""How bodies move, and with them the ends of lines that are tied to their points.
+
+An end at a point r(q) of a body has no freedom of its own: with J = dr/dq its velocity is J q' and
+its acceleration J q'' + J' q', so its mass M and the force F on it enter the body's equation as
+J^T M J and J^T (F - M J' q').
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.ends import Attached, solve_small
+from lumpedcable.model.inertia import end_matrices
+from lumpedcable.physics.place import place_at_end
+
+__all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "start_velocities"]
+
+NODES = (0, -1)
+
+
+class BodyGain(NamedTuple):
+    """A body's acceleration, and by attached end ("line", node) what the body pulls it with (N)."""
+
+    gain: Float[Array, " m"]
+    pulls: dict[tuple[str, int], Float[Array, " d"]]
+
+
+def attached_ends(model, body: str | None = None):
+    """Ends that are tied to bodies, or to one of them: (line, 0 or -1, end)."""
+    for name, pair in model.ends.items():
+        for node, end in zip(NODES, pair, strict=True):
+            if isinstance(end, Attached) and body in (None, end.body):
+                yield name, node, end
+
+
+def follow(model, t: Float[Array, ""], displacement: dict[str, Array]) -> dict[str, Array]:
+    """The same displacements (m), with attached ends where their bodies have taken them."""
+    moved = dict(displacement)
+    for name, node, end in attached_ends(model):
+        body = model.bodies[end.body]
+        u = body.shift(displacement[body_key(end.body)], end.point)
+        moved[name] = _tied(t, moved[name], node, end, u)
+    return moved
+
+
+def follow_rate(
+    model,
+    t: Float[Array, ""],
+    displacement: dict[str, Array],
+    velocity: dict[str, Array],
+    ahead: Float[Array, ""] | None = None,
+) -> dict[str, Array]:
+    """The same velocities (m/s), with attached ends moving as their bodies do.
+
+    With `ahead` (s), the velocity that takes an end to where its body will be after so long.
+    """
+    moved = dict(velocity)
+    for name, node, end in attached_ends(model):
+        body, key = model.bodies[end.body], body_key(end.body)
+        q, v = body.reference + displacement[key], velocity[key]
+        if ahead is not None:
+            q = q + 0.5 * ahead.astype(q.dtype) * v
+        moved[name] = _tied(t, moved[name], node, end, body.rate(q, v, end.point)[1])
+    return moved
+
+
+def _tied(t, values: Array, node: int, end: Attached, value: Array) -> Array:
+    if end.release is not None:
+        value = jnp.where(end.release.begun(t), values[:, node], value)
+    return place_at_end(values, node, value)
+
+
+def start_velocities(model, velocity: dict[str, Array]) -> dict[str, Array]:
+    """Velocities (m/s) at the start: bodies as they are let go, lines at rest but for their ends."""
+    moved = dict(velocity)
+    zero = {}
+    for name, body in model.bodies.items():
+        zero[body_key(name)] = jnp.zeros_like(body.reference)
+        start = body.start_velocity
+        moved[body_key(name)] = jnp.zeros_like(body.reference) if start is None else start
+    return follow_rate(model, jnp.zeros(()), zero, moved)
+
+
+def body_gain(
+    model, name: str, t: Float[Array, ""], found: dict, displacement: dict[str, Array],
+    before: dict[str, Array], dt: Float[Array, ""] | None,
+) -> BodyGain:  # fmt: skip
+    """Acceleration of a body under its own forces and those of the lines that are tied to it.
+
+    Over a kick of length dt (s), what depends on velocities is taken at the middle of the kick: from
+    a first gain for the body, and for the drag of the ends' nodes by its linear part, as at a junction.
+    """
+    body, key = model.bodies[name], body_key(name)
+    q, v = body.reference + displacement[key], before[key]
+    first = _gain_at(model, name, body, t, found, q, v, v, dt)
+    if dt is None:
+        return first
+    return _gain_at(model, name, body, t, found, q, v, v + 0.5 * dt * first.gain, dt)
+
+
+def _gain_at(model, name: str, body: AbstractBody, t, found, q, v, middle, dt) -> BodyGain:
+    """The gain from v on, with forces that depend on velocities taken at `middle`."""
+    half = 0.0 if dt is None else 0.5 * dt
+    matrix, vector = body.mass(q), body.force(q, middle)
+    parts = {}
+    for line, node, end in attached_ends(model, name):
+        e = found[line]
+        turn, w, bias = body.rate(q, middle, end.point)
+        mass, drag, flow = end_matrices(e.nodes, node, w)
+        force = e.force[:, node] - drag @ (turn @ v - flow) - mass @ bias
+        mass = mass + half * drag
+        active = 1.0
+        if end.release is not None:
+            active = jnp.where(end.release.begun(t), 0.0, 1.0).astype(v.dtype)
+            # what still holds the end while it breaks pulls the body the other way
+            vector = vector - (1.0 - active) * (turn.T @ e.ends[0 if node == 0 else 1])
+        matrix = matrix + active * (turn.T @ mass @ turn)
+        vector = vector + active * (turn.T @ force)
+        parts[line, node] = (turn, mass, force)
+    gain = _solved(matrix, vector, body.free)
+    pulls = {end: mass @ (turn @ gain) - force for end, (turn, mass, force) in parts.items()}
+    return BodyGain(gain, pulls)
+
+
+def _solved(matrix: Array, vector: Array, free: Array | None) -> Array:
+    """Accelerations of the free coordinates, 0 for those that are held."""
+    if free is None:
+        return solve_small(matrix, vector)
+    only = matrix * jnp.outer(free, free) + jnp.diag(1.0 - free)
+    return solve_small(only, vector * free)

@@ -1,0 +1,149 @@
+"""Parts of a scene with coordinates of their own, beside the lines: rigid bodies.
+
+A body's entry in `State.displacement` and `State.velocity` stands under `body_key(name)`, a name that
+no line can have, and holds its generalised coordinates, counted from the body's `reference`, and their
+rates. Solvers map over it as over a line's nodes. What else has a state of its own and an inertia (a
+trolley, a winch) is another class on `AbstractBody`.
+"""
+
+import abc
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance
+from lumpedcable.physics.rigid import place_of, rigid_mass, rotation
+
+__all__ = ["AbstractBody", "RigidBody", "body_key", "is_body_key"]
+
+_MARK = "body "
+
+
+def body_key(name: str) -> str:
+    """Where a body stands in the state: no line has a name with a space."""
+    return _MARK + name
+
+
+def is_body_key(key: str) -> bool:
+    """Whether an entry of the state belongs to a body."""
+    return key.startswith(_MARK)
+
+
+class AbstractBody(eqx.Module):
+    """Something with m generalised coordinates q and M(q) q'' = force + what lines pull at it.
+
+    `reference` (m,) is q at the start and `start_velocity` (m,) its rate there, None at rest. `free`
+    (m,) is 1 where a coordinate can change and 0 where it is held, None where all can.
+    """
+
+    reference: eqx.AbstractVar[Float[Array, " m"]]
+    start_velocity: eqx.AbstractVar[Float[Array, " m"] | None]
+    free: eqx.AbstractVar[Float[Array, " m"] | None]
+
+    @abc.abstractmethod
+    def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
+        """M(q), symmetric and positive."""
+
+    @abc.abstractmethod
+    def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
+        """Where a point of the body is (m), for the ends of lines that are tied to it."""
+
+    @abc.abstractmethod
+    def shift(self, u: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
+        """How far that point has moved (m) when q has by u: place(reference + u) - place(reference)."""
+
+    @abc.abstractmethod
+    def stored(self, q: Float[Array, " m"]) -> dict[str, Float[Array, ""]]:
+        """Potential energies (J) by dataset."""
+
+    @abc.abstractmethod
+    def resisting(
+        self, q: Float[Array, " m"], v: Float[Array, " m"]
+    ) -> dict[str, Float[Array, " m"]]:
+        """Generalised forces that take energy, by kind of work (a key of `model.energy.WORKS`)."""
+
+    @abc.abstractmethod
+    def works(self) -> tuple[str, ...]:
+        """The kinds of work of `resisting`."""
+
+    def energy(self, q: Float[Array, " m"]) -> Float[Array, ""]:
+        """All potential energy (J)."""
+        return sum(self.stored(q).values(), jnp.zeros((), q.dtype))
+
+    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Generalised force without lines: -dE/dq, resistance, and the velocity terms of inertia.
+
+        Lagrange's equation of T = v . M(q) v / 2: M v' = Q - (dM/dt) v + dT/dq.
+        """
+        total = -jax.grad(self.energy)(q) - self._turning(q, v)
+        return sum(self.resisting(q, v).values(), total)
+
+    def rate(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], point: Float[Array, " d"]
+    ) -> tuple[Float[Array, "d m"], Float[Array, " d"], Float[Array, " d"]]:
+        """Of a point of the body: J = dr/dq, its velocity J v (m/s), and (dJ/dt) v (m/s2)."""
+
+        def jacobian(at):
+            return jax.jacfwd(self.place)(at, point)
+
+        matrix, change = jax.jvp(jacobian, (q,), (v,))
+        return matrix, matrix @ v, change @ v
+
+    def _turning(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+        change = jax.jvp(self.mass, (q,), (v,))[1] @ v
+        return change - jax.grad(lambda at: 0.5 * v @ self.mass(at) @ v)(q)
+
+
+class RigidBody(AbstractBody):
+    """A rigid body: coordinates as in `physics.rigid`, with its centre of gravity as its place.
+
+    `translation` (d,) are its masses (kg) along its own axes, added mass included, and `inertia`
+    (angles,) its moments of inertia about them (kg m2).
+    """
+
+    reference: Float[Array, " m"]
+    translation: Float[Array, " d"]
+    inertia: Float[Array, " a"]
+    start_velocity: Float[Array, " m"] | None = None
+    free: Float[Array, " m"] | None = None
+    loads: tuple[AbstractBodyLoad, ...] = ()
+    resistances: tuple[AbstractBodyResistance, ...] = ()
+
+    def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
+        """M(q) (kg, kg m, kg m2)."""
+        return rigid_mass(q, self.translation, self.inertia)
+
+    def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
+        """x + R(angles) point (m)."""
+        return place_of(q, point)
+
+    def shift(self, u: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
+        """The move of the centre of gravity and what the turn adds (m)."""
+        d = point.shape[0]
+        angles = self.reference[d:]
+        return u[:d] + (rotation(angles + u[d:]) - rotation(angles)) @ point
+
+    def stored(self, q: Float[Array, " m"]) -> dict[str, Float[Array, ""]]:
+        """The loads' energies (J)."""
+        total: dict[str, Float[Array, ""]] = {}
+        for load in self.loads:
+            value = load.energy(q)
+            total[load.energy_name] = total.get(load.energy_name, jnp.zeros_like(value)) + value
+        return total
+
+    def resisting(
+        self, q: Float[Array, " m"], v: Float[Array, " m"]
+    ) -> dict[str, Float[Array, " m"]]:
+        """The resistances' forces (N, N m)."""
+        total: dict[str, Float[Array, " m"]] = {}
+        for resistance in self.resistances:
+            value = resistance.force(q, v)
+            kind = resistance.work_name
+            total[kind] = total[kind] + value if kind in total else value
+        return total
+
+    def works(self) -> tuple[str, ...]:
+        """The kinds of work of the resistances."""
+        return tuple(dict.fromkeys(r.work_name for r in self.resistances))

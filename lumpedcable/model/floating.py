@@ -1,0 +1,115 @@
+"""From a body of the scene to one of the model."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.bodies import RigidBody
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.physics.body import AbstractBodyLoad, BodyWeight
+from lumpedcable.physics.hull import Hydrostatics, box_draught, box_metacentre
+from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import ANGLES, Body
+
+__all__ = ["make_body"]
+
+
+def make_body(scene: Scene, name: str, coordinates: Coordinates) -> RigidBody:
+    """A rigid body of the model, at its place and attitude of the start."""
+    body = scene.bodies[name]
+    assert body.position is not None
+    d = coordinates.dimensions
+    mass = jnp.asarray(body.mass, float)
+    angles = _angles(coordinates, (0.0, 0.0, 0.0) if body.attitude is None else body.attitude)
+    start = None
+    if body.velocity is not None:
+        start = jnp.concatenate([coordinates.vector(body.velocity), jnp.zeros_like(angles)])
+    return RigidBody(
+        reference=jnp.concatenate([coordinates.point(body.position), angles]),
+        translation=jnp.full((d,), mass),
+        inertia=_inertia(coordinates, body) if body.turns else jnp.full(angles.shape, mass),
+        start_velocity=start,
+        free=_free(coordinates, body),
+        loads=_loads(scene, body, coordinates),
+    )
+
+
+def _normal(coordinates: Coordinates) -> Float[Array, " 3"]:
+    """The axis in x, y, z about which a body turns in a plane: from the second axis to the first."""
+    axes = jnp.asarray(coordinates.axes)
+    return jnp.cross(axes[:, 1], axes[:, 0])
+
+
+def _angles(coordinates: Coordinates, attitude) -> Float[Array, " a"]:
+    """Roll, pitch and yaw (rad), the angle in the plane, or nothing."""
+    whole = jnp.stack([jnp.asarray(angle, float) for angle in attitude])
+    if coordinates.dimensions == 3:
+        return whole
+    if coordinates.dimensions == 1:
+        return jnp.zeros(0)
+    return jnp.dot(_normal(coordinates), whole)[None]
+
+
+def _inertia(coordinates: Coordinates, body: Body) -> Float[Array, " a"]:
+    """Moments of inertia (kg m2) about the axes that there are; of a uniform box where none is given."""
+    if body.inertia is not None:
+        whole = jnp.stack([jnp.asarray(i, float) for i in body.inertia])
+    else:
+        assert body.size is not None
+        square = jnp.stack([jnp.asarray(s, float) for s in body.size]) ** 2
+        whole = jnp.asarray(body.mass, float) / 12.0 * (jnp.sum(square) - square)
+    if coordinates.dimensions == 3:
+        return whole
+    if coordinates.dimensions == 1:
+        return jnp.zeros(0)
+    return jnp.dot(_normal(coordinates) ** 2, whole)[None]
+
+
+def _free(coordinates: Coordinates, body: Body) -> Float[Array, " m"] | None:
+    """1 for coordinates that can change, 0 for those that are held; None where all can."""
+    if body.free is None:
+        return None
+    places = jnp.asarray([float(way in body.free) for way in ("x", "y", "z")])
+    angles = jnp.asarray([float(way in body.free) for way in ANGLES])
+    along = jnp.asarray(coordinates.axes).T ** 2 @ places
+    if coordinates.dimensions == 1:
+        angles = jnp.zeros(0)
+    elif coordinates.dimensions == 2:
+        angles = jnp.dot(_normal(coordinates) ** 2, angles)[None]
+    # an axis between two of the scene's counts with the one that it is nearer to
+    return jnp.round(jnp.concatenate([along, angles]))
+
+
+def _loads(scene: Scene, body: Body, coordinates: Coordinates) -> tuple[AbstractBodyLoad, ...]:
+    if scene.gravity is None:
+        return ()
+    if body.hull is not None:
+        return (_hydrostatics(scene, body, coordinates),)
+    weight = jnp.asarray(body.mass, float)
+    if body.volume is not None and scene.fluid is not None:
+        weight = weight - jnp.asarray(scene.fluid.density, float) * body.volume
+    return (BodyWeight(weight * scene.gravity * coordinates.vector((0.0, 0.0, -1.0))),)
+
+
+def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrostatics:
+    """What holds up a floating box: the stiffness of its heave, roll and pitch."""
+    assert body.hull is not None
+    assert body.size is not None
+    assert scene.fluid is not None
+    assert scene.gravity is not None
+    size = tuple(jnp.asarray(s, float) for s in body.size)
+    density, mass = jnp.asarray(scene.fluid.density, float), jnp.asarray(body.mass, float)
+    given = body.hull.above_keel
+    above = 0.5 * size[2] if given is None else jnp.asarray(given, float)
+    draught = box_draught(mass, density, size)
+    weight = mass * scene.gravity
+    # it rolls about its length, across its breadth, and pitches across its length
+    heights = [box_metacentre(side, draught, above) for side in (size[1], size[0])]
+    tilt = weight * jnp.stack([*heights, jnp.zeros(())])
+    if coordinates.dimensions == 2:
+        tilt = jnp.dot(_normal(coordinates) ** 2, tilt)[None]
+    return Hydrostatics(
+        coordinates.vector((0.0, 0.0, 1.0)),
+        body.hull.surface + above - draught - coordinates.origin[2],
+        weight / draught,
+        tilt if coordinates.dimensions > 1 else jnp.zeros(0),
+    )

@@ -1,0 +1,67 @@
+"""Where a rigid body is: rotations, points of it, and inertia in its generalised coordinates.
+
+In one dimension a body has a place alone, q = (x). In a plane q = (place, angle), with positive
+angles from the second axis towards the first: about +y where the axes are x and z, bow down for a
+bow at +x. In space q = (x, y, z, roll, pitch, yaw), turned by roll about x first, then pitch about
+y, then yaw about z (singular at a pitch of 90 degrees). Places in m, angles in rad.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+__all__ = ["angle_count", "place_of", "rigid_mass", "rotation"]
+
+
+def angle_count(dimensions: int) -> int:
+    """Number of angles of a body in 1, 2 or 3 dimensions: 0, 1 or 3."""
+    return {1: 0, 2: 1, 3: 3}[dimensions]
+
+
+def rotation(angles: Float[Array, " a"]) -> Float[Array, "d d"]:
+    """The matrix that takes vectors fixed to the body into the scene's coordinates."""
+    if angles.shape[0] == 0:
+        return jnp.eye(1, dtype=angles.dtype)
+    c, s = jnp.cos(angles), jnp.sin(angles)
+    if angles.shape[0] == 1:
+        return jnp.stack([jnp.stack([c[0], s[0]]), jnp.stack([-s[0], c[0]])])
+    one, none = jnp.ones_like(c[0]), jnp.zeros_like(c[0])
+    roll = jnp.stack([one, none, none, none, c[0], -s[0], none, s[0], c[0]]).reshape(3, 3)
+    pitch = jnp.stack([c[1], none, s[1], none, one, none, -s[1], none, c[1]]).reshape(3, 3)
+    yaw = jnp.stack([c[2], -s[2], none, s[2], c[2], none, none, none, one]).reshape(3, 3)
+    return yaw @ pitch @ roll
+
+
+def place_of(q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
+    """Where a point of the body is (m); `point` (m) counts from its centre of gravity, in its axes."""
+    d = point.shape[0]
+    return q[:d] + rotation(q[d:]) @ point
+
+
+def rigid_mass(
+    q: Float[Array, " m"], translation: Float[Array, " d"], inertia: Float[Array, " a"]
+) -> Float[Array, "m m"]:
+    """Mass matrix in the coordinates q, from masses (kg) and inertias (kg m2) along the body's axes.
+
+    T = (sum m_i u_i^2 + sum I_i w_i^2) / 2 with u the velocity of the centre of gravity and w the
+    angular velocity, both in the body's axes; q' . M q' = 2 T.
+    """
+    d = translation.shape[0]
+    turn = rotation(q[d:])
+    size = q.shape[0]
+    mass = jnp.zeros((size, size), q.dtype)
+    mass = mass.at[:d, :d].set((turn * translation) @ turn.T)
+    if inertia.shape[0] == 1:
+        return mass.at[2, 2].set(inertia[0])
+    if inertia.shape[0] == 3:
+        spin = _spin(q[3:])
+        mass = mass.at[3:, 3:].set(spin.T @ (inertia[:, None] * spin))
+    return mass
+
+
+def _spin(angles: Float[Array, " 3"]) -> Float[Array, "3 3"]:
+    """w = S (roll', pitch', yaw') in the body's axes."""
+    c, s = jnp.cos(angles), jnp.sin(angles)
+    one, none = jnp.ones_like(c[0]), jnp.zeros_like(c[0])
+    return jnp.stack([one, none, -s[1], none, c[0], s[0] * c[1], none, -s[0], c[0] * c[1]]).reshape(
+        3, 3
+    )

@@ -1,0 +1,190 @@
+"""A study on the disk: a folder of results files, each of some of its runs, finished or absent.
+
+::
+
+    study.toml          the whole scene and sweep, in SI numbers
+    study.json          number of runs, runs in each shard, digest of study.toml, version
+    study.h5            all shards as one results file, by reference
+    shards/000000.h5    runs 0 to shard - 1, and so on; a results file like any other
+    shards/000000.txt   why a shard could not be computed, until it is
+
+A shard is written under another name and renamed when it is complete, so that whoever finds one
+finds all of it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.schema import PARTIAL_SUFFIX
+
+__all__ = ["Manifest", "StudyFolder", "is_study_folder"]
+
+MANIFEST, SCENE, VIEW, SHARDS = "study.json", "study.toml", "study.h5", "shards"
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a study folder says of itself."""
+
+    runs: int
+    """Number of runs of the study."""
+    shard: int
+    """Runs in each shard but the last."""
+    digest: str
+    """SHA-256 of study.toml."""
+    version: str
+    """Version of lumpedcable that computes it; parts of two are not mixed."""
+
+
+@dataclass(frozen=True)
+class StudyFolder:
+    """A study folder that exists."""
+
+    path: Path
+    manifest: Manifest
+
+    @property
+    def scene(self) -> Path:
+        """The study's own scene file."""
+        return self.path / SCENE
+
+    @property
+    def view(self) -> Path:
+        """The results file that shows all shards."""
+        return self.path / VIEW
+
+    @property
+    def shards(self) -> int:
+        """Number of shards of the whole study."""
+        return -(-self.manifest.runs // self.manifest.shard)
+
+    def runs(self, shard: int) -> range:
+        """The runs of a shard."""
+        first = shard * self.manifest.shard
+        return range(first, min(first + self.manifest.shard, self.manifest.runs))
+
+    def file(self, shard: int) -> Path:
+        """Where a shard stands once it is finished."""
+        return self.path / self.name(shard)
+
+    def name(self, shard: int) -> str:
+        """Name of a shard's file from the folder."""
+        return f"{SHARDS}/{shard:06d}.h5"
+
+    def parts(self) -> list[tuple[str, int]]:
+        """Every shard's file from the folder, there or not, and its number of runs."""
+        return [(self.name(shard), len(self.runs(shard))) for shard in range(self.shards)]
+
+    def missing(self) -> list[int]:
+        """Shards that are not finished."""
+        there = {entry.name for entry in os.scandir(self.path / SHARDS)}
+        return [s for s in range(self.shards) if Path(self.name(s)).name not in there]
+
+    def begun(self) -> list[int]:
+        """Shards that somebody writes, or has left unfinished."""
+        ending = f".h5{PARTIAL_SUFFIX}"
+        found = (entry.name for entry in os.scandir(self.path / SHARDS))
+        return sorted(int(name.removesuffix(ending)) for name in found if name.endswith(ending))
+
+    def note_failure(self, shard: int, reason: str) -> None:
+        """Keep why a shard could not be computed."""
+        self._reason(shard).write_text(reason + "\n", encoding="utf-8")
+
+    def forget_failure(self, shard: int) -> None:
+        """A shard has been computed after all."""
+        self._reason(shard).unlink(missing_ok=True)
+
+    def failures(self) -> dict[int, str]:
+        """Why shards could not be computed."""
+        found = sorted((self.path / SHARDS).glob("*.txt"))
+        return {int(file.stem): file.read_text(encoding="utf-8").strip() for file in found}
+
+    def _reason(self, shard: int) -> Path:
+        return self.file(shard).with_suffix(".txt")
+
+    @classmethod
+    def open(cls, path: Path) -> StudyFolder:
+        """Open a study folder.
+
+        Raises:
+            ResultError: it is none, or it is damaged.
+        """
+        try:
+            told = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+            manifest = Manifest(**told)
+        except FileNotFoundError:
+            raise ResultError(f"{path} is no study folder (it has no {MANIFEST})") from None
+        except (OSError, ValueError, TypeError) as error:
+            raise ResultError(f"{path / MANIFEST} is damaged: {error}") from error
+        return cls(path, manifest)
+
+    @classmethod
+    def make(cls, path: Path, text: str, runs: int, shard: int | None, version: str) -> StudyFolder:
+        """Open the folder of a study, or make it.
+
+        Args:
+            path: the folder.
+            text: the whole scene and sweep (study.toml).
+            runs: number of runs.
+            shard: runs in a shard; None for what the folder has, or the default.
+            version: of lumpedcable.
+
+        Raises:
+            OutputError: it cannot be made, or it holds something else.
+        """
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        if (path / MANIFEST).exists():
+            known = cls.open(path)
+            known._refuse_other(digest, shard, version)
+            return known
+        try:
+            if path.exists() and (not path.is_dir() or any(path.iterdir())):
+                raise OutputError(f"cannot write {path}: expected a new or empty folder")
+            (path / SHARDS).mkdir(parents=True, exist_ok=True)
+            made = cls(path, Manifest(runs, shard or DEFAULT_SHARD, digest, version))
+            _place(made.scene, text)
+            # last, since it is what makes the folder a study
+            _place(path / MANIFEST, json.dumps(asdict(made.manifest), indent=2) + "\n")
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {error.strerror}") from error
+        return made
+
+    def _refuse_other(self, digest: str, shard: int | None, version: str) -> None:
+        known = self.manifest
+        if known.digest != digest:
+            raise OutputError(
+                f"cannot go on in {self.path}: it holds another study; see {self.scene}, or give "
+                "another folder"
+            )
+        if shard not in (None, known.shard):
+            raise OutputError(
+                f"cannot go on in {self.path}: its shards have {known.shard} runs, found --shard "
+                f"{shard}"
+            )
+        if known.version != version:
+            raise OutputError(
+                f"cannot go on in {self.path}: it was begun with lumpedcable {known.version}, this "
+                f"is {version}"
+            )
+
+
+DEFAULT_SHARD = 1024
+"""Runs in a shard: seconds of work, so that little is lost and little is written too often."""
+
+
+def is_study_folder(path: Path) -> bool:
+    """Whether there is a study folder at a path."""
+    return (path / MANIFEST).is_file()
+
+
+def _place(path: Path, text: str) -> None:
+    """Write a text file that is there as a whole or not at all."""
+    draft = path.with_name(f"{path.name}.{os.getpid()}")
+    draft.write_text(text, encoding="utf-8")
+    os.replace(draft, path)

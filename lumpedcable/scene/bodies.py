@@ -1,0 +1,104 @@
+"""Bodies: point masses that lines are tied to, and rigid bodies with points of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import Field
+
+from lumpedcable.scene.part import Name, Part, Problem
+from lumpedcable.scene.quantities import (
+    Angle,
+    Length,
+    MomentOfInertia,
+    Position,
+    PositiveLength,
+    PositiveMass,
+    Velocity,
+    Volume,
+)
+
+Freedom = Literal["x", "y", "z", "roll", "pitch", "yaw"]
+ANGLES: tuple[Freedom, ...] = ("roll", "pitch", "yaw")
+
+# any of these makes a body a rigid one
+_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull")
+
+
+class Hull(Part):
+    """A box that floats upright: its weight is carried by the water that it displaces."""
+
+    above_keel: PositiveLength | None = None
+    """Height of the centre of gravity over the keel in m. Absent: half the height of the box."""
+    surface: Length = 0.0
+    """Height z of the water's surface in m."""
+
+
+class Body(Part):
+    """A point mass, or with any key after volume a rigid body."""
+
+    mass: PositiveMass
+    """Mass in kg."""
+    position: Position | None = None
+    """Place in m: of a point a guess for the start state (absent: found from the lines), of a rigid
+    body where its centre of gravity starts."""
+    volume: Volume | None = None
+    """Displaced volume in m3, for buoyancy. Absent: none."""
+    points: dict[Name, Position] = Field(default_factory=dict)
+    """Points of a rigid body that lines can end at, in m from its centre of gravity along its own
+    axes."""
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] | None = None
+    """Length, breadth and height in m of a rigid body that is a box."""
+    inertia: tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia] | None = None
+    """Moments of inertia in kg m2 about its own axes. Absent: those of a uniform box of its size."""
+    attitude: tuple[Angle, Angle, Angle] | None = None
+    """Roll, pitch and yaw in rad at the start. Absent: none."""
+    velocity: Velocity | None = None
+    """Velocity in m/s at the start, given to the body after the rest of the scene has come to rest.
+    Absent: none."""
+    free: tuple[Freedom, ...] | None = None
+    """How a rigid body can move. Absent: in every way."""
+    hull: Hull | None = None
+    """It floats. Absent: it has its weight, less the buoyancy of volume."""
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it is more than a point mass."""
+        return any(getattr(self, key) not in (None, {}) for key in _RIGID)
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is free to turn."""
+        return self.rigid and (self.free is None or any(angle in self.free for angle in ANGLES))
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what a rigid body lacks, and what is said twice."""
+        if not self.rigid:
+            return
+        if self.position is None:
+            yield Problem(
+                ("position",),
+                "expected the place [x, y, z] (m) of a rigid body, found nothing",
+            )
+        if self.turns and self.inertia is None and self.size is None:
+            yield Problem(
+                ("inertia",),
+                "expected inertia or size of a body that can turn (free says how it can move), "
+                "found neither",
+            )
+        if self.hull is not None and self.size is None:
+            yield Problem(
+                ("size",), "expected [length, breadth, height] (m) of a hull, found nothing"
+            )
+        if self.hull is not None and self.volume is not None:
+            yield Problem(("volume",), "expected volume or hull, found both")
+        for name in self.points:
+            if name in ("start", "end"):
+                yield Problem(
+                    ("points", name), f'expected another name, found "{name}", an end of a line'
+                )
+        for k, way in enumerate(self.free or ()):
+            if self.free is not None and way in self.free[:k]:
+                yield Problem(("free",), f'expected each way to move once, found "{way}" again')
+                return

@@ -1,0 +1,115 @@
+"""[sweep] as it is written: which keys stand in it, alone or in groups, and where in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.quantities import found
+
+GROUPS = ("cases", "zip", "sample")
+"""Tables of a sweep that hold several keys; they come after single keys, in this order."""
+RANGE = ("from", "to", "count", "step", "spacing")
+DRAW = ("from", "to", "spacing", "mean", "deviation")
+_SETTINGS = {"cases": (), "zip": (), "sample": ("method", "count", "seed")}
+
+Raw = tuple[Path, Any]
+"""Where something stands in the file, and its raw value."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One factor of a sweep as it was written: raw values by key, and the settings of a group."""
+
+    kind: str
+    place: Path
+    keys: dict[str, Any]
+    """By key: (place, raw); of cases a list of them, None where a case leaves the key out."""
+    settings: dict[str, Any] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+
+    def without(self, key: str) -> Entry:
+        """Return the entry without a key and what is below it."""
+        kept = {k: v for k, v in self.keys.items() if k != key and not k.startswith(f"{key}.")}
+        return replace(self, keys=kept)
+
+
+def entries_of(sweep: dict[str, Any]) -> tuple[list[Entry], list[Problem]]:
+    """Return the factors of a raw sweep, and what is wrong with its shape.
+
+    A key without quotes (lines.rope.length = ...) is a nest of tables in TOML and read alike.
+    """
+    entries: list[Entry] = []
+    problems: list[Problem] = []
+    singles = {key: value for key, value in sweep.items() if key not in GROUPS}
+    for place, key, value in _flattened(("sweep",), singles):
+        entries.append(Entry("list", place, {key: (place, value)}))
+    for kind in GROUPS:
+        if kind not in sweep:
+            continue
+        place: Path = ("sweep", kind)
+        raw = sweep[kind]
+        tables = [raw] if isinstance(raw, dict) and kind != "cases" else raw
+        if not isinstance(tables, list) or not tables or not all(map(_is_table, tables)):
+            problems.append(
+                Problem(place, f"expected tables, [[sweep.{kind}]], found {found(raw)}")
+            )
+        elif kind == "cases":
+            entry, wrong = _cases(place, tables)
+            entries.append(entry)
+            problems += wrong
+        else:
+            for i, table in enumerate(tables):
+                mine = place if isinstance(raw, dict) else (*place, i)
+                settings = {k: v for k, v in table.items() if k in _SETTINGS[kind]}
+                rest = {k: v for k, v in table.items() if k not in settings}
+                keys = {key: (at, value) for at, key, value in _flattened(mine, rest)}
+                entries.append(Entry(kind, mine, keys, settings))
+    seen: set[str] = set()
+    for entry in entries:
+        for key in entry.keys:
+            if key in seen:
+                place = (*entry.place, key) if entry.kind != "list" else entry.place
+                problems.append(Problem(place, f'expected each key once, found "{key}" again'))
+            seen.add(key)
+    return entries, problems
+
+
+def _is_table(raw: Any) -> bool:
+    return isinstance(raw, dict) and bool(raw)
+
+
+def _flattened(path: Path, table: dict[str, Any]) -> Iterator[tuple[Path, str, Any]]:
+    """Yield (path in the file, key, value) of what stands below a table of the sweep."""
+
+    def walk(here: Path, words: Path, table: dict[str, Any]):
+        for key, value in table.items():
+            place, own = (*here, key), (*words, key)
+            if _is_table(value) and not is_spec(value):
+                yield from walk(place, own, value)
+            else:
+                yield place, ".".join(map(str, own)), value
+
+    yield from walk(path, (), table)
+
+
+def is_spec(raw: Any) -> bool:
+    """Return whether a raw value is a range or a distribution rather than a table of keys."""
+    words = {*RANGE, *DRAW}
+    return isinstance(raw, dict) and any(k in words and not isinstance(raw[k], dict) for k in raw)
+
+
+def _cases(place: Path, tables: list[dict[str, Any]]) -> tuple[Entry, list[Problem]]:
+    keys: dict[str, list[Raw | None]] = {}
+    names, problems = [], []
+    for i, table in enumerate(tables):
+        name = table.get("name", "")
+        if not isinstance(name, str):
+            problems.append(Problem((*place, i, "name"), f"expected a text, found {found(name)}"))
+        names.append(str(name))
+        rest = {key: value for key, value in table.items() if key != "name"}
+        for at, key, value in _flattened((*place, i), rest):
+            keys.setdefault(key, [None] * len(tables))[i] = (at, value)
+    return Entry("cases", place, keys, {}, tuple(names) if any(names) else ()), problems

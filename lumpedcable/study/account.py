@@ -1,0 +1,159 @@
+"""What is kept of runs on their way for the numbers they come down to: energies, checks, watches."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.solve.integrate import Progress
+from lumpedcable.solve.observe import Sample
+from lumpedcable.status import Status
+from lumpedcable.study.compiled import Ready
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lumpedcable.study.run import Part
+
+__all__ = ["Account", "Balance", "balance", "statuses"]
+
+# share of the released energy beyond which a run is not to be trusted: what is resolved stays below
+# a hundredth, what runs away gains tens of per cents and then multiples
+ENERGY_LIMIT = 0.05
+
+
+class Account:
+    """What is kept of a part's runs for their summaries: histories of scalars and of the ends."""
+
+    def __init__(self, part: Part, count: int, coordinates: Coordinates):
+        self.part, self.count, self.coordinates = part, count, coordinates
+        shape = (len(part.runs), count + 1)
+        self.energy: dict[str, NDArray[np.float64]] = {}
+        self.largest: dict[str, NDArray[np.float64]] = {}
+        self.flags = {key: np.zeros(shape, bool) for key in ("finite", "reversed", "exhausted")}
+        self.courant = np.zeros(shape)
+        self.reached = -1
+        self.watches: tuple[Any, ...] = ()
+        self.displacement: dict[str, NDArray[np.float64]] = {}
+        self._start: dict[str, NDArray[np.float64]] | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether all outputs were reached."""
+        return self.reached == self.count
+
+    def add(self, samples: Sample, first: int, count: int) -> None:
+        """Samples (runs, count, ...) from output `first` on."""
+        times = slice(first, first + count)
+        shape = (len(self.part.runs), self.count + 1)
+        for key, table in self.flags.items():
+            table[:, times] = getattr(samples, key)
+        self.courant[:, times] = samples.courant
+        for kept, found in ((self.energy, samples.energy), (self.largest, samples.largest)):
+            for name, values in found.items():
+                kept.setdefault(name, np.full(shape, np.nan))[:, times] = values
+        self.reached = first + count - 1
+
+    def finish(self, run: Progress) -> None:
+        """The state at the end of all outputs."""
+        lived = len(self.part.runs)
+        self.watches = jax.tree.map(lambda x: np.asarray(x)[:lived], run.seen)
+        self.displacement = {k: np.asarray(x)[:lived] for k, x in run.y.displacement.items()}
+
+    def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:
+        """Positions (runs, 3, nodes) of every line at the start (m)."""
+        lived = len(self.part.runs)
+        if self._start is None:
+            self._start = {
+                name: self.coordinates.expand(
+                    np.asarray(line.reference, float)[:lived], 1, place=True
+                )
+                for name, line in ready.model.lines.items()
+            }
+        return self._start
+
+
+def statuses(
+    account: Account, converged: NDArray[np.bool_], times: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The first thing that went wrong in each run, and when (s); both of shape (runs,)."""
+    seen = slice(0, account.reached + 1)
+    # what is undefined was something else first: of signs at one time, the first named here
+    signs = {
+        Status.STEP_BOUND_BROKEN: account.courant[:, seen] > 1.0,
+        Status.TOO_MANY_STEPS: account.flags["exhausted"][:, seen],
+        Status.NON_FINITE: ~account.flags["finite"][:, seen],
+        Status.LINE_REVERSED: account.flags["reversed"][:, seen],
+    }
+    status = np.full(len(converged), int(Status.OK))
+    first = np.full(len(converged), len(times))
+    for sign, flag in signs.items():
+        begins = np.where(flag.any(axis=1), flag.argmax(axis=1), len(times))
+        status = np.where(begins < first, int(sign), status)
+        first = np.minimum(begins, first)
+    when = np.append(times, np.nan)[first]
+    status = np.where(converged, status, int(Status.STATICS_NOT_CONVERGED))
+    return status, np.where(converged, when, 0.0)
+
+
+class Balance:
+    """How energy went: residual (runs, times) in J, its largest share of the released energy, that.
+
+    residual = stored - stored at the start - work + losses; all NaN where nothing is known.
+    """
+
+    def __init__(self, runs: int, times: int):
+        self.residual = np.full((runs, times), np.nan)
+        self.closure = np.full(runs, np.nan)
+        self.released = np.full(runs, np.nan)
+        self.opened = np.zeros((runs, times), bool)
+
+
+def balance(
+    account: Account, status: NDArray[np.int64], when: NDArray[np.float64],
+    times: NDArray[np.float64],
+) -> Balance:  # fmt: skip
+    """The energy account of every run, up to where it went wrong."""
+    found = Balance(len(status), len(times))
+    if not account.energy:
+        return found
+    zero = np.zeros((len(status), len(times)))
+    work, lost, stored = zero, zero, zero
+    for name, table in account.energy.items():
+        if name.startswith("work_"):
+            work = work + table
+        elif name.startswith("lost_"):
+            lost = lost + table
+        else:
+            stored = stored + table
+    rest = status != Status.STATICS_NOT_CONVERGED
+    with np.errstate(invalid="ignore", over="ignore"):  # a run that blew up has such energies
+        residual = stored - stored[:, :1] - work + lost
+        moved = account.energy["kinetic"] + lost
+        usable = np.isfinite(residual) & ~(times >= when[:, None])
+        usable[:, 0] = True
+        released = np.nanmax(np.where(usable, moved, 0.0), axis=1)
+        worst = np.nanmax(np.where(usable, np.abs(residual), 0.0), axis=1)
+        closure = np.divide(worst, released, out=np.zeros_like(worst), where=released > 0.0)
+        tolerated = np.maximum(ENERGY_LIMIT * released, _tolerated(account))
+        opened = np.abs(residual) > tolerated[:, None]
+    found.residual[rest] = residual[rest]
+    found.closure[rest], found.released[rest] = closure[rest], released[rest]
+    found.opened[rest] = opened[rest]
+    return found
+
+
+def _tolerated(account: Account) -> NDArray[np.float64]:
+    """Energy (J) that each run may leave open however little it has released.
+
+    A hundredth of the strain energy that it starts with, so that the first steps of a break are no
+    alarm; and what rounding can do, which is all that a line at rest has.
+    """
+    tables = account.energy.values()
+    peaks = np.nanmax([np.nanmax(np.abs(t), axis=1, initial=0.0) for t in tables], axis=0)
+    rounding = 1e6 * float(np.finfo(account.part.plan.dtype).eps) * peaks
+    strain = account.energy.get("strain")
+    return rounding if strain is None else np.maximum(0.01 * strain[:, 0], rounding)
