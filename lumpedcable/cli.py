@@ -11,11 +11,14 @@ from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Literal, NoReturn
+from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
+from lumpedcable.commands import show
+from lumpedcable.commands.console import Set, fail, study_of
+from lumpedcable.commands.console import told as _told
 
 __all__ = ["app", "main"]
 
@@ -25,37 +28,7 @@ app = App(
     version=lumpedcable.__version__,
 )
 
-Set = Annotated[
-    list[str] | None,
-    Parameter(
-        name="--set",
-        help='KEY=VALUE: another value for any key of the scene, e.g. --set "break.time=50 ms". '
-        "A dotted path or its unmistakable end; may be given several times.",
-        negative="",
-    ),
-]
-
 CHECKED_RUNS = 1000  # of a sweep are laid out by `check`
-
-
-def fail(message: str, code: int = 2) -> NoReturn:
-    """Print what is wrong and leave."""
-    print(message, file=sys.stderr)
-    raise SystemExit(code)
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """What a user can mend ends in a message and exit code 2, not in a traceback."""
-    from lumpedcable.results.errors import OutputError, ResultError
-    from lumpedcable.scene import SceneError
-
-    try:
-        yield
-    except (SceneError, OutputError, ResultError) as error:
-        fail(str(error))
-    except MemoryError as error:
-        fail(f"not enough memory for so many runs, nodes and output times: {error}".rstrip(": "))
 
 
 @contextmanager
@@ -85,19 +58,6 @@ def _interrupts() -> Iterator[Callable[[], bool]]:
     finally:
         sys.unraisablehook = report
         signal.signal(signal.SIGINT, before)
-
-
-def _study_of(scene: Path, changes: list[str] | None, run: int):
-    """A study that has a run of that number, or the end."""
-    from lumpedcable.scene import load_study
-
-    with _told():
-        study = load_study(scene, changes or [])
-    runs = len(study.runs)
-    if not 0 <= run < runs:
-        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
-        fail(f"--run: expected {expected}, found {run}")
-    return study
 
 
 @app.command
@@ -288,7 +248,7 @@ def modes(
     """
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
-    study = _study_of(scene, set_, run_)
+    study = study_of(scene, set_, run_)
 
     from lumpedcable.results.modes import write_modes
     from lumpedcable.study.modes import NoEquilibriumError, find_modes
@@ -312,112 +272,8 @@ def modes(
         print(path)
 
 
-@app.command
-def view(
-    file: Path,
-    /,
-    *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    set_: Set = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
-    port: int = 0,
-    browser: bool = True,
-) -> None:
-    """Open a page: the moving scene of a results file, or a scene at rest that follows its sliders.
-
-    Parameters
-    ----------
-    file
-        Results file (HDF5), finished or .partial, or scene file (TOML).
-    output
-        Of a results file: HTML file to write instead; it has everything in it and works offline.
-    set_
-        Of a scene: KEY=VALUE, another value for any key.
-    run_
-        Of a scene: which run of a sweep, from 0.
-    port
-        Of this machine's own address 127.0.0.1; a free one if not given.
-    browser
-        Open the page, or only say where it is.
-    """
-    from lumpedcable.page.open import serve_recorded, serve_scene, write_recorded
-
-    def told(url: str) -> None:
-        print(f"{url}  (Ctrl-C to end)", flush=True)
-
-    is_scene = file.suffix == ".toml"
-    if is_scene and output is not None:
-        fail(f"--output: expected a results file to write as a page, found the scene {file}")
-    if not is_scene and (set_ or run_):
-        fail(f"--set and --run: expected a scene (*.toml), found {file}")
-    with _told():
-        if is_scene:
-            serve_scene(_study_of(file, set_, run_), run_, port, browser, told)
-        elif output is not None:
-            print(write_recorded(file, output))
-        else:
-            serve_recorded(file, port, browser, told)
-
-
-@app.command
-def animate(
-    result: Path,
-    /,
-    *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
-    seconds: float = 8.0,
-    fps: int = 15,
-) -> None:
-    """Write a run as a film: the line coloured by tension, and its tension along it.
-
-    Parameters
-    ----------
-    result
-        Results file (HDF5), finished or .partial.
-    output
-        File to write, *.gif or (with the extra video) *.mp4; the results' name with .gif if not given.
-    run_
-        Which run, from 0.
-    seconds
-        How long the film lasts.
-    fps
-        Frames in a second.
-    """
-    from lumpedcable.view import animate_result
-
-    with _told():
-        target = output or result.parent / f"{Path(result.name.removesuffix('.partial')).stem}.gif"
-        print(animate_result(result, target, run_, seconds, fps))
-
-
-@app.command
-def export(
-    result: Path,
-    /,
-    *,
-    to: str,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    run_: Annotated[int | None, Parameter(name="--run")] = None,
-) -> None:
-    """Write a results file in the format of other programs.
-
-    Parameters
-    ----------
-    result
-        Results file (HDF5), finished or .partial.
-    to
-        vtkhdf (ParaView), gltf (Blender, browsers), csv (histories), moordyn (text tables).
-    output
-        File to write; the results' name with the format's own end if not given.
-    run_
-        Which run, from 0; the first if not given, for csv all.
-    """
-    from lumpedcable.export import export_result
-
-    with _told():
-        for path in export_result(result, to, output, run_):
-            print(path)
+for command in (show.view, show.animate, show.export):
+    app.command(command)
 
 
 @app.command

@@ -181,7 +181,8 @@ def _cylinder() -> tuple[Array, Array, Array]:
     """An open cylinder of radius 1 from y = -1/2 to 1/2: points, normals, triangles."""
     angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
     ring = np.column_stack([np.cos(angle), np.zeros(SIDES), np.sin(angle)])
-    points = np.concatenate([ring - [0.0, 0.5, 0.0], ring + [0.0, 0.5, 0.0]])
+    half = np.array([0.0, 0.5, 0.0])
+    points = np.concatenate([ring - half, ring + half])
     a = np.arange(SIDES)
     b = (a + 1) % SIDES
     triangles = np.concatenate([np.column_stack([a, a + SIDES, b]),

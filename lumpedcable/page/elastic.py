@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.controls import Control, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.scene import Scene, Study
@@ -122,7 +123,7 @@ def _drawn(scene: Scene, name: str, line: RestingLine) -> dict[str, Any]:
 
 
 def _bodies(scene: Scene, lines: dict[str, RestingLine]) -> list[dict[str, Any]]:
-    """Point bodies at the end of a line that is tied to them."""
+    """Point bodies at the end of a line that is tied to them, rigid ones where they are held."""
     found: dict[str, dict[str, Any]] = {}
     for name, line in scene.lines.items():
         for end, node in ((line.start, 0), (line.end, -1)):
@@ -130,6 +131,11 @@ def _bodies(scene: Scene, lines: dict[str, RestingLine]) -> list[dict[str, Any]]
             if isinstance(end, str) and end in scene.bodies and piece in lines:
                 at = lines[piece].position[node]
                 found.setdefault(end, {"name": end, "at": at.tolist()})
+    for name, body in scene.bodies.items():
+        if body.rigid and body.position is not None:  # held where the scene puts it
+            turn = quaternion(body.attitude or (0.0, 0.0, 0.0)).tolist()
+            size = None if body.size is None else list(body.size)
+            found[name] = {"name": name, "at": list(body.position), "size": size, "turn": turn}
     return list(found.values())
 
 

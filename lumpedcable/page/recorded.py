@@ -71,8 +71,10 @@ class _Recorder:
     def __init__(self, result: ResultFile, names: list[str]) -> None:
         self.result, self.names, self.pack = result, names, Pack()
         self.runs = even(result.runs, MOST_RUNS)
+        told = str(result.attributes.get("effective_scene", "")) or result.scene_text
+        self.scene = tables(told)
         self.stored = result.series.histories
-        self.histories = _history_names(self.stored, names)
+        self.histories = _history_names(self.stored, names, result.bodies)
         self.derived: dict[str, dict[str, list[Array]]] = {}
         most = max(MOST_NUMBERS // (len(self.runs) * max(len(self.histories), 1)), 2)
         self.times = even(len(result.time), min(MOST_TIMES, most))
@@ -84,7 +86,11 @@ class _Recorder:
     def payload(self) -> Payload:
         result = self.result
         lines = [self._line(name) for name in self.names]
-        scene = tables(str(result.attributes.get("effective_scene", "")) or result.scene_text)
+        scene = self.scene
+        around = surroundings(scene)
+        bodies = moved_bodies(result, self.runs, self.times[self.frames], scene, self.pack)
+        moved = {body["name"] for body in bodies}
+        around["points"] = [p for p in around["points"] if p["name"] not in moved]
         time = result.time[self.times]
         factor, unit = scale(float(result.time[-1]), "s")
         head = {
@@ -101,8 +107,8 @@ class _Recorder:
             "lines": lines,
             "histories": self._histories(lines),
             "outputs": self._outputs(),
-            "surroundings": surroundings(scene),
-            "bodies": moved_bodies(result, self.runs, self.times[self.frames], self.pack),
+            "surroundings": around,
+            "bodies": bodies,
         }
         return Payload(head, self.pack)
 
@@ -163,8 +169,7 @@ class _Recorder:
         }
 
     def _diameter(self, name: str) -> float:
-        scene = tables(str(self.result.attributes.get("effective_scene", "")))
-        lines = scene.get("lines") or {}
+        lines = self.scene.get("lines") or {}
         line = lines.get(name) or lines.get(name.rpartition("-")[0]) or {}
         value = line.get("diameter")
         return float(value) if isinstance(value, int | float) else 0.0
@@ -175,11 +180,18 @@ class _Recorder:
         """Every number against time: of the lines, of the file, energies."""
         found = []
         for key, (group, words, unit) in self.histories.items():
-            if key not in self.stored:  # worked out from the fields
+            if key.startswith("bodies/") and key not in self.stored:
+                _, body, quantity, component = key.split("/")
+                whole = [self.result.body(body, quantity, int(run)) for run in self.runs]
+                values = [table[self.times, int(component)] for table in whole]
+                if not np.any(np.asarray(values)):
+                    continue  # it cannot move so
+                values = np.degrees(values) if quantity == "attitude" else values
+            elif key not in self.stored:  # worked out from the fields
                 values = self.derived[group].get(key.rpartition("/")[2])
             else:
                 values = [self.result.series.read(key, int(run))[self.times] for run in self.runs]
-            if not values:
+            if values is None or not len(values):
                 continue
             table = np.asarray(values, float)
             found.append(
@@ -216,7 +228,7 @@ _DERIVED = {
 
 
 def _history_names(
-    stored: dict[str, tuple[str, str]], names: list[str]
+    stored: dict[str, tuple[str, str]], names: list[str], bodies: list[str]
 ) -> dict[str, tuple[str, str, str]]:
     """By key: the line or group it belongs to, words, SI unit; those of the lines first."""
     found: dict[str, tuple[str, str, str]] = {}
@@ -226,6 +238,11 @@ def _history_names(
                 found[key] = (name, words.removesuffix(" of the line"), unit)
         for key, (words, unit) in _DERIVED.items():
             found[f"lines/{name}/{key}"] = (name, words, unit)
+    for body in bodies:
+        for k, words in enumerate("xyz"):
+            found[f"bodies/{body}/position/{k}"] = (body, f"{body}, {words}", "m")
+        for k, words in enumerate(("roll", "pitch", "yaw")):
+            found[f"bodies/{body}/attitude/{k}"] = (body, f"{body}, {words}", "deg")
     others = {key: value for key, value in stored.items() if not key.startswith("lines/")}
     # energies last: many, and looked at least
     for key in sorted(others, key=lambda key: key.startswith("energy/")):

@@ -20,8 +20,8 @@ def tables(text: str) -> dict[str, Any]:
 def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Surface and bed heights (m), whether there is water, and point bodies with the ends they tie.
 
-    The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it;
-    water without either is everywhere.
+    The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it
+    or something floats; water without any of these is everywhere.
 
     Args:
         scene: tables of the scene in SI numbers.
@@ -33,10 +33,11 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     water, bed = scene.get("water"), scene.get("seabed")
     surface = None
     if isinstance(water, dict):
-        current = water.get("current")
-        known = current.get("surface") if isinstance(current, dict) else None
-        surface = _number(water.get("surface", known))
-        if surface is None and isinstance(bed, dict):
+        hulls = [body.get("hull") for body in (scene.get("bodies") or {}).values()]
+        tellers = [water, water.get("current"), *hulls]
+        told = [t.get("surface") for t in tellers if isinstance(t, dict)]
+        surface = next((float(v) for v in told if _number(v) is not None), None)
+        if surface is None and (isinstance(bed, dict) or any(h is not None for h in hulls)):
             surface = 0.0
     return {
         "water": isinstance(water, dict),

@@ -1,4 +1,4 @@
-"""Whatever a results file follows through time, by its path: histories of single numbers, bodies."""
+"""Whatever a results file follows through time, by its path."""
 
 from __future__ import annotations
 
@@ -48,18 +48,6 @@ class Series:
             return np.asarray(found[run])
         except (OSError, IndexError, ValueError) as error:
             raise ResultError(f"{self._file.filename}: {path} cannot be read: {error}") from error
-
-    @property
-    def bodies(self) -> list[str]:
-        """Names of the bodies whose place is stored."""
-        group = self._file.get("bodies")
-        if not isinstance(group, h5py.Group):
-            return []
-        return [str(n) for n in group if isinstance(group.get(f"{n}/position"), h5py.Dataset)]
-
-    def has(self, path: str) -> bool:
-        """Whether the file holds a dataset or group of this path."""
-        return path in self._file
 
 
 def _text(value: Any) -> str:

@@ -1,5 +1,7 @@
 """Films of a run: their frames, their clock, what they refuse."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import synthetic_result
@@ -28,7 +30,7 @@ def test_a_gif_shows_the_run_in_slow_motion(file):
             film.seek(k)
             frames.append(np.asarray(film.convert("RGB"), float))
     # the line swings, so that every frame is another
-    for before, after in zip(frames, frames[1:], strict=False):
+    for before, after in pairwise(frames):
         assert (abs(after - before).max(axis=2) > 60).sum() > 100
 
 

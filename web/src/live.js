@@ -115,7 +115,8 @@ class Live {
       do {
         this.again = false;
         const model = this.model, begun = performance.now();
-        const reply = await this.post("solve");
+        const patience = setTimeout(() => this.say("Working: the first shape takes some seconds to prepare."), 900);
+        const reply = await this.post("solve").finally(() => clearTimeout(patience));
         if (model !== this.model) this.again = true;
         else this.take(reply, performance.now() - begun);
       } while (this.again);
@@ -172,12 +173,17 @@ class Live {
         const tube = stage.tube(`line ${k}`, line.position.length, line.diameter / 2, line.second ? 1.4 : 2.6);
         tube.dots.visible = this.shell.nodesBox.checked && !line.second;
       });
-      points.forEach((_, k) => stage.solid(`point ${k}`, null));
+      points.forEach((point, k) => stage.solid(`point ${k}`, point.size));
     }
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (const line of lines) for (const at of line.position) for (let k = 0; k < 3; k++) {
       low[k] = Math.min(low[k], at[k]);
       high[k] = Math.max(high[k], at[k]);
+    }
+    for (const point of points) for (let k = 0; k < 3; k++) {
+      const half = Math.max(...(point.size ?? [0])) / 2;
+      low[k] = Math.min(low[k], point.at[k] - half);
+      high[k] = Math.max(high[k], point.at[k] + half);
     }
     const size = Math.max(...high.map((v, k) => v - low[k]));
     const fits = this.box && low.every((v, k) => v >= this.box.low[k] && high[k] <= this.box.high[k])
@@ -243,6 +249,6 @@ class Live {
       });
       stage.tubes.get(`line ${k}`)?.update(points, rgb, stage.camera, (x, y, z) => stage.pixelAt(x, y, z));
     });
-    this.answer.points.forEach((point, k) => stage.place(`point ${k}`, point.at));
+    this.answer.points.forEach((point, k) => stage.place(`point ${k}`, point.at, point.turn));
   }
 }

@@ -29,7 +29,7 @@ export class Scenery {
     for (const run of runs) {
       for (const line of this.lines) line.position.forEach((t, k) => reach(k, t.range(run)));
       for (const body of this.bodies) {
-        body.position.forEach((t, k) => reach(k, t.range(run), (body.size?.[k] ?? 0) / 2));
+        body.position.forEach((t, k) => reach(k, t.range(run), Math.max(...(body.size ?? [0])) / 2));
       }
     }
     return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [1, 1, 1] };
