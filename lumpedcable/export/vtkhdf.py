@@ -84,7 +84,6 @@ def _steps(root: h5py.Group, time, nodes: int, cells: int, own) -> None:
     ):
         group.create_dataset(name, data=value)
     for kind, size in (("PointData", nodes), ("CellData", cells)):
-        offsets = group.create_group(f"{kind}Offsets")
         for name in own[kind]:
-            offsets.create_dataset(name, data=each * size)
-    group["CellDataOffsets"].create_dataset("line", data=still)
+            group.create_dataset(f"{kind}Offsets/{name}", data=each * size)
+    group.create_dataset("CellDataOffsets/line", data=still)

@@ -22,11 +22,11 @@ def quaternion(attitude: ArrayLike) -> NDArray[np.float64]:
     the attitude is.
     """
     angles = np.asarray(attitude, float)
-    known = np.isfinite(angles).all(axis=-1)
-    flat = np.where(known[..., None], angles, 0.0).reshape(-1, 3)
+    known = np.isfinite(angles).all(axis=-1, keepdims=True)
+    flat = np.where(known, angles, 0.0).reshape(-1, 3)
     found = Rotation.from_euler("xyz", flat).as_quat(scalar_first=True)
     found = found.reshape(*angles.shape[:-1], 4)
-    return np.where(known[..., None], found, np.nan)
+    return np.where(known, found, np.nan)
 
 
 def moved_bodies(

@@ -35,8 +35,8 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(water, dict):
         hulls = [body.get("hull") for body in (scene.get("bodies") or {}).values()]
         tellers = [water, water.get("current"), *hulls]
-        told = [t.get("surface") for t in tellers if isinstance(t, dict)]
-        surface = next((float(v) for v in told if _number(v) is not None), None)
+        told = [_number(t.get("surface")) for t in tellers if isinstance(t, dict)]
+        surface = next((height for height in told if height is not None), None)
         if surface is None and (isinstance(bed, dict) or any(h is not None for h in hulls)):
             surface = 0.0
     return {

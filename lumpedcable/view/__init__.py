@@ -2,6 +2,6 @@
 
 from lumpedcable.view.animation import animate_result
 from lumpedcable.view.modes import ModeShapes, plot_modes
-from lumpedcable.view.plot import plot_result
+from lumpedcable.view.plot import figures_of, plot_result
 
-__all__ = ["ModeShapes", "animate_result", "plot_modes", "plot_result"]
+__all__ = ["ModeShapes", "animate_result", "figures_of", "plot_modes", "plot_result"]

@@ -171,7 +171,7 @@ class _Film:
         parts = zip(self.shapes, self.curves, self.position, self.tension, self.middle, strict=True)
         for shape, curve, position, tension, middle in parts:
             points = position[sample][:, [self.across, self.up]]
-            shape.set_segments(np.stack([points[:-1], points[1:]], axis=1))
+            shape.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
             shape.set_array(tension[sample] * self.factor)
             curve.set_data(middle, tension[sample] * self.factor)
         now = self.result.time[sample] * self.to_time

@@ -70,6 +70,22 @@ def plot_result(
     return made
 
 
+def figures_of(path: str | Path) -> dict[str, Figure]:
+    """The figures of a results file by the names that `plot_result` gives their files.
+
+    Raises:
+        ResultError: the file cannot be read, or holds nothing to draw.
+    """
+    made: dict[str, Figure] = {}
+    with open_result(path) as result, style.styled():
+        for group in groups(result):
+            for name, draw in _figures(result, group):
+                made["_".join(filter(None, [name, group.tag]))] = draw()
+    if not made:
+        raise ResultError(f"{path} holds neither lines nor energies to draw")
+    return made
+
+
 def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
     """Names and makers of the figures of one group, as far as the file holds their fields."""
     ends = [RecoilingEnd(result, name) for name in result.ends]
