@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from types import FrameType
@@ -16,7 +17,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
-from lumpedcable.commands import show
+from lumpedcable.commands import fit, show
 from lumpedcable.commands.console import Set, fail, study_of
 from lumpedcable.commands.console import told as _told
 
@@ -100,7 +101,12 @@ def run(
         partial = target.with_name(target.name + ".partial")
         kept = f"; what was finished is in {partial}" if partial.exists() else ""
         fail(f"interrupted{kept}", 130)
-    results_table(study, target, outcomes)
+    if study.scene.output.static:
+        from lumpedcable.study.rest_report import rest_table
+
+        rest_table(study, target)
+    else:
+        results_table(study, target, outcomes)
     if timings:
         for stage, seconds in clock.stages.items():
             print(f"{stage:>10} {seconds:8.2f} s")
@@ -159,6 +165,8 @@ def study(
         loaded = load_study(scene, set_ or [])
     folder = output or Path(scene.stem)
     share = _share(part)
+    if executor == "dask" and find_spec("distributed") is None:
+        fail('--executor dask needs dask.distributed: pip install "lumpedcable[dask]"')
     if shard is not None and shard < 1:
         fail(f"--shard: expected at least 1, found {shard}")
     if executor == "here" and scheduler is not None:
@@ -272,7 +280,7 @@ def modes(
         print(path)
 
 
-for command in (show.view, show.animate, show.export):
+for command in (fit.fit, fit.sensitivity, show.view, show.animate, show.export):
     app.command(command)
 
 

@@ -23,23 +23,25 @@ ALLOWED = {
     "model": {"physics", "scene"},
     "solve": {"model", "physics", "scene"},
     "study": {"", "exact", "model", "physics", "results", "scene", "solve"},
+    "fit": {"model", "physics", "results", "scene", "solve", "study"},
     "view": {"exact", "results"},
     "export": {"results"},
     "page": {"exact", "results", "scene", "study"},
-    "cli": {"commands", "", "export", "model", "page", "results", "scene", "study", "view"},
-    "commands": {"export", "page", "results", "scene", "view"},
+    "cli": {"commands", "", "model", "results", "scene", "study", "view"},
+    "commands": {"export", "fit", "page", "results", "scene", "study", "view"},
     "__main__": {"cli"},
 }
 COMMANDS = {"cli", "commands"}  # import what a command needs when it runs
 FREE = {"status"}  # words and numbers that any room may use
-COMPUTES = {"physics", "model", "solve", "study"}
+COMPUTES = {"physics", "model", "solve", "study", "fit"}
 HEAVY = {"jax", "jaxlib", "diffrax", "equinox", "jaxtyping", "lineax", "optimistix"}
 # libraries that only some rooms know
 OWNERS = dict.fromkeys(HEAVY, COMPUTES) | {
     "h5py": {"export", "results"},
     "matplotlib": {"api", "view"},
-    "pydantic": {"scene"},
+    "pydantic": {"scene", "fit"},
     "cyclopts": COMMANDS,
+    "distributed": {"study"},
     "starlette": {"page"},
     "uvicorn": {"page"},
 }

@@ -15,7 +15,7 @@ from lumpedcable.scene import Scene, Study
 from lumpedcable.scene.quantities import Quantity
 from lumpedcable.scene.tree import Spot, numeric, spot_at
 from lumpedcable.scene.writer import to_toml
-from lumpedcable.study.rest import Resting, RestingLine
+from lumpedcable.study.resting import Resting, RestingLine
 
 __all__ = ["elastic_model"]
 

@@ -46,8 +46,8 @@ class Watch(NamedTuple):
 class Sample(NamedTuple):
     """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
 
-    `largest` has the largest tension of all segments (N) and the kinetic energy (J), `bodies` the
-    coordinates q and their rates of each body, (2, m).
+    `largest` has the largest tension of all segments (N) and the kinetic energy (J).
+    `bodies` are the coordinates q and their rates of each body, (2, m).
     """
 
     fields: dict[str, dict[str, Array]]
@@ -148,6 +148,8 @@ def sample(
     for name, line in model.lines.items():
         e = found[name].line
         whole = e.tension if e.damping is None else e.tension + e.damping
+        if line.inextensible:
+            whole = y.tension[name]
         most.append(jnp.max(whole))
         every = {
             "position": place[name],

@@ -1,110 +1,110 @@
-"""A scene at rest, again and again with other numbers: what a page with sliders asks for."""
+"""What the results of a scene at rest tell of its cables: their numbers, and those in closed form."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
-from numpy.typing import NDArray
 
-from lumpedcable.model.coordinates import Coordinates, coordinates_of
-from lumpedcable.model.layout import make_layout
-from lumpedcable.scene import Scene, SceneError, Study
-from lumpedcable.solve.observe import end_tension
-from lumpedcable.solve.start import start_of
-from lumpedcable.status import ADVICE, MEANING, Status
-from lumpedcable.study.compiled import Structure, number
+from lumpedcable.results import ResultWriter, Variable
+from lumpedcable.scene import Scene
+from lumpedcable.solve.targets import sag_of
+from lumpedcable.study.cables import Cable, cables
+from lumpedcable.study.prescribed import MODELS, Prescribed, models_of
 
-__all__ = ["Resting", "RestingLine"]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lumpedcable.study.compiled import Ready
+
+__all__ = ["rest_variables", "write_rest"]
+
+Numbers = dict[str, "NDArray[np.float64]"]
 
 
-class RestingLine(NamedTuple):
-    """A line at rest.
+def rest_variables(scene: Scene) -> list[Variable]:
+    """Datasets of a scene's cables, one number a run each."""
+    found = []
+    for cable in cables(scene):
+        for key, (unit, text) in cable.numbers.items():
+            found.append(Variable(f"rest/{cable.name}/{key}", ("run",), "f8", unit, text))
+        for model in models_of(scene, cable):
+            for key, (unit, text) in cable.numbers.items():
+                path, holds = f"rest/{cable.name}/{model}_{key}", {"holds": MODELS[model]}
+                found.append(Variable(path, ("run",), "f8", unit, text, holds))
+    return found
 
-    Attributes:
-        position: places of its nodes (m), shape (node, 3).
-        tension: of its segments (N), shape (segment,).
-        strain: of its segments (-), shape (segment,).
-        ends: tension at its start and its end (N), shape (2,).
+
+def write_rest(
+    writer: ResultWriter,
+    scenes: Sequence[Scene],
+    rows: Sequence[int] | NDArray[np.int64],
+    ready: Ready,
+    nodes: Mapping[str, NDArray[np.float64]],
+    ends: Mapping[str, NDArray[np.float64]],
+) -> None:
+    """Write the numbers of all cables of some runs of one structure.
+
+    Args:
+        writer: the file; `rest_variables` are declared in it.
+        scenes: these runs.
+        rows: their rows in the file.
+        ready: these runs at rest.
+        nodes: positions (m) of the lines' nodes, each (runs, 3, nodes).
+        ends: tensions (N) at the lines' two ends, each (runs, 1, 2).
     """
-
-    position: NDArray[np.float64]
-    tension: NDArray[np.float64]
-    strain: NDArray[np.float64]
-    ends: NDArray[np.float64]
-
-
-class _Found(NamedTuple):
-    lines: dict[str, tuple[Array, Array, Array, Array]]
-    converged: Bool[Array, ""]
-    imbalance: Float[Array, ""]
+    good = np.asarray(ready.converged)
+    for cable in cables(scenes[0]):
+        for key, values in _numbers(scenes, cable, ready, nodes, ends).items():
+            values = np.where(good, values, np.nan)
+            for k, row in enumerate(rows):
+                writer.write(f"rest/{cable.name}/{key}", values[k : k + 1], run=slice(row, row + 1))
 
 
-@partial(jax.jit, static_argnames=("structure",))
-def _at_rest(
-    structure: Structure,
-    axes: Float[Array, "3 d"],
-    origin: Float[Array, " 3"],
-    numbers: Mapping[str, Float[Array, ""]],
-) -> _Found:
-    """Static equilibrium of one scene; keyed by structure alone."""
-    scene = structure.scene.with_numbers(numbers)
-    found = start_of(scene, structure.layout, Coordinates(axes, origin))  # type: ignore[arg-type]
-    lines = {}
-    for name, line in found.model.lines.items():
-        shape = line.shape(jnp.zeros_like(line.reference))
-        tension = line.law.tension(shape.strain)
-        ends = jnp.stack([end_tension(line, tension, node, shape) for node in (0, -1)])
-        lines[name] = (shape.position, tension, shape.strain, ends)
-    return _Found(lines, found.converged, found.imbalance)
-
-
-class Resting:
-    """The static equilibrium of a scene as a function of its numbers; compiled once."""
-
-    def __init__(self, study: Study, run: int = 0) -> None:
-        """Take run number `run` of a study.
-
-        Raises:
-            SceneError: the scene cannot be laid out.
-        """
-        self.scene: Scene = study.runs[run]
-        try:
-            layout = make_layout(self.scene)
-        except ValueError as error:
-            raise SceneError([study.fault("lines", str(error))]) from None
-        self._structure = Structure(self.scene.skeleton(), layout, self.scene)
-
-    def solve(self, numbers: Mapping[str, float]) -> dict[str, RestingLine]:
-        """The lines at rest, by name.
-
-        Args:
-            numbers: by path, as in `Scene.numbers`; those left out are the scene's.
-
-        Raises:
-            ValueError: there is no equilibrium, or none was found; the message says so.
-        """
-        # floats, always: another type would be another program
-        every = self.scene.numbers() | {key: float(value) for key, value in numbers.items()}
-        scene = self.scene.with_numbers(every)
-        coordinates = coordinates_of([scene])
-        found = _at_rest(
-            self._structure,
-            jnp.asarray(coordinates.axes),
-            jnp.asarray(coordinates.origin),
-            {key: number(value) for key, value in every.items()},
-        )
-        if not bool(found.converged):
-            status = Status.STATICS_NOT_CONVERGED
-            raise ValueError(f"{MEANING[status]}: {ADVICE[status]}")
-        return {
-            name: RestingLine(
-                coordinates.expand(np.asarray(q), axis=0, place=True).T, *map(np.asarray, rest)
-            )
-            for name, (q, *rest) in found.lines.items()
-        }
+def _numbers(
+    scenes: Sequence[Scene],
+    cable: Cable,
+    ready: Ready,
+    nodes: Mapping[str, NDArray[np.float64]],
+    ends: Mapping[str, NDArray[np.float64]],
+) -> Numbers:
+    """The numbers of a cable, as computed and by the models that apply, each of shape (runs,)."""
+    lines = [ready.model.lines[name] for name in cable.lines]
+    lengths = [
+        np.asarray(line.segment_length).mean(axis=-1) * (nodes[name].shape[-1] - 1)
+        for name, line in zip(cable.lines, lines, strict=True)
+    ]
+    whole = np.concatenate([nodes[name] for name in cable.lines], axis=2)
+    from_start = whole - whole[:, :, :1]
+    away, height = np.hypot(from_start[:, 0], from_start[:, 1]), from_start[:, 2]
+    first = np.asarray(jax.vmap(lambda line: line.law.tension(line.reference_strain[0]))(lines[0]))
+    step = from_start[:, :, 1]
+    found = {
+        "length": np.sum(lengths, axis=0),
+        "start_tension": ends[cable.lines[0]][:, 0, 0],
+        "end_tension": ends[cable.lines[-1]][:, 0, 1],
+        "horizontal_tension": first * away[:, 1] / np.linalg.norm(step, axis=1),
+    }
+    span, rise = away[:, -1], height[:, -1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if len(lines) > 1:
+            joint = nodes[cable.lines[0]].shape[2] - 1
+            x, z = away[:, joint], height[:, joint]
+            found |= {
+                "joint_length": lengths[0],
+                "joint_x": x,
+                "joint_z": z,
+                "sag": rise * x / span - z,
+            }
+        else:
+            up = jnp.array([0.0, 0.0, 1.0])
+            sags = jax.vmap(lambda line: sag_of(line, up))(jnp.asarray(whole))
+            found["sag"] = np.where(span > 0.0, np.asarray(sags), np.nan)
+    known = Prescribed(scenes, cable, lengths, span, -rise, found)
+    for model in models_of(scenes[0], cable):
+        for key, values in known.numbers(model).items():
+            found[f"{model}_{key}"] = values
+    return {key: np.asarray(values, float) for key, values in found.items()}

@@ -12,8 +12,8 @@ from lumpedcable.exact import STAGES, elastic_catenary
 from lumpedcable.page.live import live_page
 from lumpedcable.page.stages import highline_of
 from lumpedcable.scene import load_study
-from lumpedcable.study import rest
-from lumpedcable.study.rest import Resting
+from lumpedcable.study import resting
+from lumpedcable.study.resting import Resting
 
 HIGHLINE = """\
 title = "Highline with cargo"
@@ -193,7 +193,7 @@ def test_any_scene_has_its_own_numbers_as_sliders(catenary):
 
 def test_sliders_lead_to_the_exact_catenary_and_compile_once(catenary):
     catenary.solve("scene")
-    compiled = rest._at_rest._cache_size()
+    compiled = resting._at_rest._cache_size()
     for span, length, weight, EA in ((100, 110, 3, 20e6), (90, 108, 5, 20e6), (100, 102.5, 3, 8e6)):
         found = catenary.numbers(
             "scene",
@@ -206,7 +206,7 @@ def test_sliders_lead_to_the_exact_catenary_and_compile_once(catenary):
             pull = np.hypot(exact.horizontal, exact.vertical_tension(s))
             assert found[f"wire/{key}_tension"] == pytest.approx(float(pull), rel=1e-3)
         assert found["wire/horizontal"] == pytest.approx(exact.horizontal, rel=1e-3)
-    assert rest._at_rest._cache_size() == compiled
+    assert resting._at_rest._cache_size() == compiled
 
 
 def test_a_scene_is_given_back_with_what_was_changed(catenary, tmp_path):
