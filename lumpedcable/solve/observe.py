@@ -59,6 +59,7 @@ class Sample(NamedTuple):
     courant: Float[Array, ""]
     exhausted: Bool[Array, ""]
     bodies: dict[str, Float[Array, "2 m"]]
+    stopped: Bool[Array, ""]
 
 
 def end_tension(
@@ -179,7 +180,9 @@ def sample(
         key = body_key(name)
         bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
         finite &= jnp.all(jnp.isfinite(bodies[name]))
-    return Sample(fields, energy, ends, largest, finite, back, courant, exhausted, bodies)
+    return Sample(
+        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, jnp.zeros((), bool)
+    )
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

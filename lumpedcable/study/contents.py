@@ -93,6 +93,9 @@ class Contents:
         self.histories = self.scene.output.keep != "summaries"
         rigid = [name for name, body in self.scene.bodies.items() if body.rigid]
         self.bodies = rigid if self.histories else []
+        pieces = [p for s in laid.structures for p in s.layout.pieces]
+        laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
+        self.rigid = [name for name, law in laws.items() if law == "inextensible"]
         kept = self.histories and "energy" in self.scene.output.quantities
         self.energy = energy_terms(laid) if kept else {}
 
@@ -145,6 +148,9 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
+        for name in self.rigid:
+            path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
+            found.append(Variable(path, ("run", "segment"), "f8", "N", text))
         for name in self.bodies:
             for quantity, (last, unit, text) in BODY_FIELDS.items():
                 path = f"bodies/{name}/{quantity}"

@@ -121,6 +121,9 @@ def _table(
             column(name, style="dim")
         if quantity in EXACT and "exact" in beside:
             column("exact*", style="cyan")
+    if study.scene.output.stop is not None:
+        column("stops\nafter", "s")
+        column("gone by\nthen", "m")
     column("energy\nclosure", "%")
     column("status", justify="left")
     rows = [(outcome, end) for outcome in outcomes for end in ends or [""]]
@@ -150,6 +153,9 @@ def _row(
             cells.append(_cell(told, factor, "{:.4g}"))
         if quantity in EXACT and "exact" in beside:
             cells.append(_cell(numbers.get(f"exact_{quantity}"), factor, form))
+    if study.scene.output.stop is not None:
+        cells.append(_cell(outcome.stop_time, 1.0, "{:.3f}"))
+        cells.append(_cell(outcome.stop_distance, 1.0, "{:.3f}"))
     cells.append(_cell(outcome.energy_closure, 100.0, "{:.3f}"))
     cells.append(outcome.status.name.lower().replace("_", " "))
     return [Text(cell) for cell in cells]
