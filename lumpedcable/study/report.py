@@ -124,6 +124,9 @@ def _table(
             column("exact*", style="cyan")
     for name, part in study.scene.measures.items():
         column(name, "m" if isinstance(part, HeightMeasure) else "m/s")
+    if study.scene.output.stop is not None:
+        column("stops\nafter", "s")
+        column("gone by\nthen", "m")
     column("energy\nclosure", "%")
     column("status", justify="left")
     rows = [(outcome, end) for outcome in outcomes for end in ends or [""]]
@@ -154,6 +157,9 @@ def _row(
         if quantity in EXACT and "exact" in beside:
             cells.append(_cell(numbers.get(f"exact_{quantity}"), factor, form))
     cells += [_cell(outcome.measures.get(name), 1.0, "{:.3f}") for name in study.scene.measures]
+    if study.scene.output.stop is not None:
+        cells.append(_cell(outcome.stop_time, 1.0, "{:.3f}"))
+        cells.append(_cell(outcome.stop_distance, 1.0, "{:.3f}"))
     cells.append(_cell(outcome.energy_closure, 100.0, "{:.3f}"))
     cells.append(outcome.status.name.lower().replace("_", " "))
     return [Text(cell) for cell in cells]
