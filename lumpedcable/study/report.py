@@ -112,6 +112,8 @@ def _table(
         table.add_column(Text(head), justify=justify, style=style, vertical="bottom", no_wrap=True)
 
     column("run")
+    if study.runs.named:
+        column("case", justify="left")
     for axis in study.axes:
         column(axis.label.replace(" ", "\n"))
     if len(ends) > 1:
@@ -143,8 +145,10 @@ def _told(study: Study, quantity: str) -> list[str]:
 def _row(
     study: Study, outcome: Outcome, end: str, ends: Sequence[str], beside: Sequence[str]
 ) -> list[Text]:
-    values = study.runs.values(outcome.run) if study.axes else {}  # type: ignore[attr-defined]
+    values = study.runs.values(outcome.run)
     cells = [str(outcome.run)]
+    if study.runs.named:
+        cells.append(study.runs.name(outcome.run))
     cells += [format_quantity(values[axis.key], axis.unit) for axis in study.axes]
     if len(ends) > 1:
         cells.append(end)
