@@ -120,9 +120,9 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
     """Cost of the derivative of the end's displacement by six parameters over that of its value.
 
     Followed is the motion alone, without outputs or watches on the way, as a fit does. Forward: six
-    tangents through statics and motion at once, side by side along the last axis. Backward: JAX transposes a loop only if
-    it knows the number of its turns when it compiles, so that here the numbers of outputs and steps
-    are part of the program. The start, which takes Newton's method, stays forward.
+    tangents through statics and motion at once, side by side along the last axis. Backward: JAX
+    transposes a loop only if it knows the number of its turns when it compiles, so that here the
+    number of steps is part of the program. The start, which takes Newton's method, stays forward.
     """
     scene = scene_of(f"segments={segments}")
     runner = Runner(scene)

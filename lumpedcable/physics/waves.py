@@ -196,7 +196,7 @@ def _smoothness(rates: Float[Array, " n+2"], noise: Float[Array, " n"]) -> Float
     """
     left, rate, right = rates[:-2], rates[1:-1], rates[2:]
     # a rate whose square underflows would have an inverse that no derivative can be taken of
-    still = jnp.abs(rate) <= most(noise, jnp.finfo(rate.dtype).tiny ** 0.5)
+    still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
     inverse = 1.0 / jnp.where(still, 1.0, rate)
     rl, rr = left * inverse, right * inverse
     phi = least(0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr))

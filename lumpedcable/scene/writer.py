@@ -46,7 +46,7 @@ def _given(part: Part) -> Iterator[tuple[str, Any]]:
     """Yield the keys of a part that were given, but for names of files (their data are there)."""
     for name in type(part).model_fields:
         value = getattr(part, name)
-        if name in part.model_fields_set and value is not None and name != "file":
+        if name in part.model_fields_set and value is not None and name not in part.FILE[:1]:
             yield name, value
 
 
@@ -82,7 +82,9 @@ def value_text(value: Any) -> str:
         case Part():
             return f"{{ {', '.join(_pairs(value))} }}"
         case dict():
-            return f"{{ {', '.join(f'{key} = {value_text(item)}' for key, item in value.items())} }}"
+            return (
+                f"{{ {', '.join(f'{key} = {value_text(item)}' for key, item in value.items())} }}"
+            )
         case _:
             raise TypeError(f"a scene holds no {type(value).__name__}")
 
