@@ -198,8 +198,10 @@ class Result:
             raise ResultError(
                 'labelled arrays need the extra "xarray": pip install "lumpedcable[xarray]"'
             ) from None
+        # HDF5 opens a file twice only if both times ask for locks alike, and the reader asks for none
+        how: dict[str, Any] = {"engine": "h5netcdf", "driver_kwds": {"locking": False}}
         try:
-            found = xarray.open_dataset(self.path, engine="h5netcdf", group=group)
+            found = xarray.open_dataset(self.path, group=group, **how)
         except (OSError, KeyError, ValueError) as error:
             raise ResultError(
                 f"{self.path}: {group or 'the file'} cannot be opened: {error}"
@@ -207,7 +209,7 @@ class Result:
         if group is None or group.startswith("summary"):
             return found
         # times and swept numbers stand at the root of the file
-        root = xarray.open_dataset(self.path, engine="h5netcdf")
+        root = xarray.open_dataset(self.path, **how)
         shared = {name: root[name] for name in root.variables if set(root[name].dims) <= {"run"}
                   and "key" in root[name].attrs}  # fmt: skip
         if "time" in root.variables:

@@ -50,6 +50,8 @@ def test_lines_are_labelled_arrays(result):
     assert set(result.energy) >= {"kinetic", "strain", "residual"}
     assert result.summary("rope.end").static_tension.values == pytest.approx([45e3, 90e3])
     assert "energy_closure" in result.summary()
+    # arrays that are in use do not keep others from reading
+    assert lc.open(result.path).labels == result.labels
 
 
 def test_it_is_drawn_and_shown(result, tmp_path):

@@ -324,7 +324,7 @@ def open_result(path: str | Path) -> ResultFile:
     """Open a results file, finished or not.
 
     Args:
-        path: the file; one still being written (*.partial) is read as far as it was flushed; or a
+        path: the file; one still being written (NAME.partial) is read as far as it was flushed; or a
             study folder, whose shards are read as one file.
 
     Returns:

@@ -55,6 +55,7 @@ class Live {
     this.model = this.models.get(key);
     this.stageBox.value = key;
     this.box = null;
+    this.numbers.replaceChildren(); // those of another stage would mislead while this one is worked out
     this.buildControls();
     this.ask();
   }
