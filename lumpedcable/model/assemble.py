@@ -280,7 +280,9 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
         return Driven(path, release)
     if (tied := scene.body_point(own)) is not None:
         body, point = tied
-        offset = (0.0, 0.0, 0.0) if point is None else scene.bodies[body].points[point]
+        part = scene.bodies[body]
+        assert isinstance(part, Body)
+        offset = (0.0, 0.0, 0.0) if point is None else part.points[point]
         return Attached(body, coordinates.vector(offset), release)
     if own is None or isinstance(own, str | JoinedEnd):
         return Loaded()
@@ -311,6 +313,7 @@ def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinat
     load = mass = None
     if joint.body is not None:
         body = scene.bodies[joint.body]
+        assert isinstance(body, Body)  # lines are tied to no other
         mass = _number(body.mass)
         if scene.gravity is not None:
             weight = mass

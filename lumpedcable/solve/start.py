@@ -73,6 +73,8 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
     given = {}
     for name, line in scene.lines.items():
         pieces = layout.of_line(name)
+        if not pieces:
+            continue  # an ideal line
         for end, (piece, node) in (
             (line.start, (pieces[0].name, 0)),
             (line.end, (pieces[-1].name, -1)),
