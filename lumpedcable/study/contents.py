@@ -15,6 +15,7 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.model.assemble import assemble, segment_lengths, wave_scheme
+from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
 from lumpedcable.scene import CHECKED, Scene
