@@ -236,13 +236,21 @@ def _next_grip(model: Model, chain: Chain, place: int, needed, gain, grip: Grip,
     limit = friction.coefficient * jnp.maximum(jnp.dot(up, needed), 0.0)
     rate = jnp.where(level, chain.before[place], 0.0)
     pull = jnp.where(level, needed, 0.0)
-    speed, size = jnp.sqrt(jnp.sum(rate**2)), jnp.sqrt(jnp.sum(pull**2))
-    # sliding: against the motion; about to slide: against the pull
+    # against the motion; where it only starts to slide, as what held it before
+    holds = jnp.where(grip.sliding, grip.force, pull)
+    speed, size = (_length(x) for x in (rate, holds))
     moving = speed > 0.0
     against = jnp.where(
         moving,
         -rate / jnp.where(moving, speed, 1.0),
-        pull / jnp.where(size > 0.0, size, 1.0),
+        holds / jnp.where(size > 0.0, size, 1.0),
     )
     turned = moving & (jnp.dot(rate + dt * jnp.where(level, gain, 0.0), rate) < 0.0)
     return Grip(jnp.where(grip.sliding, ~turned, size > limit), limit * against)
+
+
+def _length(vector: Float[Array, " s"]) -> Float[Array, ""]:
+    """Euclidean norm whose derivative at zero is zero."""
+    square = jnp.sum(vector**2)
+    zero = square == 0.0
+    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
