@@ -8,14 +8,18 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Literal, NoReturn
+from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
+from lumpedcable.commands import fit, show
+from lumpedcable.commands.console import Set, fail, study_of
+from lumpedcable.commands.console import told as _told
 
 __all__ = ["app", "main"]
 
@@ -25,37 +29,7 @@ app = App(
     version=lumpedcable.__version__,
 )
 
-Set = Annotated[
-    list[str] | None,
-    Parameter(
-        name="--set",
-        help='KEY=VALUE: another value for any key of the scene, e.g. --set "break.time=50 ms". '
-        "A dotted path or its unmistakable end; may be given several times.",
-        negative="",
-    ),
-]
-
 CHECKED_RUNS = 1000  # of a sweep are laid out by `check`
-
-
-def fail(message: str, code: int = 2) -> NoReturn:
-    """Print what is wrong and leave."""
-    print(message, file=sys.stderr)
-    raise SystemExit(code)
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """What a user can mend ends in a message and exit code 2, not in a traceback."""
-    from lumpedcable.results.errors import OutputError, ResultError
-    from lumpedcable.scene import SceneError
-
-    try:
-        yield
-    except (SceneError, OutputError, ResultError) as error:
-        fail(str(error))
-    except MemoryError as error:
-        fail(f"not enough memory for so many runs, nodes and output times: {error}".rstrip(": "))
 
 
 @contextmanager
@@ -127,7 +101,12 @@ def run(
         partial = target.with_name(target.name + ".partial")
         kept = f"; what was finished is in {partial}" if partial.exists() else ""
         fail(f"interrupted{kept}", 130)
-    results_table(study, target, outcomes)
+    if study.scene.output.static:
+        from lumpedcable.study.rest_report import rest_table
+
+        rest_table(study, target)
+    else:
+        results_table(study, target, outcomes)
     if timings:
         for stage, seconds in clock.stages.items():
             print(f"{stage:>10} {seconds:8.2f} s")
@@ -186,6 +165,8 @@ def study(
         loaded = load_study(scene, set_ or [])
     folder = output or Path(scene.stem)
     share = _share(part)
+    if executor == "dask" and find_spec("distributed") is None:
+        fail('--executor dask needs dask.distributed: pip install "lumpedcable[dask]"')
     if shard is not None and shard < 1:
         fail(f"--shard: expected at least 1, found {shard}")
     if executor == "here" and scheduler is not None:
@@ -273,16 +254,9 @@ def modes(
     format_
         png (default), svg or pdf; may be given several times.
     """
-    from lumpedcable.scene import load_study
-
-    with _told():
-        study = load_study(scene, set_ or [])
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
-    if not 0 <= run_ < len(study.runs):
-        runs = len(study.runs)
-        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
-        fail(f"--run: expected {expected}, found {run_}")
+    study = study_of(scene, set_, run_)
 
     from lumpedcable.results.modes import write_modes
     from lumpedcable.study.modes import NoEquilibriumError, find_modes
@@ -304,6 +278,10 @@ def modes(
     modes_table(study, run_, found, count)
     for path in (*made, folder / "modes.json"):
         print(path)
+
+
+for command in (fit.fit, fit.sensitivity, show.view, show.animate, show.export):
+    app.command(command)
 
 
 @app.command

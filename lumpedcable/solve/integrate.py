@@ -16,8 +16,9 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from lumpedcable.model.attached import start_velocities
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import steered
 from lumpedcable.model.ends import Driven
-from lumpedcable.model.energy import empty_work
+from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.model import Model, end_name
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
@@ -27,7 +28,16 @@ from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
 from lumpedcable.solve.rk4 import RK4
 
-__all__ = ["METHODS", "Plan", "Progress", "advance", "begin", "initial_state"]
+__all__ = [
+    "METHODS",
+    "Numbers",
+    "Plan",
+    "Progress",
+    "advance",
+    "begin",
+    "initial_state",
+    "interval",
+]
 
 METHODS = {
     "leapfrog": Leapfrog,
@@ -105,9 +115,9 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
                 v = velocity_of(end.motion, t).astype(velocity[name].dtype)
                 velocity[name] = velocity[name].at[:, node].set(v)
     displacement |= {body_key(n): jnp.zeros_like(b.reference) for n, b in model.bodies.items()}
-    velocity = start_velocities(model, velocity)
+    velocity = steered(model, t, None, start_velocities(model, velocity))
     work = {name: empty_work(line, stepping) for name, line in model.lines.items()}
-    work |= {body_key(n): empty_work(body, stepping) for n, body in model.bodies.items()}
+    work |= {body_key(n): empty_body_work(model, n) for n in model.bodies}
     # what breakable ends carry at rest: the force that keeps their node where it is
     zero = {
         end_name(name, node): jnp.zeros(model.lines[name].dimensions, displacement[name].dtype)
@@ -219,12 +229,17 @@ def _rms(tree: PyTree) -> Float[Array, ""]:
     return jnp.sqrt(jnp.mean(jnp.concatenate(leaves) ** 2))
 
 
+def interval(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
+    """One output interval of a run, from `start` (s) on."""
+    move = _adaptive if plan.adaptive else _fixed
+    return move(model, plan, numbers, run, start)
+
+
 def advance(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Int[Array, ""],
     count: Int[Array, ""],
 ) -> tuple[Progress, Sample]:  # fmt: skip
     """`count` outputs on from output number `first`; samples (outputs of the plan, ...)."""
-    move = _adaptive if plan.adaptive else _fixed
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
     def sample_at(run: Progress, t) -> Sample:
@@ -238,7 +253,7 @@ def advance(
 
     def body(k, carry):
         run, kept = carry
-        run = move(model, plan, numbers, run, (first + k) * numbers.every)
+        run = interval(model, plan, numbers, run, (first + k) * numbers.every)
         found = sample_at(run, (first + k + 1) * numbers.every)
         return run, jax.tree.map(
             lambda all_, x: place(all_, x[None], k, *(0,) * x.ndim), kept, found

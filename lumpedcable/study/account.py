@@ -32,6 +32,7 @@ class Account:
         self.part, self.count, self.coordinates = part, count, coordinates
         shape = (len(part.runs), count + 1)
         self.energy: dict[str, NDArray[np.float64]] = {}
+        self.measures: dict[str, NDArray[np.float64]] = {}
         self.largest: dict[str, NDArray[np.float64]] = {}
         self.flags = {key: np.zeros(shape, bool) for key in ("finite", "reversed", "exhausted")}
         self.courant = np.zeros(shape)
@@ -54,7 +55,11 @@ class Account:
         for key, table in self.flags.items():
             table[:, times] = getattr(samples, key)
         self.courant[:, times] = samples.courant
-        for kept, found in ((self.energy, samples.energy), (self.largest, samples.largest)):
+        for kept, found in (
+            (self.energy, samples.energy),
+            (self.largest, samples.largest),
+            (self.measures, samples.measures),
+        ):
             for name, values in found.items():
                 kept.setdefault(name, np.full(shape, np.nan))[:, times] = values
         self.reached = first + count - 1

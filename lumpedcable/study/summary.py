@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -19,6 +19,7 @@ from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.account import Account, balance, statuses
+from lumpedcable.study.carried import measure_outcome
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
 
@@ -94,6 +95,7 @@ class Outcome:
     static_imbalance: float
     residual: NDArray[np.float64]
     recoils: Mapping[str, Mapping[str, float]]
+    measures: Mapping[str, float] = field(default_factory=dict)
     stop_time: float = float("nan")
     stop_distance: float = float("nan")
 
@@ -114,7 +116,7 @@ def empty_table(contents: Contents, runs: int) -> Table:
     table["status_time"] = np.full(runs, np.nan)
     table["status_message"] = np.full(runs, "", object)
     table["summary/solver_steps"] = np.zeros(runs, int)
-    names = [f"summary/{name}" for name in SUMMARIES]
+    names = [f"summary/{name}" for name in (*SUMMARIES, *contents.scene.measures)]
     for end in contents.ends:
         names += [f"summary/{end}/{name}" for name in QUANTITIES]
         if contents.exact:
@@ -134,6 +136,9 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
         parts = path.split("/")
         if parts[0] == "summary" and len(parts) == 3:
             ends.setdefault(parts[1], []).append(parts[2])
+    own_numbers = {*SUMMARIES, "solver_steps"}
+    flat = (path.removeprefix("summary/") for path in table if path.count("/") == 1)
+    measured = [n for n in flat if n not in own_numbers and f"summary/{n}" in table]
     nothing = np.full((len(runs), 1), np.nan)
     residual = table.get("energy/residual", nothing)
     found = []
@@ -156,6 +161,7 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
             static_imbalance=own["static_imbalance"],
             residual=residual[k],
             recoils=recoils,
+            measures={name: float(table[f"summary/{name}"][k]) for name in measured},
             stop_time=own["stop_time"],
             stop_distance=own["stop_distance"],
         )
@@ -212,6 +218,8 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         "stop_distance": gone,
         "peak_kinetic_energy": _largest(account.largest["kinetic"], good),
     }
+    for name, history in account.measures.items():
+        numbers[name] = measure_outcome(contents.scene, name, np.where(good, history, np.nan))
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
     for line, peaks in account.peaks.items():

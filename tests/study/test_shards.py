@@ -65,7 +65,10 @@ def contents(path):
 def assert_equal_bits(one, other):
     assert one.keys() == other.keys()
     for name, values in one.items():
-        assert values.tobytes() == other[name].tobytes(), name
+        if values.dtype == object:
+            assert values.tolist() == other[name].tolist()
+        else:
+            assert values.tobytes() == other[name].tobytes(), name
 
 
 def test_shards_hold_what_one_file_holds(scene, whole, tmp_path):
@@ -144,7 +147,8 @@ def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(scene, tmp_pa
     assert folder.missing() == [1]
     told = say(tmp_path, "info", "s").out
     assert "2 of 3 shards, 7 of 12 runs" in told
-    assert "shard 1   failed: MemoryError: no room" in told.replace("  failed", " failed")
+    assert "shard 1  " in told
+    assert "failed: MemoryError: no room" in told
     monkeypatch.undo()
     assert run_here(folder, laid, Share(), lambda done, total: None) == []
     assert folder.failures() == {}
