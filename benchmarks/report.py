@@ -12,6 +12,7 @@ from typing import Any
 from benchmarks import cost, headline, held_out, reference, targets, work_precision
 from benchmarks.cases import MAIN
 from benchmarks.machine import sentence
+from benchmarks.native import compare as native
 from benchmarks.peers import compare
 
 BLOCK = re.compile(r"(<!-- benchmark ([\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -50,6 +51,8 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
         found["readme"] = compare.table(others, "at once", targets.SEGMENTS)
     if "cost" in parts:
         found |= {f"cost-{k}": v for k, v in cost.tables(parts["cost"]).items()}
+    if "native" in parts:
+        found["native"] = native.table(parts["native"])
     for name, part in parts.items():
         if "table" in part:
             found[name] = part["table"]

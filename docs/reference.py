@@ -1,4 +1,4 @@
-"""Fills the tables of scene-language.md from the models of the scene: python docs/reference.py.
+"""Fills the tables of scene-language.md and fitting.md from the models: python docs/reference.py.
 
 A table stands between `<!-- keys of CLASS -->` and `<!-- end -->`; of a class with shared keys,
 `<!-- own keys of CLASS -->` takes those alone that it adds.
@@ -10,19 +10,23 @@ import types
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from lumpedcable.fit import language
 from lumpedcable.scene import bodies, environment, events, lines, materials, run, scene
 from lumpedcable.scene.part import Expected, Part, either
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.tree import fields
 
 PAGE = Path(__file__).with_name("scene-language.md")
-MODULES = (bodies, environment, events, lines, materials, run, scene)
+PAGES = (PAGE, Path(__file__).with_name("fitting.md"))
+MODULES = (bodies, environment, events, lines, materials, run, scene, language)
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 BLOCK = re.compile(r"(<!-- (own )?keys of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def kind(annotation: Any) -> str:
     """What a key holds, in words: "positive length (m)"."""
+    if annotation is Any:
+        return "number with or without a unit"
     notes: tuple[Any, ...] = ()
     while get_origin(annotation) is Annotated:
         annotation, *more = get_args(annotation)
@@ -42,6 +46,8 @@ def kind(annotation: Any) -> str:
         each = kind(arguments[0])
         return f"list, each {each}" if Ellipsis in arguments else f"list of 3, each {each}"
     if origin is dict:
+        if arguments[0] is not arguments[1] and arguments[1] in (Any, language.Free):
+            return "tables by key" if arguments[1] is language.Free else "values by key"
         return "tables by name" if _is_part(arguments[1]) else f"by name: {kind(arguments[1])}"
     return "table" if _is_part(annotation) else {bool: "true or false", str: "text"}[annotation]
 
@@ -93,4 +99,5 @@ def filled(page: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(filled(PAGE.read_text()))
+    for page in PAGES:
+        page.write_text(filled(page.read_text()))

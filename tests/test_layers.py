@@ -22,18 +22,19 @@ ALLOWED = {
     "model": {"physics", "scene"},
     "solve": {"model", "physics", "scene"},
     "study": {"", "exact", "model", "physics", "results", "scene", "solve"},
+    "fit": {"model", "physics", "results", "scene", "solve", "study"},
     "view": {"exact", "results"},
-    "cli": {"", "model", "results", "scene", "study", "view"},
+    "cli": {"", "fit", "model", "results", "scene", "study", "view"},
     "__main__": {"cli"},
 }
 FREE = {"status"}  # words and numbers that any room may use
-COMPUTES = {"physics", "model", "solve", "study"}
+COMPUTES = {"physics", "model", "solve", "study", "fit"}
 HEAVY = {"jax", "jaxlib", "diffrax", "equinox", "jaxtyping", "lineax", "optimistix"}
 # libraries that only some rooms know
 OWNERS = dict.fromkeys(HEAVY, COMPUTES) | {
     "h5py": {"results"},
     "matplotlib": {"view"},
-    "pydantic": {"scene"},
+    "pydantic": {"scene", "fit"},
     "cyclopts": {"cli"},
     "distributed": {"study"},
 }

@@ -23,15 +23,25 @@ from lumpedcable.physics.load import AbstractLoad, AbstractResistance
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
 from lumpedcable.physics.seabed import Seabed, SeabedDamping
+from lumpedcable.physics.tension import Linear
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
 from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldForce, MovingEnd, RecordedMotion
+from lumpedcable.scene.lines import (
+    FixedEnd,
+    HeldEnd,
+    HeldForce,
+    JoinedEnd,
+    MovingEnd,
+    RecordedMotion,
+)
 
 __all__ = ["assemble", "make_line", "segment_lengths", "wave_scheme"]
 
 STANDARD_GRAVITY = 9.80665  # m/s2
+# m; an inextensible line at rest stretches by its tension over this and its weight per metre
+REST_STIFFNESS = 1e7
 CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
 
 
@@ -50,7 +60,9 @@ def wave_scheme(scene: Scene) -> str:
     if scene.events:
         return "corrected"
     used = (scene.materials[line.material] for line in scene.lines.values())
-    shocks = any(material.law != "linear" or material.tension_only for material in used)
+    shocks = any(
+        material.law not in ("linear", "inextensible") or material.tension_only for material in used
+    )
     return "viscous" if shocks else "plain"
 
 
@@ -66,10 +78,10 @@ def segment_lengths(scene: Scene, piece: Piece, xp: Any = jnp) -> Float[Array, "
     if line.grading is not None and line.segments is not None and line.segments > 1:
         power = xp.arange(line.segments) / (line.segments - 1.0)
         weight = xp.asarray(line.grading, float) ** power
-        return (line.length * weight / xp.sum(weight))[part]
+        return (line.unstretched * weight / xp.sum(weight))[part]
     first, last = (
         scene.events[event].place if event is not None else own
-        for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.length))
+        for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.unstretched))
     )
     return ((xp.asarray(last, float) - xp.asarray(first, float)) / piece.segments)[None]
 
@@ -82,6 +94,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
     """
     part = scene.lines[name]
     material = scene.materials[part.material]
+    inextensible = material.law == "inextensible"
     d = coordinates.dimensions
     fluid, drag, added = scene.fluid, None, None
     if fluid is not None and part.drag is not None:
@@ -99,7 +112,9 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
     scheme = wave_scheme(scene)
     bed = _seabed(scene, name, coordinates)
     return Line(
-        law=law_of(material),
+        law=Linear(REST_STIFFNESS * STANDARD_GRAVITY * _number(part.mass))
+        if inextensible
+        else law_of(material),
         mass=_number(part.mass),
         segment_length=length,
         node_length=node_lengths(length, segments),
@@ -113,7 +128,8 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         drag=drag,
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,
-        waves=None if scheme == "plain" else ReleaseWaves(scheme == "corrected"),
+        waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
+        inextensible=inextensible,
     )
 
 
@@ -198,7 +214,7 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
     if any(line.current is not None for line in lines.values()):
         up, base = coordinates.vector((0.0, 0.0, 1.0)), _number(coordinates.origin[2])
     bodies: dict[str, AbstractBody] = {
-        name: make_body(scene, name, coordinates)
+        name: make_body(scene, name, coordinates, _current(scene, coordinates))
         for name, body in scene.bodies.items()
         if body.rigid
     }
@@ -251,7 +267,7 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
         body, point = tied
         offset = (0.0, 0.0, 0.0) if point is None else scene.bodies[body].points[point]
         return Attached(body, coordinates.vector(offset), release)
-    if own is None or isinstance(own, str):
+    if own is None or isinstance(own, str | JoinedEnd):
         return Loaded()
     return Driven(_motion(own, coordinates), release)
 

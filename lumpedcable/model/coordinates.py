@@ -14,6 +14,7 @@ from lumpedcable.scene.lines import (
     HarmonicMotion,
     HeldEnd,
     HeldForce,
+    JoinedEnd,
     MovingEnd,
     RecordedMotion,
 )
@@ -84,7 +85,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
                 places += mine
                 directions += _directions_of(end)
             if scene.gravity is not None and found[0] and found[1]:
-                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.length)
+                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
         for body in scene.bodies.values():
             places += _places_of_body(body)
             if body.hull is not None:
@@ -125,6 +126,8 @@ def _places_of(end) -> list[np.ndarray]:
         return [np.asarray(end.fixed)]
     if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
         return [np.asarray(end.held.position)]
+    if isinstance(end, JoinedEnd):
+        return [np.asarray(end.at)]
     if isinstance(end, MovingEnd):
         if isinstance(end.motion, RecordedMotion):
             return [np.asarray(p) for p in end.motion.position]

@@ -5,6 +5,7 @@ viscosity and the dispersion correction change it; so does added mass when a lin
 Morison's inertia force m_a a_n is not the rate of change of the momentum m_a v_n.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -14,6 +15,7 @@ from lumpedcable.model.ends import Driven
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction
+from lumpedcable.model.rods import line_drag, line_energy
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
@@ -24,6 +26,8 @@ WORKS = {
     "ends": (1.0, "work done on the line by what holds or moves its ends"),
     "added_mass": (1.0, "work of turning added mass"),
     "drag": (-1.0, "energy given to the fluid by drag"),
+    "hull": (-1.0, "energy given to the water by hulls"),
+    "friction": (-1.0, "energy dissipated by friction of bodies on the bed"),
     "contact": (-1.0, "energy dissipated by the seabed"),
     "damping": (-1.0, "energy dissipated by the material"),
     "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
@@ -34,8 +38,10 @@ WORKS = {
 
 def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     """The kinds of work that a line has, in the order of `WORKS`; `stepping` only for leapfrog."""
+    if line.inextensible:
+        stepping = False
     present = {
-        "ends": True,
+        "ends": not line.inextensible,
         "added_mass": line.added_mass is not None and line.dimensions > 1,
         "drag": line.drag is not None,
         **{resistance.work_name: True for resistance in line.resistances},
@@ -52,6 +58,8 @@ def empty_work(line: Line | AbstractBody, stepping: bool) -> dict[str, Array]:
     if isinstance(line, AbstractBody):
         return {kind: jnp.zeros((), line.reference.dtype) for kind in line.works()}
     dtype = line.reference.dtype
+    if line.inextensible:
+        return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
     nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
     per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes}
     per |= {resistance.work_name: nodes for resistance in line.resistances}
@@ -67,15 +75,20 @@ def powers(
     middle: Vectors,
     after: Vectors,
     dt: Float[Array, ""] | None,
+    friction: Vectors | None = None,
 ) -> dict[str, dict[str, Array]]:
     """Power of each kind of work (W) at the velocities `middle` (m/s), by line.
 
     `before` and `after` are the velocities half a step to either side of a kick of length dt (s); an
-    integrator without steps of its own gives accelerations (m/s2) as `after` and dt None.
+    integrator without steps of its own gives accelerations (m/s2) as `after` and dt None. `friction`
+    are the forces (N) on bodies that rest on a bed.
     """
     result = {}
     for name, line in model.lines.items():
         e, v = found[name], middle[name]
+        if line.inextensible:
+            result[name] = _rod_powers(line, e, v)
+            continue
         kinds = works_of(line, dt is not None)
         gain = after[name] if dt is None else (after[name] - before[name]) / dt
         rate = strain_rate(line, e.line.shape, v) * line.segment_length
@@ -103,7 +116,27 @@ def powers(
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]
         result[key] = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
+        if friction is not None and name in friction:
+            result[key]["friction"] = -jnp.dot(friction[name], v)
     return result
+
+
+def _rod_powers(line: Line, e: Evaluation, v) -> dict[str, Array]:
+    """The powers (W) of an inextensible line, one number each."""
+    shape, power = e.line.shape, {}
+    if line.added_mass is not None:
+        # v . (dM/dt) v / 2, its rods turning as their ends move
+        def energy(step):
+            return line_energy(line, step / jnp.sqrt(dot(step, step)), v)
+
+        step = shape.tangent * shape.length
+        power["added_mass"] = jax.jvp(energy, (step,), (v[:, 1:] - v[:, :-1],))[1]
+    if line.drag is not None:
+        power["drag"] = -jnp.sum(line_drag(line, shape.tangent, v, e.nodes.flow) * v)
+    for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
+        kind = resistance.work_name
+        power[kind] = power.get(kind, 0.0) - jnp.sum(force * v)
+    return power
 
 
 def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Float[Array, ""]:
@@ -178,7 +211,10 @@ def energies(
 
     for name, line in model.lines.items():
         e = found[name]
-        add("kinetic", inertia.kinetic_energy(e.nodes, velocity[name]))
+        if line.inextensible:
+            add("kinetic", line_energy(line, e.line.shape.tangent, velocity[name]))
+        else:
+            add("kinetic", inertia.kinetic_energy(e.nodes, velocity[name]))
         add("strain", line.stored_energy(e.line.shape))
         for load in line.loads:
             add(load.energy_name, load.energy(e.line.shape))

@@ -70,6 +70,9 @@ class Line(eqx.Module):
 
     `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre of unstretched
     length (kg/m). What the line does not have is None and is not in the compiled program.
+
+    An `inextensible` line has a stiff `law` at rest; once it moves, each segment keeps the length
+    that it has in the reference, and is a rod (`model.rods`).
     """
 
     law: AbstractTensionLaw
@@ -87,6 +90,7 @@ class Line(eqx.Module):
     added_mass: AddedMass | None = None
     current: AbstractCurrent | None = None
     waves: ReleaseWaves | None = None
+    inextensible: bool = eqx.field(static=True, default=False)
 
     @property
     def dimensions(self) -> int:
@@ -140,6 +144,9 @@ class Line(eqx.Module):
         """
         shape = self.shape(displacement)
         tension, stiffness = tension_and_stiffness(self.law, shape.strain)
+        if self.inextensible and velocity is not None:
+            # its tensions keep its length and are found with its motion
+            tension = stiffness = jnp.zeros_like(tension)
         damping = correction = viscosity = ghosted = None
         if velocity is not None and (self.damping is not None or self.waves is not None):
             rate = strain_rate(self, shape, velocity)
@@ -172,6 +179,8 @@ class Line(eqx.Module):
 
     def stored_energy(self, shape: Shape) -> Float[Array, ""]:
         """Strain energy of the line (J)."""
+        if self.inextensible:
+            return jnp.zeros((), shape.strain.dtype)
         return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
@@ -13,6 +12,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from lumpedcable.results.attributes import attributes_of as _attributes
+from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity
@@ -263,6 +264,23 @@ class ResultFile:
         """Attributes of a summary number: units, long_name, and `holds` or `source` if any."""
         return _attributes(_dataset(self._file, _summary_path(end, name)))
 
+    @property
+    def cables(self) -> list[str]:
+        """Names of the cables of a scene at rest, e.g. "before+after"; none where it moves."""
+        return self._names("rest", h5py.Group)
+
+    def rest(self, cable: str) -> dict[str, Array]:
+        """Numbers of a cable at rest by name, each of shape (run,).
+
+        Raises:
+            ResultError: there is no such cable.
+        """
+        self._check("cable", cable, self.cables)
+        path = f"rest/{cable}"
+        return {
+            name: _read(_dataset(self._file, f"{path}/{name}"), ()) for name in self._names(path)
+        }
+
     def group_attributes(self, path: str) -> dict[str, Any]:
         """Attributes of any group, e.g. "summary/rope.end"; empty if there is none."""
         return _attributes(self._file[path]) if path in self._file else {}
@@ -374,23 +392,3 @@ def _read(dataset: h5py.Dataset, pick: tuple[int | slice, ...]) -> Array:
         raise ResultError(f"{dataset.name} of shape {shape} has no part {pick}") from error
     except OSError as error:
         raise ResultError(f"{dataset.file.filename}: {dataset.name} is damaged") from error
-
-
-def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
-
-
-def _attributes(item: Any) -> dict[str, Any]:
-    hidden = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
-    found: dict[str, Any] = {}
-    for name, value in item.attrs.items():
-        if name in hidden:
-            continue
-        if isinstance(value, (bytes, str)):
-            value = _text(value)
-            if name in {"versions", "overrides", "dimensions"}:
-                value = json.loads(value)
-        elif isinstance(value, np.generic):
-            value = value.item()
-        found[name] = value
-    return found

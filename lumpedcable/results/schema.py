@@ -12,6 +12,7 @@ h5py, Panoply, MATLAB and the HDF5 tools all read it with names and units::
     /energy/<term> (run, time)                     J
     /summary/<end>/<quantity> (run)                numbers of one recoiling end
     /summary/<quantity> (run)                      numbers of the whole run
+    /rest/<cable>/<quantity> (run)                 numbers of a cable of a scene at rest
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ RESERVED = frozenset(
         "lines",
         "energy",
         "summary",
+        "rest",
     }
 )
 """Names at the root of the file that a swept number must not take."""

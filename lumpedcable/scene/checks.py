@@ -20,13 +20,17 @@ from lumpedcable.scene.lines import (
     HeldEnd,
     HeldForce,
     HeldPosition,
+    JoinedEnd,
     Line,
     MovingEnd,
+    tie_of,
 )
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
+from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
 SIDES = ("start", "end")
@@ -40,6 +44,7 @@ class Draft:
     lines: Mapping[str, Line | None]
     bodies: Mapping[str, Body | None]
     events: Mapping[str, Event | None]
+    targets: Mapping[str, Target | None]
     others: Mapping[str, Any]
     """The single parts that could be read, by key: gravity, water, solver, ..."""
     named: frozenset[str]
@@ -54,6 +59,7 @@ class Draft:
             scene.lines,
             scene.bodies,
             scene.events,
+            scene.targets,
             {str(key): value for key, value in singles.items()},
             frozenset(map(str, singles)),
         )
@@ -66,10 +72,10 @@ class Draft:
 
 def problems(draft: Draft) -> Iterator[Problem]:
     """Yield everything that is wrong in a draft."""
-    for section in ("materials", "lines", "bodies", "events"):
-        yield from _inside(getattr(draft, section), (section,))
+    for section in ("materials", "lines", "bodies", "events", "targets"):
+        yield from inside(getattr(draft, section), (section,))
     for key, part in draft.others.items():
-        yield from _inside(part, (key,))
+        yield from inside(part, (key,))
     if "water" in draft.named and "air" in draft.named:
         yield Problem(("air",), "expected water or air, found both")
     if not draft.lines:
@@ -98,16 +104,33 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield from _line(draft, name, line)
     yield from _seabed(draft)
     yield from _events(draft)
+    yield from target_problems(draft.targets, draft.lines, draft.bodies)
+    yield from _at_rest(draft)
 
 
-def _inside(value: Any, path: Path) -> Iterator[Problem]:
+def inside(value: Any, path: Path) -> Iterator[Problem]:
     """Yield what the parts at and below a value say about themselves."""
     if isinstance(value, Part):
         for problem in value.problems():
             yield Problem((*path, *problem.path), problem.message)
     if isinstance(value, Part | dict):
         for key, child in children(value):
-            yield from _inside(child, (*path, key))
+            yield from inside(child, (*path, key))
+
+
+def _at_rest(draft: Draft) -> Iterator[Problem]:
+    """Yield what a scene without duration cannot have, and what needs one."""
+    output = draft.others.get("output")
+    if not isinstance(output, Output):
+        return
+    if output.static and draft.events:
+        yield Problem(("output",), "expected a duration where there are events, found none")
+    if not output.static and draft.targets:
+        yield Problem(
+            ("output", "duration"),
+            "expected no duration with targets, which are for scenes at rest, found "
+            f"{format_quantity(output.duration, 's')}",
+        )
 
 
 def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
@@ -122,6 +145,8 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
         end = getattr(line, side)
         if isinstance(end, str):
             yield from _named_end(draft, (*path, side), end)
+        elif isinstance(end, JoinedEnd):
+            yield from _joined_end(draft, (*path, side, "joined"), end.joined)
         elif isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
             yield from _pretension(draft, (*path, side, "held", "pretension"), line, end.held)
         elif _clamped(end) and line.bending is None:
@@ -161,6 +186,15 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
         )
 
 
+def _joined_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
+    """Yield what is wrong with the other line's end that an end is joined to."""
+    others = [f"{line}.{side}" for line in draft.lines if line != path[1] for side in SIDES]
+    if end not in others:
+        yield Problem(
+            path, f"expected the end of another line, found {found(end)}{did_you_mean(end, others)}"
+        )
+
+
 def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     """Yield what is wrong with an end given as text."""
     if end == "free" or end in draft.bodies:
@@ -190,7 +224,7 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
 
 def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterator[Problem]:
     material = draft.materials.get(line.material)
-    if material is None or next(iter(_inside(material, ())), None) is not None:
+    if material is None or next(iter(inside(material, ())), None) is not None:
         return
     reach = material.reach()
     if held.pretension > reach * (1 + 1e-12):
@@ -266,11 +300,11 @@ def _events(draft: Draft) -> Iterator[Problem]:
         line = draft.lines[target]
         if line is None:
             continue
-        if place is not None and not 0 < place < line.length:
+        if place is not None and not 0 < place < line.unstretched:
             yield Problem(
                 ("events", name, "place"),
                 f"expected a place inside the line, between 0 m and "
-                f"{format_quantity(line.length, 'm')}, found {format_quantity(place, 'm')}",
+                f"{format_quantity(line.unstretched, 'm')}, found {format_quantity(place, 'm')}",
             )
         if side is not None and _clamped(getattr(line, side)):
             yield Problem(
@@ -286,4 +320,5 @@ def _events(draft: Draft) -> Iterator[Problem]:
 
 def _tied(draft: Draft, end: str) -> bool:
     """Return whether the end of some line is joined to ``end``, or may be."""
-    return any(line is None or end in (line.start, line.end) for line in draft.lines.values())
+    ties = [[tie_of(x) for x in (line.start, line.end)] for line in draft.lines.values() if line]
+    return None in draft.lines.values() or any(end in pair for pair in ties)

@@ -103,6 +103,15 @@ def read_columns(path: FilePath, columns: tuple[str, ...]) -> list[tuple[float, 
     Raises:
         FileError: no file, a missing column, or something that is not a finite number.
     """
+    return [row for _, row in read_rows(path, columns)]
+
+
+def read_rows(path: FilePath, columns: tuple[str, ...]) -> list[tuple[int, tuple[float, ...]]]:
+    """Return the rows of a CSV file, each after its line number; see :func:`read_columns`.
+
+    Raises:
+        FileError: no file, a missing column, or something that is not a finite number.
+    """
     lines = enumerate(read_text(path).splitlines(), start=1)
     kept = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
     expected = f"expected the columns {', '.join(columns)}"
@@ -116,7 +125,7 @@ def read_columns(path: FilePath, columns: tuple[str, ...]) -> list[tuple[float, 
                 f"{did_you_mean(column, header)}"
             )
     places = [header.index(column) for column in columns]
-    return [_row(path, number, line, columns, places) for number, line in kept[1:]]
+    return [(number, _row(path, number, line, columns, places)) for number, line in kept[1:]]
 
 
 def _row(

@@ -87,7 +87,7 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
         SceneError: with every fault of file and overrides.
     """
     file, overrides = FilePath(path), tuple(overrides)
-    text, data = _read_toml(file)
+    text, data = read_toml(file)
     reader = _Reader(file, text)
     sweep = reader.sweep(data.pop("sweep", {}))
     own, _, wrong = read_factors(sweep, data)
@@ -174,8 +174,8 @@ def _is_open(data: Any, path: Path) -> bool:
     return isinstance(data, dict) and path[-1] not in data
 
 
-def _read_toml(file: FilePath) -> tuple[str, dict[str, Any]]:
-    """Return the text of a file and its tables.
+def read_toml(file: FilePath, holds: str = "a scene") -> tuple[str, dict[str, Any]]:
+    """Return the text of a file and its tables; ``holds`` is what is expected in it.
 
     Raises:
         SceneError: no file, no text, no TOML, or nothing in it.
@@ -189,7 +189,7 @@ def _read_toml(file: FilePath) -> tuple[str, dict[str, Any]]:
     except (ValueError, RecursionError) as error:
         raise SceneError([_syntax_fault(file, text, str(error))]) from None
     if not data:
-        message = "expected a scene, found an empty file"
+        message = f"expected {holds}, found an empty file"
         raise SceneError([Fault(str(file), 1, "", message)])
     return text, data
 

@@ -174,11 +174,33 @@ class TableMaterial(_Law):
                 )
 
 
+class InextensibleMaterial(_Law):
+    """Segments that keep their length: rods, whose tension follows from the motion."""
+
+    law: Literal["inextensible"]
+    """No stretch."""
+
+    def curve(self, strain: np.ndarray) -> np.ndarray:
+        """Return the strain itself: any law that rises."""
+        return strain
+
+    def reach(self) -> float:
+        """Return infinity: it carries any tension."""
+        return float("inf")
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield the keys of elastic laws."""
+        for key in ("damping", "max_strain", "tension_only"):
+            if key in self.model_fields_set and getattr(self, key) not in (None, False):
+                yield Problem((key,), f"expected no {key} of an inextensible material, found one")
+
+
 LAWS: dict[str, type[_Law]] = {
     "linear": LinearMaterial,
     "tanh": TanhMaterial,
     "polynomial": PolynomialMaterial,
     "table": TableMaterial,
+    "inextensible": InextensibleMaterial,
 }
 """The one place where the word in ``law = "..."`` becomes a class."""
 
@@ -191,7 +213,8 @@ Material = Annotated[
     Annotated[LinearMaterial, Tag(tag("linear"))]
     | Annotated[TanhMaterial, Tag(tag("tanh"))]
     | Annotated[PolynomialMaterial, Tag(tag("polynomial"))]
-    | Annotated[TableMaterial, Tag(tag("table"))],
+    | Annotated[TableMaterial, Tag(tag("table"))]
+    | Annotated[InextensibleMaterial, Tag(tag("inextensible"))],
     *choose(_pick, "a table with law and its parameters"),
 ]
 """A tension law; ``law`` says which."""

@@ -12,11 +12,12 @@ from pydantic import Field
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import Line, RecordedMotion
+from lumpedcable.scene.lines import Line, RecordedMotion, tie_of
 from lumpedcable.scene.materials import Material, TableMaterial
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count
 from lumpedcable.scene.run import Output, Reference, Solver, Statics
+from lumpedcable.scene.targets import Target
 
 _NOT_STRUCTURE = frozenset({"title", "references"})
 _FILE_DATA = frozenset({"file", "strain", "tension", "time", "position"})
@@ -45,6 +46,8 @@ class Scene(Part):
     """Bodies by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events by name."""
+    targets: dict[Name, Target] = Field(default_factory=dict)
+    """What statics must reach by choosing lengths of lines, by name."""
     solver: Solver = Solver()
     """How time is stepped."""
     statics: Statics = Statics()
@@ -64,7 +67,7 @@ class Scene(Part):
 
         None where the end is anything else.
         """
-        name, dot, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+        name, dot, point = (tie_of(end) or "").partition(".")
         if name in self.lines or name not in self.bodies or not self.bodies[name].rigid:
             return None
         return name, (point if dot else None)

@@ -144,10 +144,10 @@ class _Reader:
 
     def _axis(self, key: str, values: Sequence[float], kind: Any) -> Axis:
         values = values if isinstance(values, array) else tuple(values)
-        return Axis(key, values, kind.unit, _label(self.root, key))
+        return Axis(key, values, kind.unit, label_of(self.root, key))
 
     def _kind(self, key: str, place: Path) -> Any:
-        kind, message = _swept_number(self.root, key)
+        kind, message = swept_number(self.root, key)
         if kind is None and message:
             self._tell(place, message)
         return kind
@@ -327,7 +327,7 @@ class _Reader:
                 return
 
 
-def _swept_number(root: Spot, key: str) -> tuple[Any, str]:
+def swept_number(root: Spot, key: str) -> tuple[Any, str]:
     """Return what kind of number a key holds, or None and what is wrong with the key.
 
     Nothing is said to be wrong below something that is no table or of no kind: told elsewhere.
@@ -358,7 +358,7 @@ def _is_swept(root: Spot, path: Path) -> bool:
     )
 
 
-def _label(root: Spot, key: str) -> str:
+def label_of(root: Spot, key: str) -> str:
     """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2."""
     words = key.split(".")
     vector = spot_at(root, tuple(words[:-1]))

@@ -103,6 +103,7 @@ _NAMES: dict[Dimension, tuple[str, str]] = {
     Dimension(1, 0, -2): ("a force per length", "N/m"),
     Dimension(1, 1, -1): ("a force times time", "N s"),
     Dimension(1, 0, -1): ("a damping constant", "N s/m"),
+    Dimension(m=2, s=-1): ("a kinematic viscosity", "m2/s"),
     Dimension(1, 2, 0): ("a moment of inertia", "kg m2"),
     Dimension(1, 3, -2): ("a bending stiffness", "N m2"),
     Dimension(m=2): ("an area", "m2"),

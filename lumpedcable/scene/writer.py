@@ -21,7 +21,7 @@ def to_toml(scene: Scene, factors: Sequence[Factor] = ()) -> str:
     blocks += ["\n".join([f"[{name}]", *_pairs(table)]) for name, table in _tables(scene)]
     singles = [factor.axes[0] for factor in factors if factor.kind == "list"]
     if singles:
-        lines = [f"{_text(axis.key)} = {_value(axis.values)}" for axis in singles]
+        lines = [f"{_text(axis.key)} = {value_text(axis.values)}" for axis in singles]
         blocks.append("\n".join(["[sweep]", *lines]))
     blocks += [block for factor in factors for block in _group(factor)]
     return "\n\n".join(block for block in blocks if block) + "\n"
@@ -32,13 +32,13 @@ def _group(factor: Factor) -> Iterator[str]:
     if factor.kind == "cases":
         for row in range(len(factor)):
             name = [f"name = {_text(factor.names[row])}"] if factor.names else []
-            own = [f"{_text(axis.key)} = {_value(axis.values[row])}" for axis in factor.axes]
+            own = [f"{_text(axis.key)} = {value_text(axis.values[row])}" for axis in factor.axes]
             yield "\n".join(["[[sweep.cases]]", *name, *own])
     elif factor.kind == "zip":
-        lines = [f"{_text(axis.key)} = {_value(axis.values)}" for axis in factor.axes]
+        lines = [f"{_text(axis.key)} = {value_text(axis.values)}" for axis in factor.axes]
         yield "\n".join(["[[sweep.zip]]", *lines])
     elif factor.kind == "sample":
-        lines = [f"{_text(key)} = {_value(value)}" for key, value in factor.drawn.items()]
+        lines = [f"{_text(key)} = {value_text(value)}" for key, value in factor.drawn.items()]
         yield "\n".join(["[[sweep.sample]]", *lines])
 
 
@@ -53,7 +53,7 @@ def _given(part: Part) -> Iterator[tuple[str, Any]]:
 def _singles(scene: Scene) -> Iterator[tuple[str, str]]:
     for key, value in _given(scene):
         if not isinstance(value, Part | dict):
-            yield key, _value(value)
+            yield key, value_text(value)
 
 
 def _tables(scene: Scene) -> Iterator[tuple[str, Part]]:
@@ -65,10 +65,11 @@ def _tables(scene: Scene) -> Iterator[tuple[str, Part]]:
 
 
 def _pairs(part: Part) -> list[str]:
-    return [f"{key} = {_value(value)}" for key, value in _given(part)]
+    return [f"{key} = {value_text(value)}" for key, value in _given(part)]
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """Return a value as it stands in TOML."""
     match value:
         case bool():
             return str(value).lower()
@@ -76,12 +77,14 @@ def _value(value: Any) -> str:
             return repr(value)
         case str():
             return _text(value)
-        case tuple():
-            return f"[{', '.join(map(_value, value))}]"
+        case tuple() | list():
+            return f"[{', '.join(map(value_text, value))}]"
         case Part():
             return f"{{ {', '.join(_pairs(value))} }}"
         case dict():
-            return f"{{ {', '.join(f'{key} = {_value(item)}' for key, item in value.items())} }}"
+            return (
+                f"{{ {', '.join(f'{key} = {value_text(item)}' for key, item in value.items())} }}"
+            )
         case _:
             raise TypeError(f"a scene holds no {type(value).__name__}")
 

@@ -22,7 +22,7 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
     dt <= 4 / (g + sqrt(g^2 + 4 omega^2)). Material damping has g = 4 c / (m l^2), c in N s;
     resistances add theirs.
     """
-    stiff = stiffness_bound(line.law, line.max_strain)
+    stiff = 0.0 if line.inextensible else stiffness_bound(line.law, line.max_strain)
     square = 4.0 * stiff / (line.mass * line.segment_length**2)
     for load in line.loads:
         square = square + load.rate_squared(line.mass, line.segment_length)

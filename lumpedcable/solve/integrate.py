@@ -22,14 +22,25 @@ from lumpedcable.model.model import Model, end_name
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
+from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
 from lumpedcable.solve.rk4 import RK4
 
-__all__ = ["METHODS", "Plan", "Progress", "advance", "begin", "initial_state"]
+__all__ = [
+    "METHODS",
+    "Numbers",
+    "Plan",
+    "Progress",
+    "advance",
+    "begin",
+    "initial_state",
+    "interval",
+]
 
 METHODS = {
     "leapfrog": Leapfrog,
+    "constrained": Constrained,
     "rk4": RK4,
     "euler": diffrax.Euler,
     "heun": diffrax.Heun,
@@ -109,7 +120,12 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
         found = model.evaluate(jnp.full((), -jnp.inf), displacement, None, zero)
         for name, node, _ in model.breakable():
             reaction[end_name(name, node)] = -found[name].force[:, node]
-    return State(displacement, velocity, work if energy else {}, reaction)
+    tension = {
+        name: line.law.tension(line.reference_strain)
+        for name, line in model.lines.items()
+        if line.inextensible
+    }
+    return State(displacement, velocity, work if energy else {}, reaction, tension)
 
 
 def cast(tree: PyTree, dtype: str) -> PyTree:
@@ -190,12 +206,17 @@ def _rms(tree: PyTree) -> Float[Array, ""]:
     return jnp.sqrt(jnp.mean(jnp.concatenate(leaves) ** 2))
 
 
+def interval(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
+    """One output interval of a run, from `start` (s) on."""
+    move = _adaptive if plan.adaptive else _fixed
+    return move(model, plan, numbers, run, start)
+
+
 def advance(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Int[Array, ""],
     count: Int[Array, ""],
 ) -> tuple[Progress, Sample]:  # fmt: skip
     """`count` outputs on from output number `first`; samples (outputs of the plan, ...)."""
-    move = _adaptive if plan.adaptive else _fixed
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
     def sample_at(run: Progress, t) -> Sample:
@@ -208,7 +229,7 @@ def advance(
 
     def body(k, carry):
         run, kept = carry
-        run = move(model, plan, numbers, run, (first + k) * numbers.every)
+        run = interval(model, plan, numbers, run, (first + k) * numbers.every)
         found = sample_at(run, (first + k + 1) * numbers.every)
         return run, jax.tree.map(
             lambda all_, x: place(all_, x[None], k, *(0,) * x.ndim), kept, found

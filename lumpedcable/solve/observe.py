@@ -148,6 +148,8 @@ def sample(
     for name, line in model.lines.items():
         e = found[name].line
         whole = e.tension if e.damping is None else e.tension + e.damping
+        if line.inextensible:
+            whole = y.tension[name]
         most.append(jnp.max(whole))
         every = {
             "position": place[name],

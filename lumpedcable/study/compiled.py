@@ -26,7 +26,7 @@ from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, Plan, Progress, advance, begin, cast
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
-from lumpedcable.solve.start import start_of
+from lumpedcable.solve.targets import rest_of
 from lumpedcable.study.devices import shared_out
 from lumpedcable.study.lanes import across
 
@@ -110,7 +110,7 @@ def prepare_batch(
     def one(mine, shared, axes, origin):
         coordinates = Coordinates(axes, origin)
         scene = structure.scene.with_numbers({**shared, **mine})
-        found = start_of(scene, structure.layout, coordinates)
+        found = rest_of(scene, structure.layout, coordinates)
         bound = step_bound(found.model)
         return Ready(cast(found.model, dtype), bound, found.converged, found.imbalance)
 

@@ -23,6 +23,7 @@ from lumpedcable.solve.observe import Sample
 from lumpedcable.status import MEANING, Status
 from lumpedcable.study.laying import Laid
 from lumpedcable.study.plan import fields_of
+from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
 
 if TYPE_CHECKING:
@@ -93,6 +94,8 @@ class Contents:
         self.bodies = [name for name, body in self.scene.bodies.items() if body.rigid]
         self.fields = fields_of(self.scene)
         self.histories = self.scene.output.keep != "summaries"
+        rigid = [name for name, body in self.scene.bodies.items() if body.rigid]
+        self.bodies = rigid if self.histories else []
         kept = self.histories and "energy" in self.scene.output.quantities
         self.energy = energy_terms(laid) if kept else {}
 
@@ -162,6 +165,8 @@ class Contents:
             for quantity, (unit, text, holds) in EXACT.items() if self.exact else ():
                 path = f"summary/{end}/exact_{quantity}"
                 found.append(Variable(path, ("run",), "f8", unit, text, {"holds": holds}))
+        if self.scene.output.static:
+            found += rest_variables(self.scene)
         for name, (unit, text) in SUMMARIES.items():
             found.append(Variable(f"summary/{name}", ("run",), "f8", unit, text))
         text = "steps taken, or output times where the solver chooses its steps"
@@ -198,7 +203,8 @@ class Contents:
         """Unstretched places along a line: one row for all runs of the study, or one for each."""
         study, laid = self.study, self.laid
         line = next(p.line for s in laid.structures for p in s.layout.pieces if p.name == name)
-        own = (f"lines.{line}.length", f"lines.{line}.grading", f"lines.{line}.segment_lengths.")
+        lengths = ("length", "payout.", "grading", "segment_lengths.")
+        own = tuple(f"lines.{line}.{key}" for key in lengths)
         keys = sorted(key for key in study.runs.moved if key.startswith(own))
         if not keys and len(laid.structures) == 1:
             rows, firsts = np.zeros(0, int), [0]

@@ -27,6 +27,7 @@ from lumpedcable.study.plan import (
     plan_of,
     rounded_steps,
 )
+from lumpedcable.study.rest import write_rest
 from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
 
@@ -227,9 +228,12 @@ def _run_part(
     )
     run, sample = begin_batch(ready.model, part.plan, numbers)
     sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample)
-    start = account.start_positions(ready) if contents.fields else {}
+    start = account.start_positions(ready) if contents.fields or scene.output.static else {}
     account.add(sample, 0, 1)
     contents.write(writer, rows, sample, start, 0)
+    if scene.output.static:
+        mine = [contents.study.runs[int(number)] for number in part.runs]
+        write_rest(writer, mine, rows, rows_of(ready, np.arange(lived)), start, sample.ends)
     timings.mark("begin")
     done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
     while done < account.count:

@@ -1,6 +1,17 @@
-"""Figures drawn from a results file or of natural modes, for a screen or a printed page."""
+"""Figures drawn from a results file, of natural modes or of a fit, for a screen or a printed page."""
 
+from lumpedcable.view.fit import Compared, FitPictures, Law, plot_fit
 from lumpedcable.view.modes import ModeShapes, plot_modes
 from lumpedcable.view.plot import plot_result
+from lumpedcable.view.sensitivity import plot_sensitivity
 
-__all__ = ["ModeShapes", "plot_modes", "plot_result"]
+__all__ = [
+    "Compared",
+    "FitPictures",
+    "Law",
+    "ModeShapes",
+    "plot_fit",
+    "plot_modes",
+    "plot_result",
+    "plot_sensitivity",
+]

@@ -22,6 +22,7 @@ from lumpedcable.view.recoil import (
     velocity_figure,
     xt_figure,
 )
+from lumpedcable.view.rest import rest_figure
 from lumpedcable.view.sampling import RecoilingEnd
 
 Draw = Callable[[], Figure]
@@ -33,7 +34,8 @@ def plot_result(
     """Draw the figures of a results file, finished or not.
 
     Where a line parts: tension and velocity along it, the speed of the broken end, and the x-t
-    diagram; otherwise tension at the ends and shapes. Energies always. Figures whose fields the
+    diagram; otherwise tension at the ends and shapes. Energies always. Of a scene at rest: the shape
+    of each cable with its numbers. Figures whose fields the
     file does not hold are left out. Where several numbers are swept there is one set of figures
     for each value of the last, and its name ends in that value: tension_break_time_5ms.png. Where
     two or more of them take three values or more: maps of the numbers of the runs over every pair.
@@ -82,6 +84,11 @@ def _has_histories(result: ResultFile) -> bool:
 
 def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
     """Names and makers of the figures of one group, as far as the file holds their fields."""
+    for cable in result.cables:
+        which = f"_{file_tag(cable)}" if len(result.cables) > 1 else ""
+        yield f"rest{which}", partial(rest_figure, result, cable, group)
+    if result.cables:
+        return  # what does not move has no history
     ends = [RecoilingEnd(result, name) for name in result.ends]
     for end in ends:
         which = f"_{file_tag(end.name)}" if len(ends) > 1 else ""

@@ -1,0 +1,1 @@
+"""Numbers of a scene from measurements: what fits them, how sure that is, what they do to a result."""

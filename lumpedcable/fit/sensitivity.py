@@ -1,0 +1,211 @@
+"""What a result depends on: derivatives of one scalar of a run by every number of its scene."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.fit.arrays import SEEN, GroupArrays, GroupSpec
+from lumpedcable.fit.observe import UNITS, watched
+from lumpedcable.fit.parameters import numbers_of
+from lumpedcable.fit.residual import run_group, started
+from lumpedcable.model.coordinates import coordinates_of
+from lumpedcable.model.layout import make_layout
+from lumpedcable.scene import Scene, Study
+from lumpedcable.scene.part import did_you_mean
+from lumpedcable.solve.integrate import Plan
+from lumpedcable.status import Status
+from lumpedcable.study.compiled import Structure, number
+from lumpedcable.study.plan import (
+    DEFAULT_ATOL,
+    DEFAULT_RTOL,
+    output_count,
+    plan_of,
+    recoils_of,
+    rounded_steps,
+)
+from lumpedcable.study.summary import recoil_name
+
+__all__ = ["Scalar", "Sensitivity", "read_scalar", "sensitivity_of", "usual_scalar"]
+
+Array = NDArray[np.float64]
+AT_ONCE = 8  # directions that go through time together
+REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
+REDUCTIONS = ("max", "min", "first", "last")
+_SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """One number of a run: the max, min, first or last of a quantity at a place, over the outputs."""
+
+    reduction: str
+    quantity: str
+    at: str
+    component: str | None
+
+    def __str__(self) -> str:
+        part = "" if self.component is None else f" in {self.component}"
+        return f"{self.reduction} {self.quantity} at {self.at}{part}"
+
+    @property
+    def unit(self) -> str:
+        """Its SI unit."""
+        return UNITS[self.quantity]
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """A scalar of a run (SI), and its derivatives by numbers of the scene, the largest share first.
+
+    `slopes` are d(scalar)/d(number) in SI; `shares` are relative: per cent of the scalar per per cent
+    of the number, 0 where the number is 0.
+    """
+
+    scalar: Scalar
+    value: float
+    status: Status
+    keys: tuple[str, ...]
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Array
+    slopes: Array
+    shares: Array
+
+
+def read_scalar(text: str) -> Scalar:
+    """The scalar that a text means: "max velocity at rope.end", "last position at rope.end in x".
+
+    Raises:
+        ValueError: it means none; the message says what was expected.
+    """
+    match = _SCALAR.fullmatch(" ".join(text.split()))
+    expected = 'expected "max velocity at LINE.end" or the like'
+    if match is None:
+        raise ValueError(f'{expected}, found "{text}"')
+    reduction, quantity, at, component = match.groups()
+    for word, known in ((reduction, REDUCTIONS), (quantity, tuple(UNITS))):
+        if word not in known:
+            raise ValueError(
+                f'expected one of {", ".join(known)}, found "{word}"{did_you_mean(word, known)}'
+            )
+    if component is not None and (component not in "xyz" or quantity == "tension"):
+        wanted = "none for a tension" if quantity == "tension" else "x, y or z"
+        raise ValueError(f'expected as component {wanted}, found "{component}"')
+    if component is None and quantity == "position":
+        raise ValueError(f'expected a component of the position, "{text} in x" or the like')
+    return Scalar(reduction, quantity, at, component)
+
+
+def usual_scalar(scene: Scene) -> Scalar:
+    """The peak speed of the first end that breaks, or the largest tension at the first line's start."""
+    recoils = recoils_of(make_layout(scene))
+    for recoil in recoils:
+        if recoil.line in scene.lines:
+            return Scalar("max", "velocity", recoil_name(recoil), None)
+    return Scalar("max", "tension", f"{next(iter(scene.lines))}.start", None)
+
+
+def sensitivity_of(
+    study: Study, scalar: Scalar, run: int = 0, reverse: bool | None = None
+) -> Sensitivity:
+    """Derivatives of a scalar of one run by every number of its physics.
+
+    Exact derivatives of the discrete model, at the number of steps that the run takes. Forward mode,
+    or reverse mode with one state kept an output where there are very many numbers (or as `reverse`
+    says).
+
+    Raises:
+        ValueError: the scalar's place is not in the scene.
+    """
+    scene = study.runs[run]
+    named = _numbers(study, scene)
+    keys = tuple(key for key, _, _ in named)
+    values = np.array([scene.numbers()[key] for key in keys])
+    back = len(keys) >= REVERSE_FROM if reverse is None else reverse
+    spec, arrays = _setting(scene, scalar, keys, back)
+    found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
+    value = float(found)
+    shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
+    order = np.lexsort((-np.abs(slopes), -np.abs(shares)))
+    return Sensitivity(
+        scalar, value, Status(int(status)), tuple(keys[k] for k in order),
+        tuple(named[k][1] for k in order), tuple(named[k][2] for k in order), values[order],
+        np.asarray(slopes)[order], shares[order],
+    )  # fmt: skip
+
+
+def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
+    """Key, label and unit of every number of the physics, without directions (made unit vectors)."""
+    found = []
+    for key in scene.numbers():
+        if key.split(".")[0] in ("output", "solver", "statics") or ".direction." in key:
+            continue
+        if key.endswith(".max_strain"):
+            continue  # it bounds the step and touches nothing else
+        numbers, _ = numbers_of(study, key)
+        found += [(n.key, n.label, n.kind.unit) for n in numbers]
+    labels = [label for _, label, _ in found]
+    return [(k, k if labels.count(label) > 1 else label, u) for k, label, u in found]
+
+
+def _setting(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
+    """One run of a scene as a group of one, looked at at its own output times."""
+    layout, coordinates = make_layout(scene), coordinates_of([scene])
+    what, share = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
+    plan = plan_of(scene, layout)
+    plan = Plan(plan.method, plan.adaptive, SEEN, (), plan.dtype, plan.max_steps, 1)
+    count, solver = output_count(scene), scene.solver
+    index = np.repeat(np.arange(count + 1)[:, None], 4, axis=1)
+    mix = np.tile([1.0, 0.0, 0.0, 0.0], (count + 1, 1))
+    shared = {key: number(x) for key, x in scene.numbers().items()}
+    arrays = GroupArrays(
+        shared, {}, jnp.asarray(coordinates.axes), jnp.asarray(coordinates.origin),
+        jnp.array([[share]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
+        jnp.asarray(mix)[None], jnp.asarray(mix)[None], jnp.zeros((1, 1, count + 1)),
+        jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), number(solver.courant),
+        number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
+    )  # fmt: skip
+    free = tuple((key, (k,)) for k, key in enumerate(keys))
+    structure = Structure(scene.skeleton(), layout, scene)
+    spec = GroupSpec(structure, plan, (what,), count, free)
+    if plan.adaptive:
+        return spec, arrays
+    at = np.array([scene.numbers()[key] for key in keys])
+    _, bound, _ = jax.jit(started, static_argnames=("spec",))(spec, arrays, at)
+    steps = int(rounded_steps(scene, np.asarray(bound))[0])
+    if back:
+        return GroupSpec(structure, plan, (what,), count, free, steps), arrays
+    # more than that are taken by nobody: the run itself takes so many
+    return spec, arrays._replace(steps=jnp.asarray(steps), courant=jnp.asarray(jnp.inf))
+
+
+@partial(jax.jit, static_argnames=("spec", "reduction", "back"))
+def _slopes(spec: GroupSpec, arrays: GroupArrays, values, reduction: str, back: bool):
+    """The scalar, its status and its derivatives."""
+
+    def scalar(values):
+        found, status, _, _ = run_group(spec, arrays, values)
+        history = found[0, 0]
+        picked = {
+            "max": jnp.max, "min": jnp.min, "first": lambda x: x[0], "last": lambda x: x[-1],
+        }[reduction](history)  # fmt: skip
+        return picked, (picked, status[0])
+
+    values = jnp.asarray(values)
+    if back:
+        slopes, (value, status) = jax.grad(scalar, has_aux=True)(values)
+        return value, status, slopes
+
+    def along(direction):
+        _, slope, (value, status) = jax.jvp(scalar, (values,), (direction,), has_aux=True)
+        return slope, value, status
+
+    slopes, value, status = jax.lax.map(along, jnp.eye(values.size), batch_size=AT_ONCE)
+    return value[0], status[0], slopes

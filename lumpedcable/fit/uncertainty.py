@@ -1,0 +1,162 @@
+"""How sure the found values are: covariance, intervals, and what the data cannot tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+__all__ = ["Certainty", "Combination", "Criteria", "certainty_of", "criteria_of"]
+
+Array = NDArray[np.float64]
+
+VAGUE = 0.5  # relative standard deviation from which a combination is not told by the data
+ALIKE = 0.98  # correlation from which two parameters are named together
+NAMED = 0.1  # share of the largest part of a combination below which a parameter is not named
+
+
+class Combination(NamedTuple):
+    """A combination of relative changes of the parameters, sum parts_k dx_k / size_k.
+
+    `spread` is its standard deviation: 0.01 is known to 1 %, 1 not at all, inf not even its sign.
+    """
+
+    parts: Array
+    spread: float
+
+
+class Certainty(NamedTuple):
+    """What the data say about the parameters around the best fit.
+
+    std (p,), low, high (p,) in SI; correlation (p, p); combinations, the worst known first;
+    factor: deviations over the noise that was given, or the noise itself where none was given;
+    effective: how many numbers the data, not the smoothness, determine.
+    """
+
+    std: Array
+    low: Array
+    high: Array
+    covariance: Array
+    correlation: Array
+    combinations: tuple[Combination, ...]
+    factor: float
+    effective: float
+
+    def vague(self) -> list[Combination]:
+        """The combinations that the data do not tell."""
+        return [c for c in self.combinations if not c.spread < VAGUE]
+
+    def alike(self) -> list[tuple[int, int, float]]:
+        """Pairs of parameters that change nearly together: (k, j, correlation)."""
+        found = []
+        for k in range(self.std.size):
+            for j in range(k):
+                if abs(self.correlation[k, j]) > ALIKE:
+                    found.append((j, k, float(self.correlation[k, j])))
+        return sorted(found, key=lambda pair: -abs(pair[2]))
+
+
+def certainty_of(
+    values: Array, slope: Array, deviation: Array, points: int, known: bool, confidence: float,
+    sizes: Array | None = None,
+) -> Certainty:  # fmt: skip
+    """Covariance and intervals of a least-squares fit (linear about its minimum).
+
+    cov = s^2 (J' J)^-1 with J the derivatives of the weighted deviations r. Where the noise is known
+    s = 1 and an interval is x +- z std; else s^2 = r'r / (points - p) and z is Student's t
+    (Seber & Wild, Nonlinear Regression, 1989, section 5.1). The inverse is taken by the singular
+    values of J diag(size), so that a combination without data has an infinite spread and the others
+    keep theirs.
+
+    Args:
+        values: the parameters (p,) in SI.
+        slope: J (n, p) by the parameters in SI, rows of smoothness behind those of the data.
+        deviation: r (m,) of the data alone; J's first m rows belong to it.
+        points: number of measured values.
+        known: whether the noise was given.
+        confidence: probability of the intervals.
+        sizes: what a parameter is measured by (p,); its own value if not given, 1 where that is 0.
+    """
+    count = values.size
+    if sizes is None:
+        sizes = np.where(values != 0.0, np.abs(values), 1.0)
+    whole = slope * sizes
+    _, singular, v = np.linalg.svd(whole, full_matrices=True)
+    singular = np.concatenate([singular, np.zeros(count - singular.size)])
+    floor = singular[0] * max(whole.shape) * np.finfo(float).eps
+    with np.errstate(divide="ignore"):
+        inverse = np.where(singular > floor, 1.0 / singular, np.inf)
+    free = max(points - count, 1)
+    s = 1.0 if known else float(np.sqrt(np.sum(deviation**2) / free))
+    reached = float(np.sqrt(np.sum(deviation**2) / free))
+    with np.errstate(invalid="ignore"):
+        scaled = np.where(v == 0.0, 0.0, v * inverse[:, None])
+        variance = np.sum(scaled**2, axis=0)
+        covariance = s**2 * (scaled.T @ scaled) * np.outer(sizes, sizes)
+    std = s * np.sqrt(variance) * sizes
+    reach = float(stats.norm.ppf(0.5 + 0.5 * confidence))
+    if not known:
+        reach = float(stats.t.ppf(0.5 + 0.5 * confidence, free))
+    # which parameters change together is a matter of the directions that are known at all
+    tame = v * np.minimum(inverse, 1e8 * inverse[0])[:, None]
+    outer = tame.T @ tame
+    root = np.sqrt(np.diag(outer))
+    correlation = outer / np.outer(root, root)
+    data = np.linalg.svd(whole[: deviation.size], compute_uv=False)
+    all_ = whole.T @ whole
+    effective = float(count)
+    if whole.shape[0] > deviation.size:
+        part = whole[: deviation.size].T @ whole[: deviation.size]
+        effective = float(np.trace(np.linalg.pinv(all_) @ part))
+    elif data.size < count:
+        effective = float(data.size)
+    order = np.argsort(-inverse, kind="stable")
+    combinations = tuple(Combination(_signed(v[k]), float(s * inverse[k])) for k in order)
+    return Certainty(
+        std, values - reach * std, values + reach * std, covariance, correlation, combinations,
+        reached, effective,
+    )  # fmt: skip
+
+
+def _signed(parts: Array) -> Array:
+    """The same direction with its largest part positive."""
+    return parts * np.sign(parts[np.argmax(np.abs(parts))])
+
+
+def words(combination: Combination, names: Sequence[str]) -> str:
+    """A combination for people: "0.71 d(p1)/p1 - 0.70 d(p4)/p4"."""
+    top = np.max(np.abs(combination.parts))
+    order = [k for k in np.argsort(-np.abs(combination.parts)) if
+             abs(combination.parts[k]) >= NAMED * top]  # fmt: skip
+    if len(order) == 1:
+        return names[order[0]]
+    text = ""
+    for k in order:
+        part = combination.parts[k]
+        sign = ("-" if part < 0 else "+") if text else ("-" if part < 0 else "")
+        text += f" {sign} {abs(part):.2f} d({names[k]})/{names[k]}" if text else (
+            f"{sign}{abs(part):.2f} d({names[k]})/{names[k]}")  # fmt: skip
+    return text
+
+
+class Criteria(NamedTuple):
+    """How well a law explains the data for its number of parameters; less is better."""
+
+    aic: float
+    bic: float
+
+
+def criteria_of(deviation: Array, points: int, effective: float, known: bool) -> Criteria:
+    """AIC and BIC for normal noise, up to a constant that all laws on the same data share.
+
+    Noise given: chi^2 + 2 k and chi^2 + k ln n. Noise found from the fit: n ln(chi^2/n) in place of
+    chi^2, and k counts it too (Burnham & Anderson, Model Selection and Multimodel Inference, 2002,
+    section 2.2).
+    """
+    square = float(np.sum(deviation**2))
+    count = effective if known else effective + 1.0
+    fit = square if known else points * float(np.log(max(square / points, 1e-300)))
+    return Criteria(fit + 2.0 * count, fit + count * float(np.log(points)))

@@ -1,0 +1,95 @@
+"""What a fit leaves behind: scenes ready to run, numbers in a file, and what its pictures show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lumpedcable.fit.laws import law_bands
+from lumpedcable.fit.report import contents_of
+from lumpedcable.fit.run import Fitted
+from lumpedcable.results.numbers import write_numbers, write_text
+from lumpedcable.scene import Scene, SceneError, Study, load_study
+from lumpedcable.scene.writer import to_toml
+
+__all__ = ["pictures_of", "write_fit"]
+
+
+def write_fit(
+    fitted: Fitted, others: dict[str, Fitted], folder: Path
+) -> tuple[list[Path], list[str]]:
+    """Write the fitted scenes and fit.json.
+
+    Returns:
+        The files made, and what is wrong with a fitted scene that would not run.
+
+    Raises:
+        OutputError: they cannot be written there.
+    """
+    made, wrong = [], []
+    for name, text in _scenes(fitted).items():
+        path = folder / f"{name}.toml"
+        write_text(path, text)
+        made.append(path)
+        try:
+            load_study(path)
+        except SceneError as error:
+            wrong.append(str(error))
+    contents = contents_of(fitted)
+    if others:
+        contents["choices"] = {name: contents_of(other) for name, other in others.items()}
+    write_numbers(folder / "fit.json", contents)
+    return [*made, folder / "fit.json"], wrong
+
+
+def _scenes(fitted: Fitted) -> dict[str, str]:
+    """Scenes with the values found, as TOML by name.
+
+    The fit's own scene with its sweep; and one for every experiment that has private values or a
+    scene of its own.
+    """
+    problem = fitted.problem
+    base = problem.study
+    found = {f"{base.path.stem}-fitted": _toml(fitted.scene(base.scene), base)}
+    private = {p.experiment for p in problem.parameters}
+    for record in problem.records:
+        if record.name in private or record.study.path != base.path:
+            scene = fitted.scene(record.study.runs[0], record.name)
+            name = f"{record.study.path.stem}-{record.name}-fitted"
+            found[name] = to_toml(scene)
+    return found
+
+
+def _toml(scene: Scene, study: Study) -> str:
+    return to_toml(scene, study.factors)
+
+
+def pictures_of(fitted: Fitted) -> dict[str, Any]:
+    """What the figures of a fit are drawn from, as plain numbers."""
+    problem = fitted.problem
+    series = [
+        {
+            "title": s.label, "x_name": "time" if s.x_unit == "s" else "strain",
+            "x_unit": s.x_unit, "x": s.x, "unit": s.unit, "measured": s.values, "model": p,
+            "noise": s.noise,
+        }
+        for s, p in zip(problem.series, fitted.predicted, strict=True)
+    ]  # fmt: skip
+    laws = [
+        {
+            "title": b.material + (f" [{b.experiment}]" if b.experiment else ""),
+            "strain": b.strain, "start": b.start, "found": b.tension, "half": b.half,
+            "data": b.data,
+        }
+        for b in law_bands(fitted)
+    ]  # fmt: skip
+    return {
+        "heading": problem.title,
+        "series": series,
+        "names": [p.label for p in problem.parameters],
+        "correlation": np.nan_to_num(fitted.certainty.correlation),
+        "laws": laws,
+        "confidence": problem.method.confidence,
+    }

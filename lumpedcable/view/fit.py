@@ -1,0 +1,208 @@
+"""Figures of a fit: data against model, what is left, correlations, laws with their bands."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from lumpedcable.results.errors import OutputError
+from lumpedcable.results.human import scale
+from lumpedcable.view import style
+
+Array = NDArray[Any]
+
+MOST_PANELS = 12
+SHOWN_NUMBERS = 12  # parameters up to which a correlation is written into its square
+
+
+class Compared(NamedTuple):
+    """A measured series, the model's answer and its noise (None where not given), in SI."""
+
+    title: str
+    x_name: str
+    x_unit: str
+    x: Array
+    unit: str
+    measured: Array
+    model: Array
+    noise: float | None
+
+
+class Law(NamedTuple):
+    """A tension law (N over strain) at the start and found, half its band, and measured points."""
+
+    title: str
+    strain: Array
+    start: Array
+    found: Array
+    half: Array
+    data: Sequence[tuple[str, Array, Array]]
+
+
+class FitPictures(NamedTuple):
+    """All that is drawn of a fit."""
+
+    heading: str
+    series: Sequence[Compared]
+    names: Sequence[str]
+    correlation: Array
+    laws: Sequence[Law]
+    confidence: float
+
+
+def pictures_from(numbers: Mapping[str, Any]) -> FitPictures:
+    """The pictures of a fit from plain numbers by name."""
+    return FitPictures(
+        **{
+            **numbers,
+            "series": [Compared(**one) for one in numbers["series"]],
+            "laws": [Law(**one) for one in numbers["laws"]],
+        }
+    )
+
+
+def plot_fit(pictures: FitPictures, folder: Path, formats: Sequence[str] = ("png",)) -> list[Path]:
+    """Draw the figures of a fit and return the files made.
+
+    Raises:
+        OutputError: they cannot be written there, or not in that format.
+    """
+    made: list[Path] = []
+    draws: list[tuple[str, Callable[[], Figure]]] = [
+        ("data", partial(data_figure, pictures)),
+        ("residuals", partial(residual_figure, pictures)),
+    ]
+    if len(pictures.names) > 1:
+        draws.append(("correlations", partial(correlation_figure, pictures)))
+    if pictures.laws:
+        draws.append(("laws", partial(law_figure, pictures)))
+    ready(folder, formats)
+    for name, draw in draws:
+        made += style.save(draw, folder / name, formats)
+    return made
+
+
+def ready(folder: Path, formats: Sequence[str]) -> None:
+    """Make the folder of some figures.
+
+    Raises:
+        OutputError: it cannot be made, or there is no such format.
+    """
+    for kind in formats:
+        if kind not in style.FORMATS:
+            known = ", ".join(style.FORMATS)
+            raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = os.strerror(error.errno or 0)
+        raise OutputError(f"cannot make the folder {folder}: {reason}") from error
+
+
+def data_figure(pictures: FitPictures) -> Figure:
+    """A panel a series: what was measured and what the model says."""
+    shown = pictures.series[:MOST_PANELS]
+    figure, axes = style.panel_figure(
+        [s.title for s in shown], f"Data and model: {pictures.heading}"
+    )
+    for ax, s in zip(axes, shown, strict=True):
+        fx, ux = scale(style.largest(s.x), s.x_unit)
+        fy, uy = scale(style.largest(s.measured), s.unit)
+        order = np.argsort(s.x, kind="stable")
+        ax.plot(fx * s.x, fy * s.measured, ".", color=style.COLOURS[0], markersize=2.5)
+        ax.plot(fx * s.x[order], fy * s.model[order], color=style.COLOURS[1])
+        ax.set_xlabel(style.with_unit(s.x_name, ux))
+        ax.set_ylabel(style.with_unit(s.title.split(": ")[-1].split(" at ")[0], uy))
+    handles = [
+        Line2D([], [], marker=".", linestyle="", color=style.COLOURS[0], label="measured"),
+        Line2D([], [], color=style.COLOURS[1], label="model with the values found"),
+    ]
+    style.foot(figure, _left_out(pictures), handles)
+    return figure
+
+
+def residual_figure(pictures: FitPictures) -> Figure:
+    """A panel a series: measured less model, with the noise where it is known."""
+    shown = pictures.series[:MOST_PANELS]
+    figure, axes = style.panel_figure(
+        [s.title for s in shown], f"Measured less model: {pictures.heading}"
+    )
+    for ax, s in zip(axes, shown, strict=True):
+        left = s.measured - s.model
+        fx, ux = scale(style.largest(s.x), s.x_unit)
+        fy, uy = scale(style.largest(left), s.unit)
+        if s.noise is not None:
+            ax.axhspan(-2 * fy * s.noise, 2 * fy * s.noise, color="#DDE8F0", linewidth=0)
+        ax.axhline(0.0, color=style.NEUTRAL, linewidth=0.7)
+        ax.plot(fx * s.x, fy * left, ".", color=style.COLOURS[0], markersize=2.5)
+        ax.set_xlabel(style.with_unit(s.x_name, ux))
+        ax.set_ylabel(style.with_unit("difference", uy))
+    handles = [Line2D([], [], marker=".", linestyle="", color=style.COLOURS[0], label="difference")]
+    if any(s.noise is not None for s in shown):
+        handles.append(Patch(color="#DDE8F0", label="2 standard deviations of the noise"))  # type: ignore[arg-type]
+    style.foot(figure, _left_out(pictures), handles)
+    return figure
+
+
+def _left_out(pictures: FitPictures) -> str:
+    count = len(pictures.series)
+    return f"The first {MOST_PANELS} of {count} series." if count > MOST_PANELS else ""
+
+
+def correlation_figure(pictures: FitPictures) -> Figure:
+    """The correlation of every pair of parameters."""
+    count = len(pictures.names)
+    figure = style.new_figure(min(1.6 + 0.42 * count, 9.0), f"Correlations: {pictures.heading}")
+    ax = figure.subplots()
+    drawn = ax.imshow(pictures.correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
+    ax.grid(False)
+    ax.set_xticks(range(count), pictures.names, rotation=30, ha="right", rotation_mode="anchor")
+    ax.set_yticks(range(count), pictures.names)
+    if count <= SHOWN_NUMBERS:
+        for k in range(count):
+            for j in range(count):
+                value = pictures.correlation[k, j]
+                colour = "white" if abs(value) > 0.6 else "black"
+                ax.text(j, k, f"{value:.3f}", ha="center", va="center", color=colour, fontsize=7)
+    figure.colorbar(drawn, ax=ax, label="correlation (-)")
+    return figure
+
+
+def law_figure(pictures: FitPictures) -> Figure:
+    """A panel a law: at the start, found, its band, and what a bench measured."""
+    laws = pictures.laws[:MOST_PANELS]
+    figure, axes = style.panel_figure(
+        [law.title for law in laws], f"Tension laws: {pictures.heading}", height=2.6
+    )
+    factor, unit = style.shared_unit([law.found for law in laws], "N")
+    for ax, law in zip(axes, laws, strict=True):
+        good = np.isfinite(law.half)
+        low, high = factor * (law.found - law.half), factor * (law.found + law.half)
+        ax.fill_between(law.strain, low, high, where=good, color="#F3CDB4", linewidth=0)
+        ax.plot(law.strain, factor * law.start, color=style.NEUTRAL, linestyle=style.DASHES[1])
+        ax.plot(law.strain, factor * law.found, color=style.COLOURS[1])
+        for _, strain, tension in law.data:
+            ax.plot(strain, factor * tension, ".", color=style.COLOURS[0], markersize=3)
+        top = factor * max(style.largest(law.found), style.largest(law.start))
+        ax.set_ylim(-0.15 * top, 1.15 * top)
+    style.label_outer(axes, "strain (-)", style.with_unit("tension", unit))
+    handles = [
+        Line2D([], [], color=style.COLOURS[1], label="found"),
+        Patch(color="#F3CDB4", label=f"{100 * pictures.confidence:g} % band"),
+        Line2D([], [], color=style.NEUTRAL, linestyle=style.DASHES[1], label="at the start"),
+    ]
+    if any(law.data for law in laws):
+        handles.append(
+            Line2D([], [], marker=".", linestyle="", color=style.COLOURS[0], label="bench")
+        )
+    style.foot(figure, "", handles)  # type: ignore[arg-type]
+    return figure
