@@ -41,6 +41,7 @@ from .highline import (
     highline_from_tension,
     least_tension,
 )
+from .ideal_highline import IdealHighline
 from .law import Law, inverse_tension, released_strain
 from .ramp import RampedRelease, ramped_release
 from .rod import HangingRod
@@ -67,6 +68,7 @@ __all__ = [
     "EnvelopePiece",
     "HangingRod",
     "Highline",
+    "IdealHighline",
     "Law",
     "LinearRelease",
     "RampedRelease",

@@ -10,6 +10,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
+from lumpedcable.model.carried import (
+    make_couplings,
+    make_measures,
+    make_riders,
+    make_winches,
+    place_motion,
+)
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Loaded, Release
 from lumpedcable.model.floating import make_body
@@ -27,6 +34,8 @@ from lumpedcable.physics.tension import Linear
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
 from lumpedcable.scene.lines import (
     FixedEnd,
@@ -216,9 +225,11 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
     bodies: dict[str, AbstractBody] = {
         name: make_body(scene, name, coordinates, _current(scene, coordinates))
         for name, body in scene.bodies.items()
-        if body.rigid
+        if isinstance(body, Body) and body.rigid
     }
-    return Model(lines, ends, tuple(junctions), up, base, bodies)
+    bodies |= make_riders(scene, coordinates) | make_winches(scene, lines)
+    couplings, measures = make_couplings(scene, coordinates), make_measures(scene, coordinates)
+    return Model(lines, ends, tuple(junctions), up, base, bodies, couplings, measures)
 
 
 def _numbered(end: End, number: dict[int, int]) -> End:
@@ -245,7 +256,7 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
     """The end of a joint's members that holds or moves it as a whole, None where none does."""
     for name, node in joint.members:
         end = _own_end(scene, layout, name, node)
-        if isinstance(end, FixedEnd | MovingEnd) or scene.body_point(end) is not None:
+        if isinstance(end, FixedEnd | MovingEnd | WinchEnd) or scene.on_body(end):
             return end
         if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
             return end
@@ -263,6 +274,10 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
     if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
         force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
         return Loaded(force, release)
+    if isinstance(own, WinchEnd) or scene.point_of(own) is not None:
+        path = place_motion(scene, own, coordinates)
+        assert path is not None  # the scene was checked
+        return Driven(path, release)
     if (tied := scene.body_point(own)) is not None:
         body, point = tied
         offset = (0.0, 0.0, 0.0) if point is None else scene.bodies[body].points[point]

@@ -10,7 +10,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
-from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import Found, body_powers, body_works, coupling_energies, live_line
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
@@ -26,8 +27,11 @@ WORKS = {
     "ends": (1.0, "work done on the line by what holds or moves its ends"),
     "added_mass": (1.0, "work of turning added mass"),
     "drag": (-1.0, "energy given to the fluid by drag"),
+    "hauling": (1.0, "work done on bodies by what hauls them along a line"),
+    "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
+    "winch": (-1.0, "energy dissipated by winches"),
     "hull": (-1.0, "energy given to the water by hulls"),
-    "friction": (-1.0, "energy dissipated by friction of bodies on the bed"),
+    "friction": (-1.0, "energy dissipated by friction of bodies on the bed and trolleys on lines"),
     "contact": (-1.0, "energy dissipated by the seabed"),
     "damping": (-1.0, "energy dissipated by the material"),
     "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
@@ -53,10 +57,14 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     return tuple(kind for kind in WORKS if present.get(kind, False))
 
 
-def empty_work(line: Line | AbstractBody, stepping: bool) -> dict[str, Array]:
-    """Accumulators, all zero (J): per node, per segment, or one number for the ends or a body."""
-    if isinstance(line, AbstractBody):
-        return {kind: jnp.zeros((), line.reference.dtype) for kind in line.works()}
+def empty_body_work(model: Model, name: str) -> dict[str, Array]:
+    """Accumulators of a body, all zero (J)."""
+    dtype = model.bodies[name].reference.dtype
+    return {kind: jnp.zeros((), dtype) for kind in body_works(model, name)}
+
+
+def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
+    """Accumulators, all zero (J): per node, per segment, or one number for the ends."""
     dtype = line.reference.dtype
     if line.inextensible:
         return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
@@ -69,7 +77,7 @@ def empty_work(line: Line | AbstractBody, stepping: bool) -> dict[str, Array]:
 def powers(
     model: Model,
     t: Float[Array, ""],
-    found: dict[str, Evaluation],
+    found: Found,
     displacement: Vectors,
     before: Vectors,
     middle: Vectors,
@@ -84,7 +92,8 @@ def powers(
     are the forces (N) on bodies that rest on a bed.
     """
     result = {}
-    for name, line in model.lines.items():
+    for name in model.lines:
+        line = live_line(model, name, displacement, middle)
         e, v = found[name], middle[name]
         if line.inextensible:
             result[name] = _rod_powers(line, e, v)
@@ -115,9 +124,11 @@ def powers(
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]
-        result[key] = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
+        power = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
         if friction is not None and name in friction:
-            result[key]["friction"] = -jnp.dot(friction[name], v)
+            power["friction"] = -jnp.dot(friction[name], v)
+        gain = after[key] if dt is None else (after[key] - before[key]) / dt
+        result[key] = power | body_powers(model, name, found, displacement, middle, gain)
     return result
 
 
@@ -201,7 +212,7 @@ def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Arr
 
 
 def energies(
-    model: Model, found: dict[str, Evaluation], displacement: Vectors, velocity: Vectors
+    model: Model, found: Found, displacement: Vectors, velocity: Vectors
 ) -> dict[str, Float[Array, ""]]:
     """Kinetic, strain and potential energies (J) of the whole scene."""
     total: dict[str, Float[Array, ""]] = {}
@@ -209,7 +220,8 @@ def energies(
     def add(kind: str, value: Float[Array, ""]):
         total[kind] = total[kind] + value if kind in total else value
 
-    for name, line in model.lines.items():
+    for name in model.lines:
+        line = live_line(model, name, displacement, None)
         e = found[name]
         if line.inextensible:
             add("kinetic", line_energy(line, e.line.shape.tangent, velocity[name]))
@@ -231,4 +243,6 @@ def energies(
         add("kinetic", 0.5 * v @ body.mass(q) @ v)
         for kind, value in body.stored(q).items():
             add(kind, value)
+    for kind, value in coupling_energies(model, found).items():
+        add(kind, value)
     return total

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import HeldEnd, HeldForce, tie_of
 
 __all__ = ["Joint", "Layout", "Piece", "cut_keys", "cuts_of", "make_layout"]
@@ -158,6 +159,8 @@ def make_layout(scene: Scene) -> Layout:
     breaks: list[tuple[str, int, str]] = []
     outer: dict[str, tuple[str, int]] = {}
     for name, line in scene.lines.items():
+        if line.model == "ideal":
+            continue  # it has no nodes
         inside = []
         for event_name, event in scene.events.items():
             target, side, place = event.target()
@@ -184,13 +187,17 @@ def make_layout(scene: Scene) -> Layout:
         own = [piece for piece in pieces if piece.line == name]
         outer[f"{name}.start"] = (own[0].name, 0)
         outer[f"{name}.end"] = (own[-1].name, -1)
-    points = {name for name, body in scene.bodies.items() if not body.rigid}
+    points = {
+        name for name, body in scene.bodies.items() if isinstance(body, Body) and not body.rigid
+    }
     bodies: dict[str, set] = {name: {("", name)} for name in points}
     links += bodies.values()
     for name, line in scene.lines.items():
+        if line.model == "ideal":
+            continue
         for side, end in (("start", line.start), ("end", line.end)):
             tie = tie_of(end)
-            if tie is not None and scene.body_point(end) is None:
+            if tie is not None and not scene.on_body(end):
                 mine = outer[f"{name}.{side}"]
                 other = ("", tie) if tie in scene.bodies else outer[tie]
                 links.append({mine, other})
@@ -219,7 +226,7 @@ def _holds(scene: Scene, name: str) -> bool:
     end = getattr(scene.lines[line], side)
     by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
     free = end == "free" or tie_of(end) is not None
-    return scene.body_point(end) is not None or not (free or by_force)
+    return scene.on_body(end) or not (free or by_force)
 
 
 def _joints(links: list[set]) -> list[Joint]:

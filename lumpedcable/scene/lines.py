@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Tag
 
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.part import Part, Path, Problem, Text, choose, did_you_mean_key, tag
 from lumpedcable.scene.quantities import (
     Angle,
@@ -123,6 +124,8 @@ class HarmonicMotion(Part):
 class RecordedMotion(Part):
     """Places at times, from a CSV file or written out; a cubic spline between them."""
 
+    FILE: ClassVar[tuple[str, ...]] = ("file", "time", "position")
+
     file: Text | None = None
     """CSV file with columns t, x, y, z in s and m, relative to the scene file."""
     time: tuple[Time, ...] = ()
@@ -195,6 +198,7 @@ ENDS: dict[str, type[Part]] = {
     "fixed": FixedEnd,
     "held": HeldEnd,
     "motion": MovingEnd,
+    "winch": WinchEnd,
     "joined": JoinedEnd,
 }
 """The one place where the key of an end's table becomes a class."""
@@ -222,6 +226,7 @@ End = Annotated[
     | Annotated[FixedEnd, Tag(tag("fixed"))]
     | Annotated[HeldEnd, Tag(tag("held"))]
     | Annotated[MovingEnd, Tag(tag("motion"))]
+    | Annotated[WinchEnd, Tag(tag("winch"))]
     | Annotated[JoinedEnd, Tag(tag("joined"))],
     *choose(_pick_end, _END),
 ]
@@ -276,6 +281,8 @@ class Payout(Part):
 class Line(Part):
     """A cable between two ends, cut into segments with masses between them."""
 
+    model: Literal["lumped", "ideal"] = "lumped"
+    """How it is computed: as lumps, or as an ideal cable without mass whose winch sets its tension."""
     material: Text
     """Name of its tension law, from [materials]."""
     length: PositiveLength
@@ -320,7 +327,7 @@ class Line(Part):
             )
         lengths = self.segment_lengths
         if lengths is None:
-            if self.segments is None:
+            if self.segments is None and self.model == "lumped":
                 yield Problem(("segments",), "expected a number of segments, found nothing")
             elif self.grading is not None and self.segments == 1 and self.grading != 1:
                 yield Problem(("grading",), "expected at least 2 segments to grade, found 1")

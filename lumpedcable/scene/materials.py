@@ -6,7 +6,7 @@ Strain e is (stretched length - unstretched length) / unstretched length; tensio
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, StrictBool, Tag
@@ -112,6 +112,8 @@ class PolynomialMaterial(_Law):
 
 class TableMaterial(_Law):
     """T through measured points, smooth and monotone between them and straight beyond them."""
+
+    FILE: ClassVar[tuple[str, ...]] = ("file", "strain", "tension")
 
     law: Literal["table"]
     """Points from the scene itself or from a CSV file."""

@@ -106,6 +106,7 @@ _NAMES: dict[Dimension, tuple[str, str]] = {
     Dimension(m=2, s=-1): ("a kinematic viscosity", "m2/s"),
     Dimension(1, 2, 0): ("a moment of inertia", "kg m2"),
     Dimension(1, 3, -2): ("a bending stiffness", "N m2"),
+    Dimension(1, 2, 0): ("a moment of inertia", "kg m2"),
     Dimension(m=2): ("an area", "m2"),
     Dimension(m=3): ("a volume", "m3"),
     _PRESSURE: ("a pressure", "Pa"),

@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.assemble import assemble, make_line, segment_lengths
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import winch_of
 from lumpedcable.model.ends import Driven, Joined, Loaded
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
@@ -15,6 +16,7 @@ from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.motion import Still
 from lumpedcable.scene import Scene
 from lumpedcable.scene.lines import JoinedEnd
+from lumpedcable.solve.carried import carried_equilibrium, is_carried
 from lumpedcable.solve.resting import draped_line, rest_level, resting_line, seabed_of
 from lumpedcable.solve.statics import (
     Equilibrium,
@@ -43,6 +45,8 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     joints = _laid_on_bed(scene, layout, model, joints, set(given))
     lines = dict(model.lines)
     for name in scene.lines:
+        if is_carried(model) and (scene.lines[name].model == "ideal" or winch_of(model, name)):
+            continue  # laid out with what runs on it
         pieces = layout.of_line(name)
         lengths = [
             jnp.broadcast_to(segment_lengths(scene, piece), (piece.segments,)) for piece in pieces
@@ -57,6 +61,8 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
             lines[piece.name] = placed(lines[piece.name], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
+    if is_carried(model):
+        return carried_equilibrium(model, tolerance, scene.statics.max_iterations)
     held = _held_joints(model, given)
     found = _stiffening(held, tolerance, scene.statics.max_iterations)
     return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
@@ -113,6 +119,8 @@ def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[
     So it is where a line from there to the joint lies stretched out and the next one is long enough
     to reach on to its own other end.
     """
+    if not joints:
+        return joints
     bed = seabed_of(next(iter(model.lines.values())))
     if bed is None or model.lines[next(iter(model.lines))].dimensions == 1:
         return joints

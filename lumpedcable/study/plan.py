@@ -120,6 +120,7 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
         dtype=solver.dtype,
         max_steps=solver.max_steps or 1_000_000,
         outputs=_outputs_at_once(scene, layout, runs),
+        stop=scene.output.stop,
     )
 
 
@@ -136,7 +137,7 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
     numbers = sum(per_node.get(quantity, 0) for quantity in fields_of(scene)) + 1
-    nodes = sum(piece.segments + 1 for piece in layout.pieces)
+    nodes = 1 + sum(piece.segments + 1 for piece in layout.pieces)
     most = ROOM / (8.0 * runs * nodes * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
