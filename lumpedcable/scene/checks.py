@@ -31,8 +31,9 @@ from lumpedcable.scene.materials import Material
 from lumpedcable.scene.moved import MovedBody, SeaBody
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
-from lumpedcable.scene.run import Output, Solver
+from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.stepping_checks import stepping_problems
 from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
@@ -111,7 +112,9 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield from _line(draft, name, line)
     gravity = draft.others.get("gravity")
     yield from carried_problems(draft.lines, draft.bodies, draft.measures, gravity)
-    yield from _stepping(draft)
+    yield from stepping_problems(
+        draft.lines, draft.bodies, draft.materials, draft.events, draft.others
+    )
     yield from _seabed(draft)
     yield from _events(draft)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
@@ -199,58 +202,6 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
             (*path, "diameter"),
             f"expected a positive length (m) for {' and '.join(effects)}, found nothing",
         )
-
-
-def _stepping(draft: Draft) -> Iterator[Problem]:
-    """Yield what inextensible lines, friction and a stop ask of the solver and do not find."""
-    solver, output = draft.others.get("solver", Solver()), draft.others.get("output")
-    if isinstance(output, Output) and output.stop is not None:
-        body = draft.bodies.get(output.stop)
-        if output.stop not in draft.bodies or (body is not None and body.velocity is None):
-            moving = {n: b for n, b in draft.bodies.items() if b is None or b.velocity is not None}
-            yield Problem(
-                ("output", "stop"),
-                f"expected a body that starts with a velocity, found {_unknown(output.stop, moving)}",
-            )
-    if not isinstance(solver, Solver) or None in draft.lines.values():
-        return
-    laws = {
-        name: getattr(draft.materials.get(line.material), "law", None)
-        for name, line in draft.lines.items()
-        if line is not None
-    }
-    rigid = [name for name, law in laws.items() if law == "inextensible"]
-    if not rigid:
-        for name, body in draft.bodies.items():
-            if body is not None and body.friction is not None:
-                yield Problem(
-                    ("bodies", name, "friction"),
-                    "expected inextensible lines where a body has friction, found elastic ones",
-                )
-        return
-    for name, law in laws.items():
-        if law not in ("inextensible", None):
-            yield Problem(
-                ("lines", name, "material"),
-                f'expected an inextensible material, as of "{rigid[0]}", found law = "{law}"',
-            )
-    if solver.step is None:
-        yield Problem(
-            ("solver", "step"), "expected a step (s) where lines are inextensible, found nothing"
-        )
-    if "method" in solver.model_fields_set and solver.method != "leapfrog":
-        yield Problem(
-            ("solver", "method"),
-            f'expected "leapfrog" where lines are inextensible, found "{solver.method}"',
-        )
-    for name in draft.events:
-        yield Problem(("events", name), "expected no event where lines are inextensible, found one")
-    for name in rigid:
-        line = draft.lines[name]
-        if line is not None and line.bending is not None:
-            yield Problem(
-                ("lines", name, "bending"), "expected no bending of an inextensible line, found one"
-            )
 
 
 def _joined_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
