@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from command_line import ROOT, refused
-from exact.highline_numbers import EXACT_SHORT, FROM_80_KN, PLACES, STRAIGHT_SHORT
+from highline_numbers import EXACT_SHORT, FROM_80_KN, PLACES, STRAIGHT_SHORT
 
 from lumpedcable.exact import STAGES, elastic_catenary
 from lumpedcable.page.live import live_page
