@@ -19,8 +19,8 @@ PAGE = HERE / "gallery.md"
 HEAD = """\
 # Gallery
 
-Every scene of `configs/`, as it is, with one of the pictures that `lumpedcable plot` draws of it. Run one
-with `lumpedcable run configs/NAME.toml`, see it move with `lumpedcable view`.
+Every scene of `configs/`, as it is, with one of the pictures that `lumpedcable plot` draws of it. Run
+one with `lumpedcable run configs/NAME.toml`, see it move with `lumpedcable view`.
 """
 # of the figures of a run, the one that shows most; the first of these that there is
 BEST = ("xt", "rest", "shape", "tension", "end_tension", "energy")

@@ -24,6 +24,7 @@ PLANNED = {
     "physics/tension/NAME.py",
     "lumpedcable/physics/tension/cubic.py",
     ".pytest_cache/xla",
+    "shards/000000.h5",
 }
 FOLDERS = ("", "lumpedcable", "docs")
 

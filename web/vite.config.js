@@ -1,7 +1,21 @@
 // One HTML file with everything in it, so that a saved page works offline and pip has nothing to build.
+import { createHash } from "node:crypto";
+import { readdirSync, readFileSync } from "node:fs";
 import { defineConfig } from "vite";
 
 const SPOTS = { "<!--title-->": 1, "<!--head-->": 1, "<!--blob-->": 1 };
+
+// What the page was built from, so that a test can tell when it is out of date.
+function sources() {
+  const names = ["index.html", "package-lock.json", "vite.config.js",
+    ...readdirSync("src").map((name) => `src/${name}`)].sort();
+  const hash = createHash("sha256");
+  for (const name of names) hash.update(readFileSync(name));
+  return hash.digest("hex");
+}
+
+// three.js asks for its notice in every copy
+const NOTICE = "<!-- contains three.js, copyright 2010-2026 three.js authors, MIT License -->";
 
 function oneFile() {
   return {
@@ -29,6 +43,8 @@ function oneFile() {
       for (const spot of Object.keys(SPOTS)) {
         if (page.source.split(spot).length !== 2) throw new Error(`${spot}: expected once`);
       }
+      page.source = page.source.replace("</head>",
+        () => `<meta name="sources" content="${sources()}">\n${NOTICE}\n</head>`);
       page.fileName = "page.html";
     },
   };

@@ -40,7 +40,7 @@ def live_page(study: Study, run: int = 0) -> tuple[str, dict[str, Answer]]:
         "title": scene.title or Path(study.path).stem,
         "file": Path(study.path).name,
         "models": [model.head() for model in models.values()],
-        "first": _first(highline),
+        "first": _first(models, highline),
         "surroundings": surroundings(tables(study.effective_text)),
     }
 
@@ -60,8 +60,17 @@ def _models(study: Study, run: int, highline: dict[str, float] | None) -> list[M
     return [own] if highline is None else [*stage_models(highline), own]
 
 
-def _first(highline: dict[str, float] | None) -> str:
-    """The model that the page opens with."""
+def _first(models: dict[str, Model], highline: dict[str, float] | None) -> str:
+    """The model that the page opens with: a stage that the scene looks like, if it has a shape."""
     if highline is None:
         return "scene"
-    return "delivery" if "load" in highline else "stabilisation-length"
+    likely = "delivery" if "load" in highline else "stabilisation-length"
+    if "traction_weight" in highline:
+        likely = "erection"
+    for key in (likely, "adjustment"):
+        try:
+            models[key].solve({})
+            return key
+        except ValueError:
+            continue  # numbers without a line
+    return "scene"

@@ -36,8 +36,9 @@ def highline_of(scene: Scene) -> dict[str, float] | None:
     are joined or carry one body.
 
     Returns:
-        span, drop (m), weight (N/m) of its first line, length (m), and load (N) where there is a
-        body; the keys of `STAGES`.
+        By the keys of `STAGES`: span, drop (m), weight (N/m) of its first line; length (m), load (N)
+        and place (m) where there is a body; time (s), speed (m/s) and traction_weight (N/m) where
+        another line is joined to it.
     """
     fluid = scene.fluid
     if scene.gravity is None or scene.water is not None or scene.seabed is not None:
@@ -60,13 +61,21 @@ def highline_of(scene: Scene) -> dict[str, float] | None:
     span = float(np.hypot(way[0], way[1]))
     if span <= 0.0:
         return None
-    first = next(iter(scene.lines.values()))
-    found = {
-        "span": span,
-        "drop": float(-way[2]),
-        "weight": first.mass * scene.gravity,
-        "length": sum(line.length for line in scene.lines.values()),
-    }
+    first, *others = scene.lines.values()
+    found = {"span": span, "drop": float(-way[2]), "weight": first.mass * scene.gravity}
+    out = first.length
+    if first.payout is not None:
+        found["speed"] = abs(first.payout.speed)
+        out += first.payout.speed * first.payout.time
+    if others and not scene.bodies:  # dragged by another line
+        found["traction_weight"] = others[0].mass * scene.gravity
+        found["time"] = out / (found.setdefault("speed", 1.0) or 1.0)
+        return found
+    length = out + sum(line.length for line in others)
+    if length > float(
+        np.linalg.norm(way)
+    ):  # a first guess, whose targets change it, need not reach
+        found["length"] = length
     for body in scene.bodies.values():
         found["load"] = body.mass * scene.gravity
         found["place"] = 0.5 * span

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from command_line import ROOT, refused
-from exact.highline_numbers import EXACT_SHORT, FROM_80_KN, PLACES, STRAIGHT_SHORT
+from highline_numbers import EXACT_SHORT, FROM_80_KN, PLACES, STRAIGHT_SHORT
 
 from lumpedcable.exact import STAGES, elastic_catenary
 from lumpedcable.page.live import live_page
@@ -175,6 +175,25 @@ def test_other_scenes_are_no_highline(tmp_path, old, new):
     assert highline_of(load_study(path).scene) is not None
     path.write_text(HIGHLINE.replace(old, new))
     assert highline_of(load_study(path).scene) is None
+
+
+@pytest.mark.parametrize(
+    ("scene", "first", "known"),
+    [
+        # 4 m are out when it begins, and the traction cable is pulled by 4 kN
+        ("erection", "erection", {"S": 4.0, "F_TB": 4e3}),
+        ("delivery", "delivery", {"S": 62.5, "F_TA": 93561.82027}),
+        ("stabilisation", "stabilisation-length", {"S": 63.34896, "F_TA": 4002.14894}),
+    ],
+)
+def test_a_highline_opens_with_the_stage_that_it_looks_like(scene, first, known):
+    study = load_study(ROOT / "configs" / "highline" / f"{scene}.toml")
+    page, answers = live_page(study)
+    head = json.loads(re.search(r'<script id="head"[^>]*>(.*?)</script>', page, re.DOTALL)[1])
+    found = answers["/solve"]({"model": head["first"], "values": {}})
+    numbers = {row["key"]: row["value"] for row in found["numbers"]}
+    assert head["first"] == first
+    assert {key: numbers[key] for key in known} == pytest.approx(known, rel=1e-9)
 
 
 # --- any scene -----------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import base64
 import gzip
+import hashlib
 import json
 import re
 import signal
@@ -11,7 +12,7 @@ import urllib.request
 import numpy as np
 import pytest
 import synthetic_result
-from command_line import process, refused, say
+from command_line import ROOT, process, refused, say
 
 from lumpedcable.page import recorded as module
 from lumpedcable.page.document import document
@@ -127,6 +128,16 @@ def test_a_title_cannot_break_out_of_the_page():
     script = re.search(r'<script id="head"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
     assert json.loads(script) == {**head, "value": None}
     assert "<title>&lt;/script&gt;&lt;b&gt;&amp;</title>" in page
+
+
+def test_the_page_is_built_from_its_sources():
+    web = ROOT / "web"
+    names = ["index.html", "package-lock.json", "vite.config.js"]
+    names += [f"src/{path.name}" for path in (web / "src").iterdir()]
+    digest = hashlib.sha256(b"".join((web / name).read_bytes() for name in sorted(names)))
+    page = (ROOT / "lumpedcable" / "page" / "page.html").read_text()
+    built = re.search(r'<meta name="sources" content="(\w+)">', page)[1]
+    assert built == digest.hexdigest(), "run: cd web && npm ci && npm run build"
 
 
 # --- commands ------------------------------------------------------------------------------------
