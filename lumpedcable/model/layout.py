@@ -152,7 +152,8 @@ def make_layout(scene: Scene) -> Layout:
     """The layout of a scene.
 
     Raises ValueError where a line of one segment is to break along its length, where two breaks fall
-    on one node, or where every end at a joint or body is to break away from it.
+    on one node, where every end at a joint or body is to break away from it, or where more than two
+    ends of inextensible lines meet.
     """
     pieces: list[Piece] = []
     links: list[set] = []
@@ -207,6 +208,7 @@ def make_layout(scene: Scene) -> Layout:
             piece, node = outer[f"{target}.{side}"]
             breaks.append((piece, node, event_name))
     layout = Layout(tuple(pieces), tuple(_joints(links)), tuple(breaks))
+    _refuse_branches(scene, layout)
     held = {outer[end] for end in outer if _holds(scene, end)}
     for joint in layout.joints:
         leaving = [m for m in joint.members if layout.event_at(*m) is not None]
@@ -218,6 +220,27 @@ def make_layout(scene: Scene) -> Layout:
                 f"break all of them: {ends}"
             )
     return layout
+
+
+def _refuse_branches(scene: Scene, layout: Layout) -> None:
+    """ValueError where lines whose tensions are found along a path branch out."""
+    laws = {scene.materials[line.material].law for line in scene.lines.values()}
+    if "inextensible" not in laws:
+        return
+    met = [
+        [f"{piece}.{'end' if node else 'start'}" for piece, node in j.members]
+        for j in layout.joints
+    ]
+    for body in scene.bodies:
+        ends = [(f"{n}.{side}", getattr(line, side)) for n, line in scene.lines.items()
+                for side in ("start", "end")]  # fmt: skip
+        met.append([name for name, end in ends if (scene.body_point(end) or ("",))[0] == body])
+    for ends in met:
+        if len(ends) > 2:
+            raise ValueError(
+                "expected at most two ends of inextensible lines at one place or body, found "
+                + ", ".join(ends)
+            )
 
 
 def _holds(scene: Scene, name: str) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.lines import Line
 from lumpedcable.scene.part import Problem, did_you_mean
 from lumpedcable.scene.run import Output, Solver
@@ -65,8 +66,20 @@ def stepping_problems(
         )
     for name in events:
         yield Problem(("events", name), "expected no event where lines are inextensible, found one")
+    for name, body in bodies.items():
+        if getattr(body, "on", None) is not None:
+            yield Problem(
+                ("bodies", name, "on"),
+                "expected elastic lines under a trolley, found inextensible ones",
+            )
     for name in rigid:
         line = lines[name]
+        for side in ("start", "end"):
+            if line is not None and isinstance(getattr(line, side), WinchEnd):
+                yield Problem(
+                    ("lines", name, side),
+                    "expected an elastic line on a winch, found an inextensible one",
+                )
         if line is not None and line.bending is not None:
             yield Problem(
                 ("lines", name, "bending"), "expected no bending of an inextensible line, found one"

@@ -212,6 +212,13 @@ def test_a_pulled_block_holds_up_to_its_friction_and_no_further(tmp_path, x, z):
         assert place - place[0] == pytest.approx(gain * ran.time**2 / 2, rel=2e-3, abs=1e-5)
 
 
+def test_rods_that_branch_are_told(tmp_path):
+    third = PENDULUM[PENDULUM.index("[lines.lower]") : PENDULUM.index("[output]")]
+    third = third.replace("lines.lower", "lines.third")
+    with pytest.raises(SceneError, match="at most two ends"):
+        run_text(tmp_path, PENDULUM + third + '[solver]\nstep = "2 ms"\n')
+
+
 @pytest.mark.parametrize(
     ("old", "new", "key", "words"),
     [
