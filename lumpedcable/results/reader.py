@@ -17,7 +17,7 @@ from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity
-from lumpedcable.results.schema import PARTIAL_SUFFIX, SCHEMA_VERSION, axis_words
+from lumpedcable.results.schema import PARTIAL_SUFFIX, axis_words, check_version
 from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
@@ -362,7 +362,7 @@ def open_result(path: str | Path) -> ResultFile:
         reason = "a damaged HDF5 file" if h5py.is_hdf5(path) else "not an HDF5 file"
         raise ResultError(f"{path} is {reason}, expected a results file") from error
     try:
-        _accept(path, file)
+        check_version(path, _text(file.attrs.get("schema_version", "")))
         return ResultFile(path, file)
     except (KeyError, AssertionError, OSError) as error:
         file.close()
@@ -370,21 +370,6 @@ def open_result(path: str | Path) -> ResultFile:
     except ResultError:
         file.close()
         raise
-
-
-def _accept(path: Path, file: h5py.File) -> None:
-    version = _text(file.attrs.get("schema_version", ""))
-    if not version:
-        raise ResultError(f"{path} is HDF5 but not a results file of lumpedcable")
-    try:
-        major = int(version.split(".")[0])
-    except ValueError:
-        raise ResultError(f"{path} has the unknown layout version {version!r}") from None
-    if major > int(SCHEMA_VERSION):
-        raise ResultError(
-            f"{path} has layout version {version}, newer than the {SCHEMA_VERSION} known here;"
-            " update lumpedcable to read it"
-        )
 
 
 def _summary_path(end: str, name: str) -> str:

@@ -26,6 +26,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumpedcable.results.errors import ResultError
+
 SCHEMA_VERSION = "1"
 """Version of the layout written into every file; a reader refuses a larger major number."""
 
@@ -102,6 +104,21 @@ class Coordinate:
     long_name: str = ""
     dims: tuple[str, ...] | None = None
     attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
+def check_version(path: Path, version: str) -> None:
+    """Refuse a file without a layout version, or with one newer than is known (ResultError)."""
+    if not version:
+        raise ResultError(f"{path} is HDF5 but not a results file of lumpedcable")
+    try:
+        major = int(version.split(".")[0])
+    except ValueError:
+        raise ResultError(f"{path} has the unknown layout version {version!r}") from None
+    if major > int(SCHEMA_VERSION):
+        raise ResultError(
+            f"{path} has layout version {version}, newer than the {SCHEMA_VERSION} known here;"
+            " update lumpedcable to read it"
+        )
 
 
 def axis_names(keys: Sequence[str]) -> list[str]:
