@@ -20,6 +20,10 @@ FIRST_STEP_SIZE = 100.0
 """One over the first damping, relative to the curvature of the sum of squares."""
 LEAST = 0.1
 """Least norm of a column in the damping, over that of the longest."""
+LINEAR, FREER = 1e-3, 1e3
+"""Predicted gain over the loss below which damping falls so much faster."""
+FREE = 1e12
+"""One over a damping that holds nothing back: a step that small is no end before."""
 MOST_REFUSED = 8
 """Steps refused one after the other, each a twentieth of the one before, at which a search ends."""
 REVERSE_FROM = 9
@@ -76,6 +80,9 @@ class TrustRegion(optx.AbstractSearch):
         floor = 1e-13 * now + 1e-17
         settled = ~first_step & (gain <= floor) & (after <= now + 10.0 * floor)
         size = jnp.where(settled & ~accept, state.inner.step_size, size)
+        # what is left is linear: damping would only keep the parameters that do little from moving
+        linear = accept & ~first_step & (gain <= LINEAR * now)
+        size = jnp.where(linear & (size < FREE), size * FREER, size)
         inner = eqx.tree_at(lambda s: s.step_size, inner, size)
         failed = state.failed + failed_runs(self.runs, f_eval_info.residual)
         return size, accept | settled, result, _Counted(inner, failed)
@@ -128,7 +135,8 @@ class Marquardt(optx.AbstractGaussNewton):
     def terminate(self, fn, y, args, options, state, tags):
         """Whether the values have settled, or too many steps were refused."""
         refused = state.num_steps_since_acceptance >= MOST_REFUSED
-        return state.terminate | refused, state.result
+        free = state.search_state.inner.step_size >= FREE
+        return (state.terminate & free) | refused, state.result
 
 
 @partial(jax.jit, static_argnames=("spec", "solver", "tolerance", "max_steps"))

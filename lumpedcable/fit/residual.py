@@ -28,9 +28,9 @@ __all__ = [
     "failed_runs",
     "penalised",
     "predict",
+    "residual",
     "run_group",
     "started",
-    "residual",
     "unpacked",
     "value_and_jacobian",
 ]

@@ -82,7 +82,9 @@ def value_text(value: Any) -> str:
         case Part():
             return f"{{ {', '.join(_pairs(value))} }}"
         case dict():
-            return f"{{ {', '.join(f'{key} = {value_text(item)}' for key, item in value.items())} }}"
+            return (
+                f"{{ {', '.join(f'{key} = {value_text(item)}' for key, item in value.items())} }}"
+            )
         case _:
             raise TypeError(f"a scene holds no {type(value).__name__}")
 
