@@ -38,13 +38,13 @@ class Found(NamedTuple):
     derivatives by z, `flat` the model's answer, all at the end.
     """
 
-    z: Float[Array, " p"]
-    residual: Float[Array, " n"]
-    slope: Float[Array, "n p"]
-    flat: Float[Array, " m"]
-    steps: Int[Array, ""]
-    failed: Int[Array, ""]
-    converged: Bool[Array, ""]
+    z: Float[Any, " p"]
+    residual: Float[Any, " n"]
+    slope: Float[Any, "n p"]
+    flat: Float[Any, " m"]
+    steps: Int[Any, ""]
+    failed: Int[Any, ""]
+    converged: Bool[Any, ""]
 
 
 class _Counted(eqx.Module):
@@ -127,9 +127,9 @@ class Marquardt(optx.AbstractGaussNewton):
 
     rtol: float
     atol: float
-    search: TrustRegion
+    search: Any
     norm: Any = optx.max_norm
-    descent: Scaled = Scaled()
+    descent: Any = Scaled()
     verbose: Any = eqx.field(default=lambda **kwargs: None, static=True)
 
     def terminate(self, fn, y, args, options, state, tags):
@@ -164,8 +164,9 @@ def _search(spec, arrays, z, solver: str, tolerance: float, max_steps: int) -> F
     z = jnp.asarray(z, float)
     runs = sum(group.every.shape[0] for group in arrays.groups)
     if solver == "levenberg-marquardt":
+        rule = Marquardt(tolerance, tolerance, TrustRegion(runs))  # pyright: ignore[reportCallIssue]
         solution = optx.least_squares(
-            lambda z, a: residual(spec, a, z), Marquardt(tolerance, tolerance, TrustRegion(runs)),
+            lambda z, a: residual(spec, a, z), rule,
             z, arrays, max_steps=max_steps, throw=False, has_aux=True,
         )  # fmt: skip
         found = solution.state.f_info
@@ -174,7 +175,7 @@ def _search(spec, arrays, z, solver: str, tolerance: float, max_steps: int) -> F
     else:
         kind = {"bfgs": optx.BFGS, "l-bfgs": optx.LBFGS}[solver]
         solution = optx.minimise(
-            lambda z, a: loss(spec, a, z), kind(tolerance, tolerance), z, arrays,
+            lambda z, a: loss(spec, a, z), kind(tolerance, tolerance), z, arrays,  # pyright: ignore[reportCallIssue]
             max_steps=max_steps, throw=False,
         )  # fmt: skip
         r, flat, slope = value_and_jacobian(spec, arrays, solution.value)

@@ -1,4 +1,4 @@
-"""Derivatives of records by every kind of number, against central differences with a study of their step.
+"""Derivatives of records by every kind of number, against central differences of several steps.
 
 A central difference is wrong by h^2 / 6 of the third derivative and by rounding over h; somewhere
 between it is right to better than 1e-6 where the model is smooth. Breaks, shocks, slack and contact are

@@ -72,9 +72,9 @@ def test_times_between_steps_are_met_by_a_cubic():
         times = np.array([0.5, 1.1 + 1e-3 * x, 2.0])
         grid = grid_of(times, 0.2)
         assert not grid.exact
-        at = grid.every * np.arange(grid.count + 1)
+        at = grid.every * np.arange(grid.outputs + 1)
         for power in range(4):
-            met = np.sum(grid.weight * at[grid.index] ** power, axis=1)
+            met = np.sum(grid.weight * at[grid.near] ** power, axis=1)
             assert met == pytest.approx(times**power)
 
 
