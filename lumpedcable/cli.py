@@ -11,14 +11,11 @@ from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
-
-if TYPE_CHECKING:
-    from lumpedcable.scene import Study
 
 __all__ = ["app", "main"]
 
@@ -48,7 +45,7 @@ def fail(message: str, code: int = 2) -> NoReturn:
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def told() -> Iterator[None]:
     """What a user can mend ends in a message and exit code 2, not in a traceback."""
     from lumpedcable.results.errors import OutputError, ResultError
     from lumpedcable.scene import SceneError
@@ -116,13 +113,13 @@ def run(
     """
     from lumpedcable.scene import load_study
 
-    with _told():
+    with told():
         study = load_study(scene, set_ or [])
     target = output or Path(f"{scene.stem}.h5")
     _check_target(target, scene)
 
     try:
-        with _told(), _interrupts() as interrupted:
+        with told(), _interrupts() as interrupted:
             from lumpedcable.study.report import results_table, run_with_progress
 
             outcomes, clock = run_with_progress(study, target, interrupted)
@@ -185,7 +182,7 @@ def study(
     """
     from lumpedcable.scene import load_study
 
-    with _told():
+    with told():
         loaded = load_study(scene, set_ or [])
     folder = output or Path(scene.stem)
     share = _share(part)
@@ -197,7 +194,7 @@ def study(
         fail(f"--workers: expected at least 1, found {workers}")
 
     try:
-        with _told(), _interrupts() as interrupted:
+        with told(), _interrupts() as interrupted:
             from lumpedcable.study.shards_report import study_with_progress
 
             complete = study_with_progress(
@@ -239,17 +236,17 @@ def plot(
     """
     from lumpedcable.view import plot_result
 
-    with _told():
+    with told():
         folder = output or result.parent / Path(result.name.removesuffix(".partial")).stem
         for path in plot_result(result, folder, formats=tuple(format_ or ["png"])):
             print(path)
 
 
-def _one_run(scene: Path, set_: list[str] | None, run_: int) -> Study:
+def one_run(scene: Path, set_: list[str] | None, run_: int) -> Any:
     """The study of a scene, of which one run is meant."""
     from lumpedcable.scene import load_study
 
-    with _told():
+    with told():
         study = load_study(scene, set_ or [])
     if not 0 <= run_ < len(study.runs):
         runs = len(study.runs)
@@ -289,7 +286,7 @@ def modes(
     format_
         png (default), svg or pdf; may be given several times.
     """
-    study = _one_run(scene, set_, run_)
+    study = one_run(scene, set_, run_)
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
 
@@ -299,7 +296,7 @@ def modes(
     from lumpedcable.view import ModeShapes, plot_modes
 
     folder = output or Path(scene.stem)
-    with _told():
+    with told():
         try:
             found = find_modes(study, count, run_)
         except NoEquilibriumError as error:
@@ -316,114 +313,6 @@ def modes(
 
 
 @app.command
-def fit(
-    file: Path,
-    /,
-    *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
-) -> None:
-    """Find numbers of a scene from measurements, and say how sure they are.
-
-    Prints a table, writes the fitted scene (ready for run), the numbers (fit.json) and pictures. The
-    exit code is 1 where no search came to its end.
-
-    Parameters
-    ----------
-    file
-        Fit file (TOML): a scene, its free numbers, experiments with their data.
-    output
-        Folder for what is made; the file's name in this folder if not given.
-    format_
-        png (default), svg or pdf; may be given several times.
-    """
-    from lumpedcable.fit.load import load_fit
-
-    with _told():
-        study = load_fit(file)
-
-    from lumpedcable.fit.report import print_fit
-    from lumpedcable.fit.run import fit_problem
-    from lumpedcable.fit.write import pictures_of, write_fit
-    from lumpedcable.view import plot_fit
-    from lumpedcable.view.fit import pictures_from
-
-    folder = output or Path(file.stem)
-    with _told():
-        fitted = fit_problem(study.problem)
-        others = {name: fit_problem(problem) for name, problem in study.choices.items()}
-        print_fit(fitted, others)
-        made, wrong = write_fit(fitted, others, folder)
-        made += plot_fit(pictures_from(pictures_of(fitted)), folder, tuple(format_ or ["png"]))
-    for message in wrong:
-        print(f"the fitted scene cannot be run as it is: {message}")
-    for path in made:
-        print(path)
-    if not fitted.converged:
-        raise SystemExit(1)
-
-
-@app.command
-def sensitivity(
-    scene: Path,
-    /,
-    *,
-    of: str | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    set_: Set = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
-) -> None:
-    """Tell what a result depends on: its derivative by every number of the scene.
-
-    Prints a table, draws bars (sensitivity.png) and writes the numbers (sensitivity.json). The exit
-    code is 1 where the run fails.
-
-    Parameters
-    ----------
-    scene
-        Scene file (TOML).
-    of
-        The result: max, min, first or last; tension, velocity, displacement or position; at a place;
-        in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is taken where
-        that end breaks.
-    output
-        Folder for picture and numbers; the scene's name in this folder if not given.
-    set_
-        KEY=VALUE: another value for any key of the scene.
-    run_
-        Which run of a sweep, from 0.
-    format_
-        png (default), svg or pdf; may be given several times.
-    """
-    study = _one_run(scene, set_, run_)
-
-    from lumpedcable.fit.report import print_sensitivity, slopes_contents
-    from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar
-    from lumpedcable.results.numbers import write_numbers
-    from lumpedcable.study.modes_report import heading
-    from lumpedcable.view import plot_sensitivity
-
-    folder, title = output or Path(scene.stem), heading(study, run_)
-    with _told():
-        try:
-            scalar = usual_scalar(study.runs[run_]) if of is None else read_scalar(of)
-            found = sensitivity_of(study, scalar, run_)
-        except ValueError as error:
-            fail(f"--of: {error}")
-        made = plot_sensitivity(
-            f"{title}: {found.scalar}", found.labels, found.shares, folder / "sensitivity",
-            tuple(format_ or ["png"]),
-        )  # fmt: skip
-        write_numbers(folder / "sensitivity.json", slopes_contents(title, found))
-    print_sensitivity(title, found)
-    for path in (*made, folder / "sensitivity.json"):
-        print(path)
-    if found.status != 0:
-        raise SystemExit(1)
-
-
-@app.command
 def info(result: Path, /) -> None:
     """Say what a results file or study folder holds, how far it is, and how its runs ended.
 
@@ -434,7 +323,7 @@ def info(result: Path, /) -> None:
     """
     from lumpedcable.results import describe
 
-    with _told():
+    with told():
         print(describe(result))
 
 
@@ -452,7 +341,7 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
     from lumpedcable.model.layout import make_layout
     from lumpedcable.scene import load_study
 
-    with _told():
+    with told():
         study = load_study(scene, set_ or [])
     scenes = list(islice(study.runs, CHECKED_RUNS))
     try:
@@ -463,7 +352,7 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
     if any(one.dimensions is not None for one in scenes):
         from lumpedcable.study.plan import common_coordinates  # loads jax, so only where needed
 
-        with _told():
+        with told():
             common_coordinates(study, scenes)
     runs = len(study.runs)
     print(f"{scene}: ok, {runs} run{'' if runs == 1 else 's'}")
@@ -481,6 +370,8 @@ def schema() -> None:
 
 def main() -> None:
     """Entry point: bad arguments end in one message and exit code 2."""
+    import lumpedcable.cli_fit  # noqa: F401  (its commands join the others)
+
     try:
         try:
             app(sys.argv[1:], exit_on_error=False, print_error=False)

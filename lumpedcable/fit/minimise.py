@@ -24,6 +24,8 @@ LINEAR, FREER = 1e-3, 1e3
 """Predicted gain over the loss below which damping falls so much faster."""
 FREE = 1e12
 """One over a damping that holds nothing back: a step that small is no end before."""
+NOTHING = 1e-6
+"""Predicted gain over the loss that is not worth another step, far below what the noise leaves open."""
 MOST_REFUSED = 8
 """Steps refused one after the other, each a twentieth of the one before, at which a search ends."""
 REVERSE_FROM = 9
@@ -50,6 +52,7 @@ class Found(NamedTuple):
 class _Counted(eqx.Module):
     inner: Any
     failed: Int[Array, ""]
+    gained: Bool[Array, ""]
 
 
 class TrustRegion(optx.AbstractSearch):
@@ -68,7 +71,7 @@ class TrustRegion(optx.AbstractSearch):
         """No run has failed."""
         inner = self.inner.init(y, f_info_struct)
         inner = eqx.tree_at(lambda s: s.step_size, inner, jnp.asarray(FIRST_STEP_SIZE))
-        return _Counted(inner, jnp.zeros((), int))
+        return _Counted(inner, jnp.zeros((), int), jnp.ones((), bool))
 
     def step(self, first_step, y, y_eval, f_info, f_eval_info, state):
         """Accept or refuse a step, as the inner search says unless nothing is left to gain."""
@@ -85,7 +88,8 @@ class TrustRegion(optx.AbstractSearch):
         size = jnp.where(linear & (size < FREE), size * FREER, size)
         inner = eqx.tree_at(lambda s: s.step_size, inner, size)
         failed = state.failed + failed_runs(self.runs, f_eval_info.residual)
-        return size, accept | settled, result, _Counted(inner, failed)
+        gained = first_step | (gain > NOTHING * now)
+        return size, accept | settled, result, _Counted(inner, failed, gained)
 
 
 class Scaled(optx.AbstractDescent):
@@ -136,7 +140,8 @@ class Marquardt(optx.AbstractGaussNewton):
         """Whether the values have settled, or too many steps were refused."""
         refused = state.num_steps_since_acceptance >= MOST_REFUSED
         free = state.search_state.inner.step_size >= FREE
-        return (state.terminate & free) | refused, state.result
+        done = state.terminate | ~state.search_state.gained
+        return (done & free) | refused, state.result
 
 
 @partial(jax.jit, static_argnames=("spec", "solver", "tolerance", "max_steps"))
