@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import statistics
 import subprocess
@@ -21,6 +22,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.solve.integrate import Numbers, advance, begin
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE, advance_batch, begin_batch, number, prepare_batch
+from lumpedcable.study.lanes import across
 from lumpedcable.study.plan import batches, plan_of
 
 Tell = Callable[[str], None]
@@ -117,15 +119,17 @@ def throughput(sizes: tuple[int, ...], tell: Tell, segments: int = 100) -> list[
 def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
     """Cost of the derivative of the end's displacement by six parameters over that of its value.
 
-    Forward: six tangents through statics and motion at once. Backward: JAX transposes a loop only if
-    it knows the number of its turns when it compiles, so that here the numbers of outputs and steps
-    are part of the program. The start, which takes Newton's method, stays forward.
+    Followed is the motion alone, without outputs or watches on the way, as a fit does. Forward: six
+    tangents through statics and motion at once, side by side along the last axis. Backward: JAX
+    transposes a loop only if it knows the number of its turns when it compiles, so that here the
+    number of steps is part of the program. The start, which takes Newton's method, stays forward.
     """
     scene = scene_of(f"segments={segments}")
     runner = Runner(scene)
     structure, coordinates = batches([scene])[0].structure, coordinates_of([scene])
     base = {key: number(value) for key, value in scene.numbers().items()}
-    numbers = runner.numbers(runner.every, runner.steps)
+    numbers = runner.numbers(outputs * runner.every, outputs * runner.steps)
+    plan = dataclasses.replace(runner.plan, outputs=1, recoils=())
     x = jnp.stack([base[name] for name in PARAMETERS])
 
     def at_rest(x):
@@ -134,8 +138,8 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
 
     def moved(model, steps):
         mine = numbers._replace(steps=steps)
-        state, _ = begin(model, runner.plan, mine)
-        state, _ = advance(model, runner.plan, mine, state, 0, outputs)
+        state, _ = begin(model, plan, mine)
+        state, _ = advance(model, plan, mine, state, 0, 1)
         return state.y.displacement["rope"][0, -1]
 
     tell("gradients: statics")
@@ -145,7 +149,7 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
     lanes = jax.tree.map(lambda s: jnp.moveaxis(s, -1, 0), tangents(x))
 
     def forward(model, lanes, steps):
-        return jax.vmap(lambda v: jax.jvp(lambda m: moved(m, steps), (model,), (v,))[1])(lanes)
+        return across(lambda v: jax.jvp(lambda m: moved(m, steps), (model,), (v,))[1], lanes)
 
     def backward(model, lanes, steps):
         by = jax.grad(moved)(model, steps)
@@ -160,7 +164,8 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
     result: dict[str, Any] = {"outputs": outputs, "steps": outputs * runner.steps}
     for name, compute in work.items():
         tell(f"gradients: {name}")
-        steps = runner.steps if name == "backward" else jnp.asarray(runner.steps)
+        steps = outputs * runner.steps
+        steps = steps if name == "backward" else jnp.asarray(steps)
         begun = time.perf_counter()
         found = jax.block_until_ready(compute(model, lanes, steps))
         first = time.perf_counter() - begun

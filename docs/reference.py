@@ -11,14 +11,37 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from lumpedcable.fit import language
-from lumpedcable.scene import bodies, environment, events, lines, materials, run, scene
+from lumpedcable.scene import (
+    bodies,
+    carried,
+    environment,
+    events,
+    lines,
+    materials,
+    moved,
+    run,
+    scene,
+    targets,
+)
 from lumpedcable.scene.part import Expected, Part, either
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.tree import fields
 
 PAGE = Path(__file__).with_name("scene-language.md")
 PAGES = (PAGE, Path(__file__).with_name("fitting.md"))
-MODULES = (bodies, environment, events, lines, materials, run, scene, language)
+MODULES = (
+    bodies,
+    carried,
+    environment,
+    events,
+    lines,
+    materials,
+    moved,
+    run,
+    scene,
+    targets,
+    language,
+)
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 BLOCK = re.compile(r"(<!-- (own )?keys of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -44,7 +67,11 @@ def kind(annotation: Any) -> str:
         return either(f'`"{word}"`' for word in arguments)
     if origin is tuple:
         each = kind(arguments[0])
-        return f"list, each {each}" if Ellipsis in arguments else f"list of 3, each {each}"
+        return (
+            f"list, each {each}"
+            if Ellipsis in arguments
+            else f"list of {len(arguments)}, each {each}"
+        )
     if origin is dict:
         if arguments[0] is not arguments[1] and arguments[1] in (Any, language.Free):
             return "tables by key" if arguments[1] is language.Free else "values by key"

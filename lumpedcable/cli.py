@@ -8,14 +8,18 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
+from lumpedcable.commands import fit, show
+from lumpedcable.commands.console import Set, fail, study_of
+from lumpedcable.commands.console import told as _told
 
 __all__ = ["app", "main"]
 
@@ -25,37 +29,7 @@ app = App(
     version=lumpedcable.__version__,
 )
 
-Set = Annotated[
-    list[str] | None,
-    Parameter(
-        name="--set",
-        help='KEY=VALUE: another value for any key of the scene, e.g. --set "break.time=50 ms". '
-        "A dotted path or its unmistakable end; may be given several times.",
-        negative="",
-    ),
-]
-
 CHECKED_RUNS = 1000  # of a sweep are laid out by `check`
-
-
-def fail(message: str, code: int = 2) -> NoReturn:
-    """Print what is wrong and leave."""
-    print(message, file=sys.stderr)
-    raise SystemExit(code)
-
-
-@contextmanager
-def told() -> Iterator[None]:
-    """What a user can mend ends in a message and exit code 2, not in a traceback."""
-    from lumpedcable.results.errors import OutputError, ResultError
-    from lumpedcable.scene import SceneError
-
-    try:
-        yield
-    except (SceneError, OutputError, ResultError) as error:
-        fail(str(error))
-    except MemoryError as error:
-        fail(f"not enough memory for so many runs, nodes and output times: {error}".rstrip(": "))
 
 
 @contextmanager
@@ -113,13 +87,13 @@ def run(
     """
     from lumpedcable.scene import load_study
 
-    with told():
+    with _told():
         study = load_study(scene, set_ or [])
     target = output or Path(f"{scene.stem}.h5")
     _check_target(target, scene)
 
     try:
-        with told(), _interrupts() as interrupted:
+        with _told(), _interrupts() as interrupted:
             from lumpedcable.study.report import results_table, run_with_progress
 
             outcomes, clock = run_with_progress(study, target, interrupted)
@@ -127,7 +101,12 @@ def run(
         partial = target.with_name(target.name + ".partial")
         kept = f"; what was finished is in {partial}" if partial.exists() else ""
         fail(f"interrupted{kept}", 130)
-    results_table(study, target, outcomes)
+    if study.scene.output.static:
+        from lumpedcable.study.rest_report import rest_table
+
+        rest_table(study, target)
+    else:
+        results_table(study, target, outcomes)
     if timings:
         for stage, seconds in clock.stages.items():
             print(f"{stage:>10} {seconds:8.2f} s")
@@ -182,10 +161,12 @@ def study(
     """
     from lumpedcable.scene import load_study
 
-    with told():
+    with _told():
         loaded = load_study(scene, set_ or [])
     folder = output or Path(scene.stem)
     share = _share(part)
+    if executor == "dask" and find_spec("distributed") is None:
+        fail('--executor dask needs dask.distributed: pip install "lumpedcable[dask]"')
     if shard is not None and shard < 1:
         fail(f"--shard: expected at least 1, found {shard}")
     if executor == "here" and scheduler is not None:
@@ -194,7 +175,7 @@ def study(
         fail(f"--workers: expected at least 1, found {workers}")
 
     try:
-        with told(), _interrupts() as interrupted:
+        with _told(), _interrupts() as interrupted:
             from lumpedcable.study.shards_report import study_with_progress
 
             complete = study_with_progress(
@@ -236,23 +217,10 @@ def plot(
     """
     from lumpedcable.view import plot_result
 
-    with told():
+    with _told():
         folder = output or result.parent / Path(result.name.removesuffix(".partial")).stem
         for path in plot_result(result, folder, formats=tuple(format_ or ["png"])):
             print(path)
-
-
-def one_run(scene: Path, set_: list[str] | None, run_: int) -> Any:
-    """The study of a scene, of which one run is meant."""
-    from lumpedcable.scene import load_study
-
-    with told():
-        study = load_study(scene, set_ or [])
-    if not 0 <= run_ < len(study.runs):
-        runs = len(study.runs)
-        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
-        fail(f"--run: expected {expected}, found {run_}")
-    return study
 
 
 @app.command
@@ -286,9 +254,9 @@ def modes(
     format_
         png (default), svg or pdf; may be given several times.
     """
-    study = one_run(scene, set_, run_)
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
+    study = study_of(scene, set_, run_)
 
     from lumpedcable.results.modes import write_modes
     from lumpedcable.study.modes import NoEquilibriumError, find_modes
@@ -296,7 +264,7 @@ def modes(
     from lumpedcable.view import ModeShapes, plot_modes
 
     folder = output or Path(scene.stem)
-    with told():
+    with _told():
         try:
             found = find_modes(study, count, run_)
         except NoEquilibriumError as error:
@@ -312,6 +280,10 @@ def modes(
         print(path)
 
 
+for command in (fit.fit, fit.sensitivity, show.view, show.animate, show.export):
+    app.command(command)
+
+
 @app.command
 def info(result: Path, /) -> None:
     """Say what a results file or study folder holds, how far it is, and how its runs ended.
@@ -323,7 +295,7 @@ def info(result: Path, /) -> None:
     """
     from lumpedcable.results import describe
 
-    with told():
+    with _told():
         print(describe(result))
 
 
@@ -341,7 +313,7 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
     from lumpedcable.model.layout import make_layout
     from lumpedcable.scene import load_study
 
-    with told():
+    with _told():
         study = load_study(scene, set_ or [])
     scenes = list(islice(study.runs, CHECKED_RUNS))
     try:
@@ -352,7 +324,7 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
     if any(one.dimensions is not None for one in scenes):
         from lumpedcable.study.plan import common_coordinates  # loads jax, so only where needed
 
-        with told():
+        with _told():
             common_coordinates(study, scenes)
     runs = len(study.runs)
     print(f"{scene}: ok, {runs} run{'' if runs == 1 else 's'}")
@@ -370,8 +342,6 @@ def schema() -> None:
 
 def main() -> None:
     """Entry point: bad arguments end in one message and exit code 2."""
-    import lumpedcable.cli_fit  # noqa: F401  (its commands join the others)
-
     try:
         try:
             app(sys.argv[1:], exit_on_error=False, print_error=False)

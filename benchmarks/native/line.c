@@ -4,6 +4,7 @@
    A line of n equal segments, fixed at its start, loaded at its end by a force that dies away as cos^2.
    Tanh law without compression; quadratic drag at mid-step; dispersion correction and limited viscosity. */
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -31,6 +32,7 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
     const REAL l = p->length, m = p->mass, back = 1 / l, rest = (REAL)0.25 * l / dt;
     const REAL squared = dt * dt / (l * l * m), share = (REAL)(0.4 / 6) * l / dt;
     const REAL twice = 2 * m * l / dt, resist = 4 * p->drag * l;
+    const REAL noise = 1000 * (sizeof(REAL) == 8 ? (REAL)DBL_EPSILON : (REAL)FLT_EPSILON);
     REAL peak = 0;
     for (long k = 1; k <= steps; k++) {
         const REAL t = k * dt;
@@ -50,12 +52,13 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
         tension[n] = 2 * hold - tension[n - 1]; jump[n] = 0; nu2[n] = nu2[n - 1];
         for (int j = 0; j < n; j++) {
             const REAL D = jump[j], T = tension[j];
-            const REAL inverse = 1 / (D == 0 ? 1 : D);
+            const REAL speed = sqrt(nu2[j] / squared / m);
+            const int still = fabs(D) <= noise * speed;
+            const REAL inverse = 1 / (still ? 1 : D);
             const REAL rl = jump[j - 1] * inverse, rr = jump[j + 1] * inverse;
             REAL phi = least((REAL)0.5 * (rl + rr), least(2 * rl, 2 * rr));
-            phi = D == 0 ? 1 : least(most(phi, 0), 1);
+            phi = still ? 1 : least(most(phi, 0), 1);
             const REAL f = (1 - phi) * (1 - phi);
-            const REAL speed = sqrt(nu2[j] / squared / m);
             const REAL limit = most(share * (1 - nu2[j]) * (3 - nu2[j]), 0);
             REAL b = least((REAL)0.1 * speed + (REAL)0.5 * fabs(D), limit);
             const REAL left = most(1 - most(nu2[j - 1], nu2[j + 1]), 0) * (REAL)0.3 * 4 * rest;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import itertools
 import shutil
 import subprocess
 import tempfile
@@ -21,8 +22,8 @@ from lumpedcable.physics.tension.tanh import Tanh
 __all__ = ["FLAGS", "Run", "compiler", "go", "parameters"]
 
 SOURCE = Path(__file__).with_name("line.c")
-# "exact" keeps every rounding where it is written; "fast" lets the compiler reorder, divide by multiplying
-# and take tanh of four or eight numbers at once, as XLA does for all programs
+# "exact" keeps every rounding where it is written; "fast" lets the compiler reorder, divide by
+# multiplying and take tanh of four or eight numbers at once, as XLA's compiler does in all programs
 FLAGS = {"exact": ("-O3", "-march=native"), "fast": ("-O3", "-march=native", "-ffast-math")}
 REALS = {"float64": ctypes.c_double, "float32": ctypes.c_float}
 FIELDS = ("p1", "p2", "p3", "p4", "p5", "length", "mass", "drag", "strain", "hold", "time")
@@ -98,9 +99,7 @@ def go(
         )  # fmt: skip
 
     cuts = np.linspace(0, runs, threads + 1).astype(int)
-    workers = [
-        threading.Thread(target=part, args=pair) for pair in zip(cuts[:-1], cuts[1:], strict=True)
-    ]
+    workers = [threading.Thread(target=part, args=pair) for pair in itertools.pairwise(cuts)]
     begin = time.perf_counter()
     for worker in workers:
         worker.start()

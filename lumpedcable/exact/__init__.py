@@ -13,6 +13,15 @@ from .beam import (
     tensioned_beam_frequencies,
     tip_loaded_cantilever,
 )
+from .cargo import (
+    StraightHighline,
+    dragged_from_length,
+    dragged_from_tension,
+    loaded_from_length,
+    loaded_from_tension,
+    straight_from_length,
+    straight_from_tension,
+)
 from .catenary import Catenary, elastic_catenary
 from .chain import (
     ChainShape,
@@ -25,9 +34,18 @@ from .chain import (
 from .dalembert import LinearRelease
 from .drag_line import DragLine, drag_line
 from .envelope import Envelope, EnvelopePiece, lower_convex_envelope
+from .highline import (
+    Highline,
+    highline_from_length,
+    highline_from_sag,
+    highline_from_tension,
+    least_tension,
+)
+from .ideal_highline import IdealHighline
 from .law import Law, inverse_tension, released_strain
 from .ramp import RampedRelease, ramped_release
 from .rod import HangingRod
+from .stages import STAGES, Slider, Stage, StageShape, stage_shape
 from .vibration import (
     STANDARD_GRAVITY,
     elastic_pendulum_periods,
@@ -41,6 +59,7 @@ from .vibration import (
 from .waves import ReleaseWave, WavePiece, release_wave
 
 __all__ = [
+    "STAGES",
     "STANDARD_GRAVITY",
     "Catenary",
     "ChainShape",
@@ -48,22 +67,36 @@ __all__ = [
     "Envelope",
     "EnvelopePiece",
     "HangingRod",
+    "Highline",
+    "IdealHighline",
     "Law",
     "LinearRelease",
     "RampedRelease",
     "ReleaseWave",
+    "Slider",
+    "Stage",
+    "StageShape",
+    "StraightHighline",
     "StrainOfTension",
     "WavePiece",
     "beam_frequencies",
     "cantilever_deflection",
     "drag_line",
+    "dragged_from_length",
+    "dragged_from_tension",
     "elastic_catenary",
     "elastic_pendulum_periods",
     "hanging_chain_frequencies",
     "hanging_nodes",
+    "highline_from_length",
+    "highline_from_sag",
+    "highline_from_tension",
     "inverse_tension",
     "irvine_parameter",
+    "least_tension",
     "linear_strain",
+    "loaded_from_length",
+    "loaded_from_tension",
     "lower_convex_envelope",
     "pendulum_period",
     "pinned_nodes",
@@ -74,6 +107,9 @@ __all__ = [
     "rolled_beam",
     "sagged_cable_frequencies",
     "simply_supported_deflection",
+    "stage_shape",
+    "straight_from_length",
+    "straight_from_tension",
     "strain_of_tension",
     "string_frequencies",
     "tensioned_beam_frequencies",

@@ -10,6 +10,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
+from lumpedcable.model.carried import (
+    make_couplings,
+    make_measures,
+    make_riders,
+    make_winches,
+    place_motion,
+)
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Loaded, Release
 from lumpedcable.model.floating import make_body
@@ -23,15 +30,28 @@ from lumpedcable.physics.load import AbstractLoad, AbstractResistance
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
 from lumpedcable.physics.seabed import Seabed, SeabedDamping
+from lumpedcable.physics.tension import Linear
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldForce, MovingEnd, RecordedMotion
+from lumpedcable.scene.lines import (
+    FixedEnd,
+    HeldEnd,
+    HeldForce,
+    JoinedEnd,
+    MovingEnd,
+    RecordedMotion,
+)
 
 __all__ = ["assemble", "make_line", "segment_lengths", "wave_scheme"]
 
 STANDARD_GRAVITY = 9.80665  # m/s2
+# m; an inextensible line at rest stretches by its tension over this and its weight per metre
+REST_STIFFNESS = 1e7
+REST_SHARE = 1e7  # and by its tension over this and the pretensions and points that it may carry
 CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
 
 
@@ -50,7 +70,9 @@ def wave_scheme(scene: Scene) -> str:
     if scene.events:
         return "corrected"
     used = (scene.materials[line.material] for line in scene.lines.values())
-    shocks = any(material.law != "linear" or material.tension_only for material in used)
+    shocks = any(
+        material.law not in ("linear", "inextensible") or material.tension_only for material in used
+    )
     return "viscous" if shocks else "plain"
 
 
@@ -66,10 +88,10 @@ def segment_lengths(scene: Scene, piece: Piece, xp: Any = jnp) -> Float[Array, "
     if line.grading is not None and line.segments is not None and line.segments > 1:
         power = xp.arange(line.segments) / (line.segments - 1.0)
         weight = xp.asarray(line.grading, float) ** power
-        return (line.length * weight / xp.sum(weight))[part]
+        return (line.unstretched * weight / xp.sum(weight))[part]
     first, last = (
         scene.events[event].place if event is not None else own
-        for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.length))
+        for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.unstretched))
     )
     return ((xp.asarray(last, float) - xp.asarray(first, float)) / piece.segments)[None]
 
@@ -82,6 +104,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
     """
     part = scene.lines[name]
     material = scene.materials[part.material]
+    inextensible = material.law == "inextensible"
     d = coordinates.dimensions
     fluid, drag, added = scene.fluid, None, None
     if fluid is not None and part.drag is not None:
@@ -99,7 +122,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
     scheme = wave_scheme(scene)
     bed = _seabed(scene, name, coordinates)
     return Line(
-        law=law_of(material),
+        law=Linear(_rest_stiffness(scene, name)) if inextensible else law_of(material),
         mass=_number(part.mass),
         segment_length=length,
         node_length=node_lengths(length, segments),
@@ -113,8 +136,22 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         drag=drag,
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,
-        waves=None if scheme == "plain" else ReleaseWaves(scheme == "corrected"),
+        waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
+        inextensible=inextensible,
     )
+
+
+def _rest_stiffness(scene: Scene, name: str) -> Float[Array, ""]:
+    """EA (N) of an inextensible line while its shape at rest is found, from what it may carry."""
+    stiff = REST_STIFFNESS * STANDARD_GRAVITY * _number(scene.lines[name].mass)
+    for line in scene.lines.values():
+        for end in (line.start, line.end):
+            if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
+                stiff = stiff + REST_SHARE * _number(end.held.pretension)
+    for body in scene.bodies.values():
+        if not body.rigid:
+            stiff = stiff + REST_SHARE * STANDARD_GRAVITY * _number(body.mass)
+    return stiff
 
 
 def _loads(
@@ -198,11 +235,13 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
     if any(line.current is not None for line in lines.values()):
         up, base = coordinates.vector((0.0, 0.0, 1.0)), _number(coordinates.origin[2])
     bodies: dict[str, AbstractBody] = {
-        name: make_body(scene, name, coordinates)
+        name: make_body(scene, name, coordinates, _current(scene, coordinates))
         for name, body in scene.bodies.items()
-        if body.rigid
+        if isinstance(body, Body) and body.rigid
     }
-    return Model(lines, ends, tuple(junctions), up, base, bodies)
+    bodies |= make_riders(scene, coordinates) | make_winches(scene, lines)
+    couplings, measures = make_couplings(scene, coordinates), make_measures(scene, coordinates)
+    return Model(lines, ends, tuple(junctions), up, base, bodies, couplings, measures)
 
 
 def _numbered(end: End, number: dict[int, int]) -> End:
@@ -229,7 +268,7 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
     """The end of a joint's members that holds or moves it as a whole, None where none does."""
     for name, node in joint.members:
         end = _own_end(scene, layout, name, node)
-        if isinstance(end, FixedEnd | MovingEnd) or scene.body_point(end) is not None:
+        if isinstance(end, FixedEnd | MovingEnd | WinchEnd) or scene.on_body(end):
             return end
         if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
             return end
@@ -247,11 +286,17 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
     if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
         force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
         return Loaded(force, release)
+    if isinstance(own, WinchEnd) or scene.point_of(own) is not None:
+        path = place_motion(scene, own, coordinates)
+        assert path is not None  # the scene was checked
+        return Driven(path, release)
     if (tied := scene.body_point(own)) is not None:
         body, point = tied
-        offset = (0.0, 0.0, 0.0) if point is None else scene.bodies[body].points[point]
+        part = scene.bodies[body]
+        assert isinstance(part, Body)
+        offset = (0.0, 0.0, 0.0) if point is None else part.points[point]
         return Attached(body, coordinates.vector(offset), release)
-    if own is None or isinstance(own, str):
+    if own is None or isinstance(own, str | JoinedEnd):
         return Loaded()
     return Driven(_motion(own, coordinates), release)
 
@@ -280,6 +325,7 @@ def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinat
     load = mass = None
     if joint.body is not None:
         body = scene.bodies[joint.body]
+        assert isinstance(body, Body)  # lines are tied to no other
         mass = _number(body.mass)
         if scene.gravity is not None:
             weight = mass

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.couple import body_force
 from lumpedcable.model.ends import Attached, solve_small
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.physics.place import place_at_end
@@ -92,18 +93,24 @@ def body_gain(
     Over a kick of length dt (s), what depends on velocities is taken at the middle of the kick: from
     a first gain for the body, and for the drag of the ends' nodes by its linear part, as at a junction.
     """
-    body, key = model.bodies[name], body_key(name)
-    q, v = body.reference + displacement[key], before[key]
-    first = _gain_at(model, name, body, t, found, q, v, v, dt)
+    body, v = model.bodies[name], before[body_key(name)]
+    first = _gain_at(model, name, body, t, found, displacement, before, v, dt)
     if dt is None:
         return first
-    return _gain_at(model, name, body, t, found, q, v, v + 0.5 * dt * first.gain, dt)
+    middle = v + 0.5 * dt * first.gain
+    return _gain_at(model, name, body, t, found, displacement, before, middle, dt)
 
 
-def _gain_at(model, name: str, body: AbstractBody, t, found, q, v, middle, dt) -> BodyGain:
-    """The gain from v on, with forces that depend on velocities taken at `middle`."""
+def _gain_at(
+    model, name: str, body: AbstractBody, t, found, displacement, before, middle, dt
+) -> BodyGain:
+    """The gain from `before` on, with forces that depend on velocities taken at `middle`."""
+    key = body_key(name)
+    q, v = body.reference + displacement[key], before[key]
     half = 0.0 if dt is None else 0.5 * dt
     matrix, vector = body.mass(q), body.force(q, middle)
+    pull = body_force(model, name, found)
+    vector = vector if pull is None else vector + pull
     parts = {}
     for line, node, end in attached_ends(model, name):
         e = found[line]

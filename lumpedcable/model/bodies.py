@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance
+from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance, BedFriction
 from lumpedcable.physics.rigid import place_of, rigid_mass, rotation
 
 __all__ = ["AbstractBody", "RigidBody", "body_key", "is_body_key"]
@@ -35,12 +35,14 @@ class AbstractBody(eqx.Module):
     """Something with m generalised coordinates q and M(q) q'' = force + what lines pull at it.
 
     `reference` (m,) is q at the start and `start_velocity` (m,) its rate there, None at rest. `free`
-    (m,) is 1 where a coordinate can change and 0 where it is held, None where all can.
+    (m,) is 1 where a coordinate can change and 0 where it is held, None where all can. `friction` acts
+    where it rests on a bed, None where it does not.
     """
 
     reference: eqx.AbstractVar[Float[Array, " m"]]
     start_velocity: eqx.AbstractVar[Float[Array, " m"] | None]
     free: eqx.AbstractVar[Float[Array, " m"] | None]
+    friction: eqx.AbstractVar[BedFriction | None]
 
     @abc.abstractmethod
     def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
@@ -66,7 +68,7 @@ class AbstractBody(eqx.Module):
 
     @abc.abstractmethod
     def works(self) -> tuple[str, ...]:
-        """The kinds of work of `resisting`."""
+        """The kinds of work of `resisting` and of `friction`."""
 
     def energy(self, q: Float[Array, " m"]) -> Float[Array, ""]:
         """All potential energy (J)."""
@@ -108,6 +110,7 @@ class RigidBody(AbstractBody):
     inertia: Float[Array, " a"]
     start_velocity: Float[Array, " m"] | None = None
     free: Float[Array, " m"] | None = None
+    friction: BedFriction | None = None
     loads: tuple[AbstractBodyLoad, ...] = ()
     resistances: tuple[AbstractBodyResistance, ...] = ()
 
@@ -145,5 +148,6 @@ class RigidBody(AbstractBody):
         return total
 
     def works(self) -> tuple[str, ...]:
-        """The kinds of work of the resistances."""
-        return tuple(dict.fromkeys(r.work_name for r in self.resistances))
+        """The kinds of work of the resistances, and of friction."""
+        kinds = [r.work_name for r in self.resistances]
+        return tuple(dict.fromkeys(kinds + ["friction"] * (self.friction is not None)))

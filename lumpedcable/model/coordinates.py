@@ -9,14 +9,17 @@ from jaxtyping import Array, Float
 
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import (
     FixedEnd,
     HarmonicMotion,
     HeldEnd,
     HeldForce,
+    JoinedEnd,
     MovingEnd,
     RecordedMotion,
 )
+from lumpedcable.scene.moved import FREEDOMS, MovedBody
 
 __all__ = ["Coordinates", "coordinates_of"]
 
@@ -79,18 +82,24 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
         slack |= scene.seabed is not None
         for line in scene.lines.values():
             ends = [line.start, line.end]
-            found = [_places_of(end) for end in ends]
+            found = [_places_of(end) or _on_body(scene, end) for end in ends]
             for end, mine in zip(ends, found, strict=True):
                 places += mine
                 directions += _directions_of(end)
             if scene.gravity is not None and found[0] and found[1]:
-                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.length)
+                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
         for body in scene.bodies.values():
-            places += _places_of_body(body)
-            if body.hull is not None:
-                slack = True  # it pitches
-            if body.velocity is not None:
-                directions.append(np.asarray(body.velocity))
+            if isinstance(body, MovedBody):
+                places += [np.asarray(body.position) + p for p in body.points.values()]
+                directions += _reaches(body)
+            elif isinstance(body, CarriedBody):
+                slack = True  # it goes up and down
+            elif isinstance(body, Body):
+                places += _places_of_body(body)
+                if body.hull is not None:
+                    slack = True  # it pitches
+                if body.velocity is not None:
+                    directions.append(np.asarray(body.velocity))
     origin = places[0] if places else np.zeros(3)
     directions += [place - origin for place in places[1:]]
     axes = _basis(directions)
@@ -125,11 +134,20 @@ def _places_of(end) -> list[np.ndarray]:
         return [np.asarray(end.fixed)]
     if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
         return [np.asarray(end.held.position)]
+    if isinstance(end, WinchEnd) and isinstance(end.winch.at, tuple):
+        return [np.asarray(end.winch.at)]
+    if isinstance(end, JoinedEnd):
+        return [np.asarray(end.at)]
     if isinstance(end, MovingEnd):
         if isinstance(end.motion, RecordedMotion):
             return [np.asarray(p) for p in end.motion.position]
         return [np.asarray(end.motion.position)]
     return []
+
+
+def _on_body(scene: Scene, end) -> list[np.ndarray]:
+    carried = scene.point_of(end.winch.at if isinstance(end, WinchEnd) else end)
+    return [] if carried is None else [np.asarray(carried[0].position) + np.asarray(carried[1])]
 
 
 def _directions_of(end) -> list[np.ndarray]:
@@ -141,6 +159,21 @@ def _directions_of(end) -> list[np.ndarray]:
         both = (end.motion.velocity, end.motion.amplitude)
         return [np.asarray(v) for v in both if v is not None]
     return []
+
+
+def _reaches(body: MovedBody) -> list[np.ndarray]:
+    """Directions in which the points of a moved body can go."""
+    names, axes = body.motion.names(), np.eye(3)
+    found = [axes[FREEDOMS.index(name)] for name in names if name in FREEDOMS[:3]]
+    turns = [axes[FREEDOMS.index(name) - 3] for name in names if name in FREEDOMS[3:]]
+    for point in map(np.asarray, body.points.values()):
+        if len(turns) > 1:
+            found += list(axes)  # two turns lead out of any plane
+        for axis in turns:
+            arm = point - np.dot(axis, point) * axis
+            if np.any(arm != 0.0):
+                found += [arm, np.cross(axis, arm)]
+    return found
 
 
 def _basis(directions: list[np.ndarray]) -> np.ndarray:

@@ -5,15 +5,18 @@ viscosity and the dispersion correction change it; so does added mass when a lin
 Morison's inertia force m_a a_n is not the rate of change of the momentum m_a v_n.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
-from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import Found, body_powers, body_works, coupling_energies, live_line
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction
+from lumpedcable.model.rods import line_drag, line_energy
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
@@ -24,6 +27,11 @@ WORKS = {
     "ends": (1.0, "work done on the line by what holds or moves its ends"),
     "added_mass": (1.0, "work of turning added mass"),
     "drag": (-1.0, "energy given to the fluid by drag"),
+    "hauling": (1.0, "work done on bodies by what hauls them along a line"),
+    "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
+    "winch": (-1.0, "energy dissipated by winches"),
+    "hull": (-1.0, "energy given to the water by hulls"),
+    "friction": (-1.0, "energy dissipated by friction of bodies on the bed and trolleys on lines"),
     "contact": (-1.0, "energy dissipated by the seabed"),
     "damping": (-1.0, "energy dissipated by the material"),
     "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
@@ -34,6 +42,8 @@ WORKS = {
 
 def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     """The kinds of work that a line has, in the order of `WORKS`; `stepping` only for leapfrog."""
+    if line.inextensible:
+        stepping = False
     present = {
         "ends": True,
         "added_mass": line.added_mass is not None and line.dimensions > 1,
@@ -47,11 +57,17 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     return tuple(kind for kind in WORKS if present.get(kind, False))
 
 
-def empty_work(line: Line | AbstractBody, stepping: bool) -> dict[str, Array]:
-    """Accumulators, all zero (J): per node, per segment, or one number for the ends or a body."""
-    if isinstance(line, AbstractBody):
-        return {kind: jnp.zeros((), line.reference.dtype) for kind in line.works()}
+def empty_body_work(model: Model, name: str) -> dict[str, Array]:
+    """Accumulators of a body, all zero (J)."""
+    dtype = model.bodies[name].reference.dtype
+    return {kind: jnp.zeros((), dtype) for kind in body_works(model, name)}
+
+
+def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
+    """Accumulators, all zero (J): per node, per segment, or one number for the ends."""
     dtype = line.reference.dtype
+    if line.inextensible:
+        return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
     nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
     per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes}
     per |= {resistance.work_name: nodes for resistance in line.resistances}
@@ -61,21 +77,30 @@ def empty_work(line: Line | AbstractBody, stepping: bool) -> dict[str, Array]:
 def powers(
     model: Model,
     t: Float[Array, ""],
-    found: dict[str, Evaluation],
+    found: Found,
     displacement: Vectors,
     before: Vectors,
     middle: Vectors,
     after: Vectors,
     dt: Float[Array, ""] | None,
+    friction: Vectors | None = None,
 ) -> dict[str, dict[str, Array]]:
     """Power of each kind of work (W) at the velocities `middle` (m/s), by line.
 
     `before` and `after` are the velocities half a step to either side of a kick of length dt (s); an
-    integrator without steps of its own gives accelerations (m/s2) as `after` and dt None.
+    integrator without steps of its own gives accelerations (m/s2) as `after` and dt None. `friction`
+    are the forces (N) on bodies that rest on a bed and, by inextensible line, the power (W) of what
+    moves its ends.
     """
     result = {}
-    for name, line in model.lines.items():
+    for name in model.lines:
+        line = live_line(model, name, displacement, middle)
         e, v = found[name], middle[name]
+        if line.inextensible:
+            result[name] = _rod_powers(line, e, v)
+            moved = (friction or {}).get(name, jnp.zeros((), v.dtype))
+            result[name]["ends"] = result[name]["ends"] + moved
+            continue
         kinds = works_of(line, dt is not None)
         gain = after[name] if dt is None else (after[name] - before[name]) / dt
         rate = strain_rate(line, e.line.shape, v) * line.segment_length
@@ -102,8 +127,32 @@ def powers(
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]
-        result[key] = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
+        power = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
+        if friction is not None and name in friction:
+            power["friction"] = -jnp.dot(friction[name], v)
+        gain = after[key] if dt is None else (after[key] - before[key]) / dt
+        result[key] = power | body_powers(model, name, found, displacement, middle, gain)
     return result
+
+
+def _rod_powers(line: Line, e: Evaluation, v) -> dict[str, Array]:
+    """The powers (W) of an inextensible line, one number each."""
+    shape = e.line.shape
+    pulled = [(n, f) for n, f in zip((0, -1), e.ends, strict=True) if f is not None]
+    power = {"ends": sum((jnp.dot(f, v[:, n]) for n, f in pulled), jnp.zeros((), v.dtype))}
+    if line.added_mass is not None:
+        # v . (dM/dt) v / 2, its rods turning as their ends move
+        def energy(step):
+            return line_energy(line, step / jnp.sqrt(dot(step, step)), v)
+
+        step = shape.tangent * shape.length
+        power["added_mass"] = jax.jvp(energy, (step,), (v[:, 1:] - v[:, :-1],))[1]
+    if line.drag is not None:
+        power["drag"] = -jnp.sum(line_drag(line, shape.tangent, v, e.nodes.flow) * v)
+    for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
+        kind = resistance.work_name
+        power[kind] = power.get(kind, 0.0) - jnp.sum(force * v)
+    return power
 
 
 def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Float[Array, ""]:
@@ -168,7 +217,7 @@ def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Arr
 
 
 def energies(
-    model: Model, found: dict[str, Evaluation], displacement: Vectors, velocity: Vectors
+    model: Model, found: Found, displacement: Vectors, velocity: Vectors
 ) -> dict[str, Float[Array, ""]]:
     """Kinetic, strain and potential energies (J) of the whole scene."""
     total: dict[str, Float[Array, ""]] = {}
@@ -176,9 +225,13 @@ def energies(
     def add(kind: str, value: Float[Array, ""]):
         total[kind] = total[kind] + value if kind in total else value
 
-    for name, line in model.lines.items():
+    for name in model.lines:
+        line = live_line(model, name, displacement, None)
         e = found[name]
-        add("kinetic", inertia.kinetic_energy(e.nodes, velocity[name]))
+        if line.inextensible:
+            add("kinetic", line_energy(line, e.line.shape.tangent, velocity[name]))
+        else:
+            add("kinetic", inertia.kinetic_energy(e.nodes, velocity[name]))
         add("strain", line.stored_energy(e.line.shape))
         for load in line.loads:
             add(load.energy_name, load.energy(e.line.shape))
@@ -195,4 +248,6 @@ def energies(
         add("kinetic", 0.5 * v @ body.mass(q) @ v)
         for kind, value in body.stored(q).items():
             add(kind, value)
+    for kind, value in coupling_energies(model, found).items():
+        add(kind, value)
     return total

@@ -5,17 +5,32 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.physics.body import AbstractBodyLoad, BodyWeight
-from lumpedcable.physics.hull import Hydrostatics, box_draught, box_metacentre
+from lumpedcable.physics.body import (
+    AbstractBodyLoad,
+    AbstractBodyResistance,
+    BedFriction,
+    BodyWeight,
+)
+from lumpedcable.physics.fluid import AbstractCurrent
+from lumpedcable.physics.hull import (
+    BoxDrag,
+    HullResistance,
+    Hydrostatics,
+    box_draught,
+    box_metacentre,
+)
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, Body
 
 __all__ = ["make_body"]
 
 
-def make_body(scene: Scene, name: str, coordinates: Coordinates) -> RigidBody:
+def make_body(
+    scene: Scene, name: str, coordinates: Coordinates, current: AbstractCurrent | None
+) -> RigidBody:
     """A rigid body of the model, at its place and attitude of the start."""
     body = scene.bodies[name]
+    assert isinstance(body, Body)
     assert body.position is not None
     d = coordinates.dimensions
     mass = jnp.asarray(body.mass, float)
@@ -29,7 +44,9 @@ def make_body(scene: Scene, name: str, coordinates: Coordinates) -> RigidBody:
         inertia=_inertia(coordinates, body) if body.turns else jnp.full(angles.shape, mass),
         start_velocity=start,
         free=_free(coordinates, body),
+        friction=_friction(coordinates, body),
         loads=_loads(scene, body, coordinates),
+        resistances=_resistances(scene, body, coordinates, current),
     )
 
 
@@ -98,9 +115,8 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
     assert scene.gravity is not None
     size = tuple(jnp.asarray(s, float) for s in body.size)
     density, mass = jnp.asarray(scene.fluid.density, float), jnp.asarray(body.mass, float)
-    given = body.hull.above_keel
-    above = 0.5 * size[2] if given is None else jnp.asarray(given, float)
     draught = box_draught(mass, density, size)
+    above = _above_keel(body, size, draught)
     weight = mass * scene.gravity
     # it rolls about its length, across its breadth, and pitches across its length
     heights = [box_metacentre(side, draught, above) for side in (size[1], size[0])]
@@ -113,3 +129,51 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
         weight / draught,
         tilt if coordinates.dimensions > 1 else jnp.zeros(0),
     )
+
+
+def _above_keel(body: Body, size, draught) -> Float[Array, ""]:
+    """Height of a hull's centre of gravity over its keel (m)."""
+    assert body.hull is not None
+    if body.hull.above_water is not None:
+        return draught + body.hull.above_water
+    given = body.hull.above_keel
+    return 0.5 * size[2] if given is None else jnp.asarray(given, float)
+
+
+def _friction(coordinates: Coordinates, body: Body) -> BedFriction | None:
+    if body.friction is None:
+        return None
+    return BedFriction(jnp.asarray(body.friction, float), coordinates.vector((0.0, 0.0, 1.0)))
+
+
+def _resistances(
+    scene: Scene, body: Body, coordinates: Coordinates, current: AbstractCurrent | None
+) -> tuple[AbstractBodyResistance, ...]:
+    found: list[AbstractBodyResistance] = []
+    if scene.fluid is None or body.size is None:
+        return ()
+    density = jnp.asarray(scene.fluid.density, float)
+    length, breadth, height = (jnp.asarray(s, float) for s in body.size)
+    if body.drag is not None:
+        faces = jnp.stack([breadth * height, length * height, length * breadth])
+        factor = 0.5 * density * faces * jnp.stack([jnp.asarray(c, float) for c in body.drag])
+        up = coordinates.vector((0.0, 0.0, 1.0))
+        base = jnp.asarray(coordinates.origin[2], float)
+        own = jnp.asarray(coordinates.axes).T ** 2 @ factor
+        found.append(BoxDrag(own, up, base, current))
+    if body.hull is not None and body.hull.resistance is not None:
+        part = body.hull.resistance
+        draught = box_draught(jnp.asarray(body.mass, float), density, (length, breadth, height))
+        wetted = length * breadth + 2.0 * draught * (length + breadth)
+        share = {"textbook": 0.5, "doubled": 1.0}[part.convention]
+        found.append(
+            HullResistance(
+                share * density * wetted,
+                length,
+                jnp.asarray(part.viscosity, float),
+                jnp.asarray(part.roughness, float),
+                jnp.asarray(body.hull.surface, float),
+                current,
+            )
+        )
+    return tuple(found)

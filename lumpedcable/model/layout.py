@@ -12,9 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import HeldEnd, HeldForce
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.lines import HeldEnd, HeldForce, tie_of
 
 __all__ = ["Joint", "Layout", "Piece", "cut_keys", "cuts_of", "make_layout"]
+
+
+LENGTH_KEYS = ("length", "payout.speed", "payout.time")
+"""Numbers of a line that its unstretched length follows from."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,9 @@ def _segments(line) -> int:
 def _cut(line, place: float) -> int:
     """Number of segments before a break at `place` (m), at least one on either side."""
     lengths = None if line.segment_lengths is None else np.asarray(line.segment_lengths)[:, None]
-    return int(_cuts(_segments(line), np.array([place]), line.length, line.grading, lengths)[0])
+    return int(
+        _cuts(_segments(line), np.array([place]), line.unstretched, line.grading, lengths)[0]
+    )
 
 
 def _cuts(count: int, place, length, grading, lengths) -> NDArray[np.int64]:
@@ -104,7 +111,7 @@ def cut_keys(scene: Scene) -> set[str]:
         name, side, _ = own.target()
         if side is None:
             keys.add(f"events.{event}.place")
-            keys |= {f"lines.{name}.length", f"lines.{name}.grading"}
+            keys |= {f"lines.{name}.{key}" for key in LENGTH_KEYS} | {f"lines.{name}.grading"}
             sizes = scene.lines[name].segment_lengths or ()
             keys |= {f"lines.{name}.segment_lengths.{i}" for i in range(len(sizes))}
     return keys
@@ -133,6 +140,9 @@ def cuts_of(
             ]
             lengths = np.array([np.broadcast_to(row, runs) for row in rows])
         length = numbers.get(f"{key}.length", line.length)
+        if line.payout is not None:
+            speed = numbers.get(f"{key}.payout.speed", line.payout.speed)
+            length = length + speed * numbers.get(f"{key}.payout.time", line.payout.time)
         grading = numbers.get(f"{key}.grading", line.grading)
         found.append(_cuts(_segments(line), places, length, grading, lengths))
     return np.array(found, int).reshape(len(found), runs).T
@@ -149,6 +159,8 @@ def make_layout(scene: Scene) -> Layout:
     breaks: list[tuple[str, int, str]] = []
     outer: dict[str, tuple[str, int]] = {}
     for name, line in scene.lines.items():
+        if line.model == "ideal":
+            continue  # it has no nodes
         inside = []
         for event_name, event in scene.events.items():
             target, side, place = event.target()
@@ -175,14 +187,19 @@ def make_layout(scene: Scene) -> Layout:
         own = [piece for piece in pieces if piece.line == name]
         outer[f"{name}.start"] = (own[0].name, 0)
         outer[f"{name}.end"] = (own[-1].name, -1)
-    points = {name for name, body in scene.bodies.items() if not body.rigid}
+    points = {
+        name for name, body in scene.bodies.items() if isinstance(body, Body) and not body.rigid
+    }
     bodies: dict[str, set] = {name: {("", name)} for name in points}
     links += bodies.values()
     for name, line in scene.lines.items():
+        if line.model == "ideal":
+            continue
         for side, end in (("start", line.start), ("end", line.end)):
-            if isinstance(end, str) and end != "free" and scene.body_point(end) is None:
+            tie = tie_of(end)
+            if tie is not None and not scene.on_body(end):
                 mine = outer[f"{name}.{side}"]
-                other = ("", end) if end in scene.bodies else outer[end]
+                other = ("", tie) if tie in scene.bodies else outer[tie]
                 links.append({mine, other})
     for event_name, event in scene.events.items():
         target, side, _ = event.target()
@@ -208,7 +225,8 @@ def _holds(scene: Scene, name: str) -> bool:
     line, _, side = name.rpartition(".")
     end = getattr(scene.lines[line], side)
     by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
-    return scene.body_point(end) is not None or not (isinstance(end, str) or by_force)
+    free = end == "free" or tie_of(end) is not None
+    return scene.on_body(end) or not (free or by_force)
 
 
 def _joints(links: list[set]) -> list[Joint]:

@@ -68,8 +68,12 @@ class Line(eqx.Module):
     (1 + e)^2 = (1 + e0)^2 + (2 X' . u' + u' . u') / l^2 with X', u' the differences over a segment
     of unstretched length l, and e0 the strain of the reference.
 
+    `growth` (1/s) is the rate at which a winch lengthens it, dL/dt over L.
     `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre of unstretched
     length (kg/m). What the line does not have is None and is not in the compiled program.
+
+    An `inextensible` line has a stiff `law` at rest; once it moves, each segment keeps the length
+    that it has in the reference, and is a rod (`model.rods`).
     """
 
     law: AbstractTensionLaw
@@ -87,6 +91,8 @@ class Line(eqx.Module):
     added_mass: AddedMass | None = None
     current: AbstractCurrent | None = None
     waves: ReleaseWaves | None = None
+    growth: Float[Array, ""] | None = None
+    inextensible: bool = eqx.field(static=True, default=False)
 
     @property
     def dimensions(self) -> int:
@@ -140,6 +146,9 @@ class Line(eqx.Module):
         """
         shape = self.shape(displacement)
         tension, stiffness = tension_and_stiffness(self.law, shape.strain)
+        if self.inextensible and velocity is not None:
+            # its tensions keep its length and are found with its motion
+            tension = stiffness = jnp.zeros_like(tension)
         damping = correction = viscosity = ghosted = None
         if velocity is not None and (self.damping is not None or self.waves is not None):
             rate = strain_rate(self, shape, velocity)
@@ -172,13 +181,16 @@ class Line(eqx.Module):
 
     def stored_energy(self, shape: Shape) -> Float[Array, ""]:
         """Strain energy of the line (J)."""
+        if self.inextensible:
+            return jnp.zeros((), shape.strain.dtype)
         return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
 
 
 def strain_rate(line: Line, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " n"]:
-    """de/dt = (v_j+1 - v_j) . u_j / l of each segment (1/s)."""
+    """de/dt = (v_j+1 - v_j) . u_j / l of each segment (1/s), less (1 + e) times the line's growth."""
     step = velocity[:, 1:] - velocity[:, :-1]
-    return dot(step, shape.tangent) * (1.0 / line.segment_length)
+    rate = dot(step, shape.tangent) * (1.0 / line.segment_length)
+    return rate if line.growth is None else rate - (1.0 + shape.strain) * line.growth
 
 
 def node_tangent(tangent: Float[Array, "d n"]) -> Float[Array, "d nodes"]:

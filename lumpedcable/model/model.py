@@ -10,6 +10,8 @@ from jaxtyping import Array, Float
 from lumpedcable.model import inertia
 from lumpedcable.model.attached import attached_ends, body_gain, follow, follow_rate
 from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.carried import Measured
+from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered_gain
 from lumpedcable.model.ends import (
     Attached,
     Driven,
@@ -59,6 +61,7 @@ class Model(eqx.Module):
 
     `up` (d,) is the vertical unit vector in the scene's own coordinates and `base` the height of
     their origin (m): heights are base + up . x. They serve currents, None where there is none.
+    `couplings` are bodies that run on cables, `measures` the numbers that the scene asks for.
     """
 
     lines: dict[str, Line]
@@ -67,6 +70,8 @@ class Model(eqx.Module):
     up: Float[Array, " d"] | None = None
     base: Float[Array, ""] | None = None
     bodies: dict[str, AbstractBody] = eqx.field(default_factory=dict)
+    couplings: tuple[Coupled, ...] = ()
+    measures: dict[str, Measured] = eqx.field(default_factory=dict)
 
     def breakable(self) -> list[tuple[str, int, End]]:
         """Driven, joined or attached ends that can break: (line, 0 or -1, end)."""
@@ -85,15 +90,16 @@ class Model(eqx.Module):
         reaction: dict[str, Float[Array, " d"]],
         dt: Float[Array, ""] | None = None,
         over: dict[str, Workspace] | None = None,
-    ) -> dict[str, Evaluation]:
+    ) -> Found:
         """Forces and inertia of every line at t (s), before ends and junctions constrain them.
 
         With velocity None: at rest, as statics asks. `dt` (s) is the fixed step, if any; `over` are
         workspaces of an earlier evaluation to write over.
         """
-        result = {}
+        result = Found()
         displacement = self.followed(t, displacement)
-        for name, line in self.lines.items():
+        for name in self.lines:
+            line = live_line(self, name, displacement, velocity)
             if dt is not None:
                 dt = dt.astype(line.reference.dtype)
             ends = (
@@ -113,6 +119,7 @@ class Model(eqx.Module):
                 height = self.base + self.up @ forces.shape.position
             nodes = inertia.frame(line, forces.shape, height)
             result[name] = Evaluation(forces, nodes, ends, boundaries)
+        result.add_couplings(self, t, displacement, velocity)
         return result
 
     def followed(self, t: Float[Array, ""], displacement: Vectors) -> Vectors:
@@ -188,7 +195,7 @@ class Model(eqx.Module):
         reaction: dict[str, Float[Array, " d"]],
         dt: Float[Array, ""],
         over: dict[str, Workspace] | None = None,
-    ) -> tuple[Vectors, Vectors, dict[str, Float[Array, " d"]], dict[str, Evaluation]]:
+    ) -> tuple[Vectors, Vectors, dict[str, Float[Array, " d"]], Found]:
         """One kick of leapfrog, centred on t (s) with length dt (s).
 
         From the velocities `before` (m/s) half a step earlier: the velocities at t, those half a
@@ -231,8 +238,8 @@ class Model(eqx.Module):
             after[key] = before[key] + dt * found_gain.gain
             reaction.update(self._pulled(t, reaction, name, found_gain.pulls))
         if self.bodies:
-            middle = follow_rate(self, t, displacement, middle)
-            after = follow_rate(self, t, displacement, after, dt)
+            middle = follow_rate(self, t, displacement, steered(self, t, None, middle))
+            after = follow_rate(self, t, displacement, steered(self, t, dt, after), dt)
         return middle, after, reaction, found
 
     def _pulled(self, t, reaction, body: str, pulls) -> dict[str, Float[Array, " d"]]:
@@ -249,6 +256,7 @@ class Model(eqx.Module):
     ) -> Vectors:
         """The same velocities (m/s), but for ends whose motion is given: theirs land on their paths, or
         on the bodies that they are tied to, at t + dt (s)."""
+        velocity = steered(self, t, dt, velocity)
         velocity = follow_rate(self, t, displacement, velocity, dt) if self.bodies else velocity
         velocity = dict(velocity)
         for name, node, end in self._driven():
@@ -265,7 +273,7 @@ class Model(eqx.Module):
         displacement: Vectors,
         velocity: Vectors,
         reaction: dict[str, Float[Array, " d"]],
-    ) -> tuple[Vectors, dict[str, Evaluation]]:
+    ) -> tuple[Vectors, Found]:
         """Accelerations of all nodes (m/s2) at t (s), constrained at the ends, for any integrator."""
         found = self.evaluate(t, displacement, velocity, reaction)
         result = {}
@@ -293,7 +301,7 @@ class Model(eqx.Module):
                 if end.release is not None:
                     gain = jnp.where(end.release.begun(t), result[line][:, node], gain)
                 result[line] = place_at_end(result[line], node, gain)
-        return result, found
+        return steered_gain(self, t, result), found
 
     def _driven(self):
         for name, pair in self.ends.items():

@@ -12,10 +12,12 @@ class State(eqx.Module):
     displacement and velocity: by line, (d, nodes) in m and m/s. work: by line and kind, energies
     (J) accumulated so far, per node, per segment or as scalars (empty where the scene asks for
     none). reaction: by "line.start" or "line.end", the force (d,) in N that a driven or joined end
-    carried when it last held (empty where no such end can break).
+    carried when it last held (empty where no such end can break). tension: by inextensible line,
+    what its segments carry (n,) in N.
     """
 
     displacement: dict[str, Float[Array, "d nodes"]]
     velocity: dict[str, Float[Array, "d nodes"]]
     work: dict[str, dict[str, Array]]
     reaction: dict[str, Float[Array, " d"]]
+    tension: dict[str, Float[Array, " n"]] = eqx.field(default_factory=dict)

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["AbstractBodyLoad", "AbstractBodyResistance", "BodyWeight"]
+__all__ = ["AbstractBodyLoad", "AbstractBodyResistance", "BedFriction", "BodyWeight"]
 
 
 class AbstractBodyLoad(eqx.Module):
@@ -47,3 +47,14 @@ class BodyWeight(AbstractBodyLoad):
     def energy(self, q: Float[Array, " m"]) -> Float[Array, ""]:
         """-w . x (J)."""
         return -jnp.dot(self.weight, q[: self.weight.shape[0]])
+
+
+class BedFriction(eqx.Module):
+    """Coulomb friction of a body on a bed: |f| <= mu N, and mu N against the motion if it slides.
+
+    N is what the bed pushes up with (N): all that holds the body's height, so that a line that pulls
+    up takes from it (Liu et al. 2018, eq. 36-37). `coefficient` is mu (-), `up` the vertical.
+    """
+
+    coefficient: Float[Array, ""]
+    up: Float[Array, " d"]

@@ -5,9 +5,11 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.body import AbstractBodyLoad
+from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance
+from lumpedcable.physics.fluid import AbstractCurrent
+from lumpedcable.physics.rigid import rotation
 
-__all__ = ["Hydrostatics", "box_draught", "box_metacentre"]
+__all__ = ["BoxDrag", "HullResistance", "Hydrostatics", "box_draught", "box_metacentre"]
 
 
 class Hydrostatics(AbstractBodyLoad):
@@ -49,3 +51,67 @@ def box_draught(
 ) -> Float[Array, ""]:
     """Draught T = m / (rho l b) (m) of a floating box."""
     return mass / (density * size[0] * size[1])
+
+
+class HullResistance(AbstractBodyResistance):
+    """Friction of a hull's wetted skin against the water, along its length.
+
+    R = f rho S (C_F + C_A) v |v| (N) with C_F = 0.075 / (log10 Re - 2)^2, Re = |v| L / nu, the line of
+    the International Towing Tank Conference of 1957, and C_A = (105 (k / L)^(1/3) - 0.64) / 1000 for
+    the roughness k (m); v along the hull relative to the water (m/s), S the wetted area (m2), L the
+    length (m), nu the kinematic viscosity (m2/s) (Liu et al. 2018, eq. 59-62; textbooks have f = 1/2).
+    `factor` is f rho S (kg/m). Below Re = 1e4, where the line has no meaning, C_F is as there.
+    """
+
+    work_name: ClassVar[str] = "hull"
+    factor: Float[Array, ""]
+    length: Float[Array, ""]
+    viscosity: Float[Array, ""]
+    roughness: Float[Array, ""]
+    height: Float[Array, ""]
+    current: AbstractCurrent | None = None
+
+    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Force (N) along the hull, at its centre of gravity."""
+        d = _places(q.shape[0])
+        u = v[:d]
+        if self.current is not None:
+            u = u - self.current.velocity(self.height[None])[:, 0]
+        ahead = rotation(q[d:])[:, 0]
+        speed = jnp.dot(u, ahead)
+        reynolds = jnp.maximum(jnp.abs(speed) * self.length / self.viscosity, 1e4)
+        skin = 0.075 / (jnp.log10(reynolds) - 2.0) ** 2
+        rough = (105.0 * jnp.cbrt(self.roughness / self.length) - 0.64) * 1e-3
+        resistance = self.factor * (skin + rough) * jnp.abs(speed) * speed
+        return jnp.zeros_like(q).at[:d].set(-resistance * ahead)
+
+
+class BoxDrag(AbstractBodyResistance):
+    """Drag of a box, 1/2 rho C A |v| v along each of its axes (N), at its centre of gravity.
+
+    `factor` are rho C A / 2 along its axes (kg/m), v the velocity relative to the fluid (m/s) at the
+    body's height, `base` the height of the origin of the scene's coordinates (m) and `up` the vertical
+    (Liu et al. 2018, eq. 39, for a body that moves along its length alone).
+    """
+
+    work_name: ClassVar[str] = "drag"
+    factor: Float[Array, " d"]
+    up: Float[Array, " d"]
+    base: Float[Array, ""]
+    current: AbstractCurrent | None = None
+
+    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Force (N) on the body."""
+        d = self.up.shape[0]
+        u = v[:d]
+        if self.current is not None:
+            height = self.base + self.up @ q[:d]
+            u = u - self.current.velocity(height[None])[:, 0]
+        turn = rotation(q[d:])
+        own = turn.T @ u
+        return jnp.zeros_like(q).at[:d].set(-turn @ (self.factor * jnp.abs(own) * own))
+
+
+def _places(coordinates: int) -> int:
+    """Number of place coordinates among 1, 3 or 6."""
+    return {1: 1, 3: 2, 6: 3}[coordinates]

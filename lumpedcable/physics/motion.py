@@ -7,7 +7,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["AbstractMotion", "Harmonic", "Recorded", "Still", "mean_velocity_of", "velocity_of"]
+__all__ = [
+    "AbstractMotion",
+    "Harmonic",
+    "Hauled",
+    "Recorded",
+    "Still",
+    "mean_velocity_of",
+    "velocity_of",
+]
 
 
 class AbstractMotion(eqx.Module):
@@ -96,3 +104,30 @@ class Recorded(AbstractMotion):
             left + s * (3 * rise - 2 * left - right + s * (left + right - 2 * rise))
         )
         return value.astype(self.record.dtype)
+
+
+class Hauled(AbstractMotion):
+    """x(t) = x0 + u s(t): at the speed v until it comes to rest within `ease` after the way w.
+
+    s = v t up to t1 = (w - v ease / 2) / v, then the speed falls as v cos^2(pi (t - t1) / (2 ease)); u
+    (d,) is the direction, v in m/s, w in m, ease in s.
+    """
+
+    start: Float[Array, " d"]
+    direction: Float[Array, " d"]
+    speed: Float[Array, ""]
+    way: Float[Array, ""]
+    ease: Float[Array, ""]
+
+    @property
+    def arrival(self) -> Float[Array, ""]:
+        """When it comes to rest (s)."""
+        return self.way / self.speed + 0.5 * self.ease
+
+    def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
+        """x(t) (m)."""
+        even = self.way / self.speed - 0.5 * self.ease
+        share = jnp.clip((t - even) / self.ease, 0.0, 1.0)
+        slowing = 0.5 * (share + jnp.sin(jnp.pi * share) / jnp.pi)
+        way = self.speed * (jnp.minimum(t, even) + self.ease * slowing)
+        return self.start + self.direction * way.astype(self.start.dtype)

@@ -21,6 +21,8 @@ LINEAR_VISCOSITY = 0.1
 QUADRATIC_VISCOSITY = 0.5
 VISCOSITY_SHARE_OF_LIMIT = 0.4
 SLACK_VISCOSITY = 0.25  # times l / dt: one step then evens out the shortest wave, without ringing
+SOFT = 1e-30  # N: no stiffness, but one whose root has a derivative
+STILL = 1e3  # times the rounding error of the wave speed: a jump of velocity that counts as none
 SLACK_SHARE_OF_REST = 0.3  # of what the springs beside a slack segment leave of a stable step
 
 
@@ -58,10 +60,10 @@ class Boundary(eqx.Module):
         return jnp.zeros_like(rate) if self.loaded is True else jnp.where(self.loaded, 0.0, rate)
 
     def correction_share(self, share: Float[Array, " n"], segment: int) -> Float[Array, " n"]:
-        """How much of the dispersion correction stays in each segment, `share` but for the end's own (-).
+        """How much of the dispersion correction stays in each segment (-): `share` but for one.
 
-        In that one, `segment` 0 or -1: all of it at a loaded end, where the rate is never smooth; none
-        at a joint, where the next line's tension is not known.
+        In the end's own, `segment` 0 or -1: all of it at a loaded end, where the rate is never smooth;
+        none at a joint, where the next line's tension is not known.
         """
         if self.loaded is False and self.joined is None:
             return share
@@ -94,7 +96,8 @@ class ReleaseWaves(eqx.Module):
       space and time together, after the modified equation. Beyond the ends stand the ghost
       tensions of `Boundary`.
     - smoothness phi from the ratios of neighbouring g (monotonised central limiter), f = (1 - phi)^2:
-      0 where the rate varies smoothly, 1 at an extremum (Christensen's limited viscosity).
+      0 where the rate varies smoothly, 1 at an extremum (Christensen's limited viscosity). Where D is
+      rounding, of some 1000 eps c, phi is 1: else its sign would decide ahead of a front.
     - viscosity Q = m b D f (N), b = min(0.1 c + 0.5 |D|, 0.4 (1 - nu^2)(3 - nu^2) l / (6 dt)) (m/s);
       the second bound keeps a viscosity lagging by half a step stable. Where a tension-only
       line is slack, b = l / (4 dt), or 0.3 (1 - nu^2) l / dt with the nu of the segments beside it if
@@ -131,10 +134,10 @@ class ReleaseWaves(eqx.Module):
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
         # factors that are the same at every step come first, in brackets: they are worked out once
-        stiff = most(stiffness, 0.0)
+        stiff = most(stiffness, SOFT)
         speed = jnp.sqrt(stiff * (1.0 / mass))
         jump = rate * length
-        f = 1.0 - _smoothness(ghosted.rate)
+        f = 1.0 - _smoothness(ghosted.rate, STILL * jnp.finfo(rate.dtype).eps * speed / length)
         f = f * f
         b = LINEAR_VISCOSITY * speed + QUADRATIC_VISCOSITY * jnp.abs(jump)
         if dt is None:
@@ -186,10 +189,14 @@ def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Arr
     return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
 
 
-def _smoothness(rates: Float[Array, " n+2"]) -> Float[Array, " n"]:
-    """phi of each segment from the strain rates (1/s) of all and of a ghost beyond each end."""
+def _smoothness(rates: Float[Array, " n+2"], noise: Float[Array, " n"]) -> Float[Array, " n"]:
+    """phi of each segment from the strain rates (1/s) of all and of a ghost beyond each end.
+
+    1 where the rate is below `noise` (1/s).
+    """
     left, rate, right = rates[:-2], rates[1:-1], rates[2:]
-    still = rate == 0.0
+    # a rate whose square underflows would have an inverse that no derivative can be taken of
+    still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
     inverse = 1.0 / jnp.where(still, 1.0, rate)
     rl, rr = left * inverse, right * inverse
     phi = least(0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr))

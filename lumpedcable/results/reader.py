@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
@@ -13,10 +12,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from lumpedcable.results.attributes import attributes_of as _attributes
+from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PARTIAL_SUFFIX, SCHEMA_VERSION, axis_words
+from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
 Index = int | slice | None
@@ -127,11 +129,13 @@ class ResultFile:
         complete: whether the study ran to its end.
         runs: number of runs.
         time: saved times in s, shape (time,).
+        series: everything along run and time by its path.
     """
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path = path
         self._file = file
+        self.series = Series(file)
         self.attributes = _attributes(file)
         self.complete = bool(self.attributes.get("complete", False))
         self.attributes["complete"] = self.complete
@@ -223,6 +227,17 @@ class ResultFile:
         return _read(_dataset(self._file, f"bodies/{name}/{quantity}"), pick)
 
     @property
+    def measures(self) -> list[str]:
+        """Names of the measures with a history."""
+        return self._names("measures", h5py.Dataset)
+
+    def measure(self, name: str) -> tuple[Array, dict[str, Any]]:
+        """A measure (run, time), NaN where it does not count, and its units, long_name and limit."""
+        self._check("measure", name, self.measures)
+        dataset = _dataset(self._file, f"measures/{name}")
+        return _read(dataset, ()), _attributes(dataset)
+
+    @property
     def energy_terms(self) -> list[str]:
         """Names of the energy terms."""
         return self._names("energy", h5py.Dataset)
@@ -262,6 +277,23 @@ class ResultFile:
     def summary_attributes(self, end: str, name: str) -> dict[str, Any]:
         """Attributes of a summary number: units, long_name, and `holds` or `source` if any."""
         return _attributes(_dataset(self._file, _summary_path(end, name)))
+
+    @property
+    def cables(self) -> list[str]:
+        """Names of the cables of a scene at rest, e.g. "before+after"; none where it moves."""
+        return self._names("rest", h5py.Group)
+
+    def rest(self, cable: str) -> dict[str, Array]:
+        """Numbers of a cable at rest by name, each of shape (run,).
+
+        Raises:
+            ResultError: there is no such cable.
+        """
+        self._check("cable", cable, self.cables)
+        path = f"rest/{cable}"
+        return {
+            name: _read(_dataset(self._file, f"{path}/{name}"), ()) for name in self._names(path)
+        }
 
     def group_attributes(self, path: str) -> dict[str, Any]:
         """Attributes of any group, e.g. "summary/rope.end"; empty if there is none."""
@@ -303,7 +335,7 @@ def open_result(path: str | Path) -> ResultFile:
     """Open a results file, finished or not.
 
     Args:
-        path: the file; one still being written (*.partial) is read as far as it was flushed; or a
+        path: the file; one still being written (NAME.partial) is read as far as it was flushed; or a
             study folder, whose shards are read as one file.
 
     Returns:
@@ -374,23 +406,3 @@ def _read(dataset: h5py.Dataset, pick: tuple[int | slice, ...]) -> Array:
         raise ResultError(f"{dataset.name} of shape {shape} has no part {pick}") from error
     except OSError as error:
         raise ResultError(f"{dataset.file.filename}: {dataset.name} is damaged") from error
-
-
-def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
-
-
-def _attributes(item: Any) -> dict[str, Any]:
-    hidden = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
-    found: dict[str, Any] = {}
-    for name, value in item.attrs.items():
-        if name in hidden:
-            continue
-        if isinstance(value, (bytes, str)):
-            value = _text(value)
-            if name in {"versions", "overrides", "dimensions"}:
-                value = json.loads(value)
-        elif isinstance(value, np.generic):
-            value = value.item()
-        found[name] = value
-    return found

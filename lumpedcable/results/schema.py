@@ -12,6 +12,7 @@ h5py, Panoply, MATLAB and the HDF5 tools all read it with names and units::
     /energy/<term> (run, time)                     J
     /summary/<end>/<quantity> (run)                numbers of one recoiling end
     /summary/<quantity> (run)                      numbers of the whole run
+    /rest/<cable>/<quantity> (run)                 numbers of a cable of a scene at rest
 """
 
 from __future__ import annotations
@@ -45,12 +46,16 @@ RESERVED = frozenset(
         "lines",
         "energy",
         "summary",
+        "rest",
     }
 )
 """Names at the root of the file that a swept number must not take."""
 
 _STRUCTURAL = frozenset({"held", "fixed", "motion", "solver", "output", "statics"})
 """Parts of a key that say where a number stands in the scene, not what it is."""
+
+_VECTORS = frozenset({"fixed", "position", "direction", "velocity", "amplitude"})
+"""Keys that hold three components, x, y, z."""
 
 
 @dataclass(frozen=True)
@@ -138,6 +143,10 @@ def axis_names(keys: Sequence[str]) -> list[str]:
 
 def axis_words(key: str) -> str:
     """The words that stand for a swept key in a label, e.g. "break time" or "pretension"."""
+    *parents, last = key.split(".")
+    if last.isdecimal():  # a component of a vector, or an item of a list
+        vector = parents[-1] in _VECTORS and int(last) < 3
+        return f"{parents[-1]} {'xyz'[int(last)] if vector else last}".replace("_", " ")
     parts = key.split(".")[-2:]
     words = [part for part in parts[:-1] if part not in _STRUCTURAL] + parts[-1:]
     return " ".join(words).replace("_", " ")

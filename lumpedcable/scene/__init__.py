@@ -34,6 +34,7 @@ from lumpedcable.scene.run_checks import CHECKED
 from lumpedcable.scene.runs import Axis, Factor, Runs
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.schema import json_schema
+from lumpedcable.scene.targets import Target
 from lumpedcable.scene.units import UnitError, format_quantity, parse_quantity
 from lumpedcable.scene.validate import read_scene
 
@@ -70,6 +71,7 @@ __all__ = [
     "Study",
     "TableMaterial",
     "TanhMaterial",
+    "Target",
     "UniformCurrent",
     "UnitError",
     "format_quantity",

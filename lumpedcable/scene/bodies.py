@@ -10,8 +10,10 @@ from pydantic import Field
 from lumpedcable.scene.part import Name, Part, Problem
 from lumpedcable.scene.quantities import (
     Angle,
+    KinematicViscosity,
     Length,
     MomentOfInertia,
+    NonNegativeNumber,
     Position,
     PositiveLength,
     PositiveMass,
@@ -23,7 +25,22 @@ Freedom = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 ANGLES: tuple[Freedom, ...] = ("roll", "pitch", "yaw")
 
 # any of these makes a body a rigid one
-_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull")
+_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "friction", "drag")
+
+
+class Resistance(Part):
+    """Friction of the wetted skin by the line of ITTC 1957, with an allowance for roughness.
+
+    R = f rho S (C_F + C_A) v |v| with C_F = 0.075 / (log10 Re - 2)^2 and
+    C_A = (105 (k / L)^(1/3) - 0.64) / 1000.
+    """
+
+    viscosity: KinematicViscosity
+    """Kinematic viscosity of the water in m2/s."""
+    roughness: PositiveLength = 150e-6
+    """Height k of the roughness in m."""
+    convention: Literal["textbook", "doubled"] = "textbook"
+    """f = 1/2, or 1 as printed by Liu et al. (2018), eq. 62."""
 
 
 class Hull(Part):
@@ -31,6 +48,10 @@ class Hull(Part):
 
     above_keel: PositiveLength | None = None
     """Height of the centre of gravity over the keel in m. Absent: half the height of the box."""
+    above_water: Length | None = None
+    """Height of the centre of gravity over the water's surface in m, instead of above_keel."""
+    resistance: Resistance | None = None
+    """Resistance of the skin to motion along the length. Absent: none."""
     surface: Length = 0.0
     """Height z of the water's surface in m."""
 
@@ -59,6 +80,11 @@ class Body(Part):
     Absent: none."""
     free: tuple[Freedom, ...] | None = None
     """How a rigid body can move. Absent: in every way."""
+    friction: NonNegativeNumber | None = None
+    """Coulomb's coefficient where it rests on the bed, for a body whose height is not free. Absent:
+    none."""
+    drag: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
+    """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
     hull: Hull | None = None
     """It floats. Absent: it has its weight, less the buoyancy of volume."""
 
@@ -90,6 +116,18 @@ class Body(Part):
         if self.hull is not None and self.size is None:
             yield Problem(
                 ("size",), "expected [length, breadth, height] (m) of a hull, found nothing"
+            )
+        if self.hull is not None and None not in (self.hull.above_keel, self.hull.above_water):
+            yield Problem(("hull", "above_water"), "expected above_keel or above_water, found both")
+        if self.drag is not None and self.size is None:
+            yield Problem(
+                ("size",),
+                "expected [length, breadth, height] (m) of a body with drag, found nothing",
+            )
+        if self.friction is not None and (self.free is None or "z" in self.free):
+            yield Problem(
+                ("friction",),
+                'expected a body on the bed, whose free has no "z", found one that can rise',
             )
         if self.hull is not None and self.volume is not None:
             yield Problem(("volume",), "expected volume or hull, found both")

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import CarriedBody
+from lumpedcable.scene.carried_checks import carried_problems
 from lumpedcable.scene.environment import Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
@@ -20,13 +22,19 @@ from lumpedcable.scene.lines import (
     HeldEnd,
     HeldForce,
     HeldPosition,
+    JoinedEnd,
     Line,
     MovingEnd,
+    tie_of,
 )
 from lumpedcable.scene.materials import Material
+from lumpedcable.scene.moved import MovedBody, SeaBody
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
+from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.stepping_checks import stepping_problems
+from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
 SIDES = ("start", "end")
@@ -38,8 +46,10 @@ class Draft:
 
     materials: Mapping[str, Material | None]
     lines: Mapping[str, Line | None]
-    bodies: Mapping[str, Body | None]
+    bodies: Mapping[str, Body | CarriedBody | MovedBody | None]
+    measures: Mapping[str, Any]
     events: Mapping[str, Event | None]
+    targets: Mapping[str, Target | None]
     others: Mapping[str, Any]
     """The single parts that could be read, by key: gravity, water, solver, ..."""
     named: frozenset[str]
@@ -53,7 +63,9 @@ class Draft:
             scene.materials,
             scene.lines,
             scene.bodies,
+            scene.measures,
             scene.events,
+            scene.targets,
             {str(key): value for key, value in singles.items()},
             frozenset(map(str, singles)),
         )
@@ -66,7 +78,7 @@ class Draft:
 
 def problems(draft: Draft) -> Iterator[Problem]:
     """Yield everything that is wrong in a draft."""
-    for section in ("materials", "lines", "bodies", "events"):
+    for section in ("materials", "lines", "bodies", "measures", "events", "targets"):
         yield from inside(getattr(draft, section), (section,))
     for key, part in draft.others.items():
         yield from inside(part, (key,))
@@ -78,26 +90,35 @@ def problems(draft: Draft) -> Iterator[Problem]:
         if name == "free":
             yield Problem(("bodies", name), 'expected another name, found "free", which is no body')
     for name, body in draft.bodies.items():
-        if body is not None and body.volume is not None and draft.fluid is None:
+        if isinstance(body, MovedBody):
+            yield from _moved(draft, ("bodies", name, "motion"), body)
+        elif isinstance(body, Body) and body.volume is not None and draft.fluid is None:
             yield Problem(
                 ("bodies", name, "volume"),
                 "expected [water] or [air] where a body has a volume, found neither",
             )
-        if body is not None and body.hull is not None:
+        if isinstance(body, Body) and body.hull is not None:
             for key in ("water", "gravity"):
                 if key not in draft.named:
                     yield Problem(
                         ("bodies", name, "hull"), f"expected {key} where a hull floats, found none"
                     )
-        if body is not None and body.rigid and name in draft.lines:
+        if isinstance(body, Body) and body.rigid and name in draft.lines:
             yield Problem(
                 ("bodies", name), f'expected another name, found "{name}", which is a line as well'
             )
     for name, line in draft.lines.items():
         if line is not None:
             yield from _line(draft, name, line)
+    gravity = draft.others.get("gravity")
+    yield from carried_problems(draft.lines, draft.bodies, draft.measures, gravity)
+    yield from stepping_problems(
+        draft.lines, draft.bodies, draft.materials, draft.events, draft.others
+    )
     yield from _seabed(draft)
     yield from _events(draft)
+    yield from target_problems(draft.targets, draft.lines, draft.bodies)
+    yield from _at_rest(draft)
 
 
 def inside(value: Any, path: Path) -> Iterator[Problem]:
@@ -108,6 +129,21 @@ def inside(value: Any, path: Path) -> Iterator[Problem]:
     if isinstance(value, Part | dict):
         for key, child in children(value):
             yield from inside(child, (*path, key))
+
+
+def _at_rest(draft: Draft) -> Iterator[Problem]:
+    """Yield what a scene without duration cannot have, and what needs one."""
+    output = draft.others.get("output")
+    if not isinstance(output, Output):
+        return
+    if output.static and draft.events:
+        yield Problem(("output",), "expected a duration where there are events, found none")
+    if output.duration and output.every and draft.targets:
+        yield Problem(
+            ("output", "duration"),
+            "expected no duration with targets, which are for scenes at rest, found "
+            f"{format_quantity(output.duration, 's')}",
+        )
 
 
 def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
@@ -122,6 +158,8 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
         end = getattr(line, side)
         if isinstance(end, str):
             yield from _named_end(draft, (*path, side), end)
+        elif isinstance(end, JoinedEnd):
+            yield from _joined_end(draft, (*path, side, "joined"), end.joined)
         elif isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
             yield from _pretension(draft, (*path, side, "held", "pretension"), line, end.held)
         elif _clamped(end) and line.bending is None:
@@ -129,6 +167,11 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
                 (*path, side, "direction"),
                 "expected bending on a line whose end keeps a direction, found none",
             )
+
+
+def _moved(draft: Draft, path: Path, body: MovedBody) -> Iterator[Problem]:
+    if isinstance(body.motion, SeaBody) and "sea" not in draft.named:
+        yield Problem((*path, "rao"), "expected [sea] for a motion in waves, found none")
 
 
 def _unknown(name: str, known: Mapping[str, Any]) -> str:
@@ -141,8 +184,8 @@ def _known(known: Mapping[str, Any]) -> str:
 
 def _points(draft: Draft) -> list[str]:
     """Return the points of all bodies, as an end names them."""
-    bodies = ((name, body) for name, body in draft.bodies.items() if body is not None)
-    return [f"{name}.{point}" for name, body in bodies for point in body.points]
+    bodies = ((name, getattr(body, "points", {})) for name, body in draft.bodies.items())
+    return [f"{name}.{point}" for name, points in bodies for point in points]
 
 
 def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
@@ -161,17 +204,37 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
         )
 
 
+def _joined_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
+    """Yield what is wrong with the other line's end that an end is joined to."""
+    others = [f"{line}.{side}" for line in draft.lines if line != path[1] for side in SIDES]
+    if end not in others:
+        yield Problem(
+            path, f"expected the end of another line, found {found(end)}{did_you_mean(end, others)}"
+        )
+
+
 def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     """Yield what is wrong with an end given as text."""
+    body = draft.bodies.get(end)
+    if isinstance(body, CarriedBody):
+        yield Problem(
+            path, f"expected a body that lines are tied to, found {found(end)}, on a line"
+        )
+        return
+    if isinstance(body, MovedBody):
+        yield from _point_of(path, end, "", body)
+        return
     if end == "free" or end in draft.bodies:
         return
     name, dot, point = end.partition(".")
     if dot and name in draft.bodies and name not in draft.lines:
         body = draft.bodies[name]
-        if body is not None and point not in body.points:
+        if isinstance(body, MovedBody):
+            yield from _point_of(path, name, point, body)
+        elif isinstance(body, CarriedBody) or (body is not None and point not in body.points):
+            known = body.points if isinstance(body, Body) else {}
             yield Problem(
-                path,
-                f'expected a point of the body "{name}", found {_unknown(point, body.points)}',
+                path, f'expected a point of the body "{name}", found {_unknown(point, known)}'
             )
         return
     ends = [f"{line}.{side}" for line in draft.lines for side in SIDES]
@@ -186,6 +249,19 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     elif end.split(".")[0] == path[1]:
         itself = "itself" if end == own else "the same line"
         yield Problem(path, f'expected the end of another line, found "{end}" on {itself}')
+
+
+def _point_of(path: Path, name: str, point: str, body: MovedBody) -> Iterator[Problem]:
+    """Yield a fault where a moved body has no such point."""
+    if point in body.points:
+        return
+    known = [f"{name}.{other}" for other in body.points]
+    told = f"{name}.{point}" if point else name
+    hint = did_you_mean(told, known) or (f"; known: {', '.join(known)}" if known else "")
+    yield Problem(
+        path,
+        f'expected a point of the moved body "{name}", found "{told}"{hint or "; it has none"}',
+    )
 
 
 def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterator[Problem]:
@@ -219,7 +295,7 @@ def _seabed(draft: Draft) -> Iterator[Problem]:
             if place is not None:
                 places.append((("lines", name, side, *path), place))
     for name, body in draft.bodies.items():
-        if body is not None and body.position is not None:
+        if isinstance(body, Body | MovedBody) and body.position is not None:
             places.append((("bodies", name, "position"), body.position))
     for path, place in places:
         if place[2] < seabed.height:
@@ -266,11 +342,11 @@ def _events(draft: Draft) -> Iterator[Problem]:
         line = draft.lines[target]
         if line is None:
             continue
-        if place is not None and not 0 < place < line.length:
+        if place is not None and not 0 < place < line.unstretched:
             yield Problem(
                 ("events", name, "place"),
                 f"expected a place inside the line, between 0 m and "
-                f"{format_quantity(line.length, 'm')}, found {format_quantity(place, 'm')}",
+                f"{format_quantity(line.unstretched, 'm')}, found {format_quantity(place, 'm')}",
             )
         if side is not None and _clamped(getattr(line, side)):
             yield Problem(
@@ -286,4 +362,5 @@ def _events(draft: Draft) -> Iterator[Problem]:
 
 def _tied(draft: Draft, end: str) -> bool:
     """Return whether the end of some line is joined to ``end``, or may be."""
-    return any(line is None or end in (line.start, line.end) for line in draft.lines.values())
+    ties = [[tie_of(x) for x in (line.start, line.end)] for line in draft.lines.values() if line]
+    return None in draft.lines.values() or any(end in pair for pair in ties)

@@ -8,12 +8,17 @@ from pydantic import Tag
 
 from lumpedcable.scene.part import Part, choose, pick_word, tag
 from lumpedcable.scene.quantities import (
+    Angle,
+    Count,
     Density,
     FoundationDamping,
     FoundationStiffness,
     Length,
+    NonNegativeLength,
     Number,
     PositiveLength,
+    PositiveNumber,
+    PositiveTime,
     Velocity,
 )
 
@@ -64,6 +69,27 @@ class Fluid(Part):
     """Mass per volume in kg/m3."""
     current: Current | None = None
     """Motion of the fluid. Absent: at rest."""
+
+
+class Sea(Part):
+    """Long-crested waves of a JONSWAP spectrum, as a sum of sines with random phases.
+
+    S(w) ~ w^-5 exp(-5/4 (wp/w)^4) gamma^exp(-((w - wp)/(s wp))^2/2), s = 0.07 up to wp and 0.09
+    beyond, so scaled that the surface has the standard deviation height / 4.
+    """
+
+    height: NonNegativeLength
+    """Significant wave height Hs in m."""
+    period: PositiveTime
+    """Period of the peak of the spectrum in s."""
+    gamma: PositiveNumber = 3.3
+    """Peak enhancement; 1 is the Pierson-Moskowitz spectrum of a fully developed sea."""
+    seed: Annotated[int, Count(0)] = 1
+    """Which phases are drawn."""
+    components: Annotated[int, Count(1, 10_000)] = 100
+    """Number of sines."""
+    direction: Angle = 0.0
+    """Direction in rad that the waves travel in, from the x axis towards y."""
 
 
 class Seabed(Part):

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
+from lumpedcable.scene.moved import FREEDOMS
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 
@@ -34,6 +35,8 @@ def fill(data: dict[str, Any], folder: FilePath) -> list[Problem]:
         The problems, one per file that cannot be used.
     """
     problems = []
+    for path, motion in _ships(data):
+        problems += _fill_ship(path, motion, folder)
     for path, table, columns in _tables(data):
         targets = TABLE_COLUMNS if columns is TABLE_COLUMNS else ("time", "position")
         double = [key for key in targets if key in table]
@@ -68,6 +71,45 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], tuple[
                 yield ("lines", name, side, "motion"), motion, MOTION_COLUMNS
 
 
+def _ships(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Yield (path, raw motion) of every body whose motion names a file."""
+    for name, body in _entries(data, "bodies"):
+        motion = body.get("motion")
+        if isinstance(motion, dict) and any(
+            isinstance(motion.get(key), str) for key in ("file", "rao")
+        ):
+            yield ("bodies", name, "motion"), motion
+
+
+def _fill_ship(path: Path, motion: dict[str, Any], folder: FilePath) -> list[Problem]:
+    """Put the columns of a ship's record, or of its response, beside the name of the file."""
+    key, first = ("rao", "omega") if "rao" in motion else ("file", "t")
+    try:
+        header = read_header(folder / motion[key])
+        named = [name for name in FREEDOMS if name in header]
+        if not named:
+            raise FileError(
+                f"expected the columns {first} and any of {', '.join(FREEDOMS)}, "
+                f"found {', '.join(header)} in {FilePath(motion[key]).name}"
+            )
+        pairs = [(name, f"{name}_phase") if key == "rao" else (name,) for name in named]
+        columns = (first, *(column for pair in pairs for column in pair))
+        rows = read_columns(folder / motion[key], columns)
+    except FileError as fault:
+        return [Problem((*path, key), str(fault))]
+    table = dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True)) if rows else {}
+    if key == "file":
+        motion |= {"time" if name == "t" else name: table.get(name, []) for name in columns}
+        return []
+    motion["omega"] = table.get("omega", [])
+    motion["response"] = {
+        pair[0]: [list(both) for both in zip(*(table[name] for name in pair), strict=True)]
+        for pair in pairs
+        if table
+    }
+    return []
+
+
 def _entries(data: dict[str, Any], section: str) -> Iterator[tuple[str, dict[str, Any]]]:
     table = data.get(section)
     if isinstance(table, dict):
@@ -95,6 +137,13 @@ def read_text(path: FilePath) -> str:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(f"expected a file that can be read, found: {reason}") from None
+
+
+def read_header(path: FilePath) -> list[str]:
+    """Return the names of the columns of a CSV file; none of an empty one. Raises FileError."""
+    lines = (line for line in read_text(path).splitlines() if line.strip())
+    first = next((line for line in lines if not line.lstrip().startswith("#")), "")
+    return [word.strip() for word in next(csv.reader([first]), [])]
 
 
 def read_columns(path: FilePath, columns: tuple[str, ...]) -> list[tuple[float, ...]]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Tag
 
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.part import Part, Path, Problem, Text, choose, did_you_mean_key, tag
 from lumpedcable.scene.quantities import (
     Angle,
@@ -15,12 +16,14 @@ from lumpedcable.scene.quantities import (
     MassPerLength,
     NonNegativeForce,
     NonNegativeNumber,
+    NonNegativeTime,
     Number,
     Position,
     PositiveLength,
     PositiveNumber,
     PositiveTime,
     SegmentCount,
+    Speed,
     Time,
     Velocity,
     fault,
@@ -121,6 +124,8 @@ class HarmonicMotion(Part):
 class RecordedMotion(Part):
     """Places at times, from a CSV file or written out; a cubic spline between them."""
 
+    FILE: ClassVar[tuple[str, ...]] = ("file", "time", "position")
+
     file: Text | None = None
     """CSV file with columns t, x, y, z in s and m, relative to the scene file."""
     time: tuple[Time, ...] = ()
@@ -173,7 +178,29 @@ class MovingEnd(Part):
     """The path in time."""
 
 
-ENDS: dict[str, type[Part]] = {"fixed": FixedEnd, "held": HeldEnd, "motion": MovingEnd}
+class JoinedEnd(Part):
+    """An end joined to another line's, held at a place while the start state is found."""
+
+    joined: Text
+    """The end of another line, "LINE.start" or "LINE.end"."""
+    at: Position
+    """Where both are at the start in m; from then on nothing holds them there."""
+
+
+def tie_of(end: Any) -> str | None:
+    """Return the text that says what an end is tied to, None where it is not or is held by itself."""
+    if isinstance(end, JoinedEnd):
+        return end.joined
+    return end if isinstance(end, str) and end != "free" else None
+
+
+ENDS: dict[str, type[Part]] = {
+    "fixed": FixedEnd,
+    "held": HeldEnd,
+    "motion": MovingEnd,
+    "winch": WinchEnd,
+    "joined": JoinedEnd,
+}
 """The one place where the key of an end's table becomes a class."""
 _END = (
     f'"free", a body or a point of one, the end of another line, or a table with one of '
@@ -188,7 +215,7 @@ def _pick_end(value: Any) -> str:
         return next((kind for kind, cls in ENDS.items() if isinstance(value, cls)), "name")
     if isinstance(value, dict):
         kinds = [kind for kind in ENDS if kind in value]
-        if len(kinds) == 1 and (len(value) == 1 or kinds == ["fixed"]):
+        if len(kinds) == 1 and (len(value) == 1 or kinds[0] in ("fixed", "joined")):
             return kinds[0]
     hint = did_you_mean_key(value, ENDS) if isinstance(value, dict) else ""
     raise fault(f"expected {_END}, found {found(value)}{hint}")
@@ -198,7 +225,9 @@ End = Annotated[
     Annotated[Text, Tag(tag("name"))]
     | Annotated[FixedEnd, Tag(tag("fixed"))]
     | Annotated[HeldEnd, Tag(tag("held"))]
-    | Annotated[MovingEnd, Tag(tag("motion"))],
+    | Annotated[MovingEnd, Tag(tag("motion"))]
+    | Annotated[WinchEnd, Tag(tag("winch"))]
+    | Annotated[JoinedEnd, Tag(tag("joined"))],
     *choose(_pick_end, _END),
 ]
 """What holds an end: text ("free", a body, "BODY.POINT", another line's end) or a table."""
@@ -235,13 +264,31 @@ class Bending(Part):
     """Bending stiffness in N m2."""
 
 
+class Payout(Part):
+    """Line paid out, or hauled in, since a beginning: its length is length + speed time."""
+
+    speed: Speed
+    """Speed in m/s at which line is paid out; negative: hauled in."""
+    time: NonNegativeTime
+    """Time in s since the beginning."""
+
+    @property
+    def way(self) -> float:
+        """Length in m paid out until now."""
+        return self.speed * self.time
+
+
 class Line(Part):
     """A cable between two ends, cut into segments with masses between them."""
 
+    model: Literal["lumped", "ideal"] = "lumped"
+    """How it is computed: as lumps, or as an ideal cable without mass whose winch sets its tension."""
     material: Text
     """Name of its tension law, from [materials]."""
     length: PositiveLength
     """Unstretched length in m."""
+    payout: Payout | None = None
+    """Line paid out since it had this length. Absent: none."""
     segments: SegmentCount | None = None
     """Number of segments."""
     grading: PositiveNumber | None = None
@@ -263,11 +310,24 @@ class Line(Part):
     end: End
     """What holds the end at unstretched distance ``length``."""
 
+    @property
+    def unstretched(self) -> float:
+        """Unstretched length in m, with what was paid out."""
+        return self.length if self.payout is None else self.length + self.payout.way
+
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the segments."""
+        """Yield what is wrong with the segments and what was paid out."""
+        if self.payout is not None and self.segment_lengths is not None:
+            yield Problem(("payout",), "expected segments with payout, found segment_lengths")
+        elif self.payout is not None and self.unstretched <= 0.0:
+            yield Problem(
+                ("payout", "time"),
+                f"expected less time, found {format_quantity(self.payout.time, 's')}, in which the "
+                "whole line is hauled in",
+            )
         lengths = self.segment_lengths
         if lengths is None:
-            if self.segments is None:
+            if self.segments is None and self.model == "lumped":
                 yield Problem(("segments",), "expected a number of segments, found nothing")
             elif self.grading is not None and self.segments == 1 and self.grading != 1:
                 yield Problem(("grading",), "expected at least 2 segments to grade, found 1")

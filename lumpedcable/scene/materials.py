@@ -6,7 +6,7 @@ Strain e is (stretched length - unstretched length) / unstretched length; tensio
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, StrictBool, Tag
@@ -113,6 +113,8 @@ class PolynomialMaterial(_Law):
 class TableMaterial(_Law):
     """T through measured points, smooth and monotone between them and straight beyond them."""
 
+    FILE: ClassVar[tuple[str, ...]] = ("file", "strain", "tension")
+
     law: Literal["table"]
     """Points from the scene itself or from a CSV file."""
     strain: tuple[Number, ...] = ()
@@ -174,11 +176,33 @@ class TableMaterial(_Law):
                 )
 
 
+class InextensibleMaterial(_Law):
+    """Segments that keep their length: rods, whose tension follows from the motion."""
+
+    law: Literal["inextensible"]
+    """No stretch."""
+
+    def curve(self, strain: np.ndarray) -> np.ndarray:
+        """Return the strain itself: any law that rises."""
+        return strain
+
+    def reach(self) -> float:
+        """Return infinity: it carries any tension."""
+        return float("inf")
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield the keys of elastic laws."""
+        for key in ("damping", "max_strain", "tension_only"):
+            if key in self.model_fields_set and getattr(self, key) not in (None, False):
+                yield Problem((key,), f"expected no {key} of an inextensible material, found one")
+
+
 LAWS: dict[str, type[_Law]] = {
     "linear": LinearMaterial,
     "tanh": TanhMaterial,
     "polynomial": PolynomialMaterial,
     "table": TableMaterial,
+    "inextensible": InextensibleMaterial,
 }
 """The one place where the word in ``law = "..."`` becomes a class."""
 
@@ -191,7 +215,8 @@ Material = Annotated[
     Annotated[LinearMaterial, Tag(tag("linear"))]
     | Annotated[TanhMaterial, Tag(tag("tanh"))]
     | Annotated[PolynomialMaterial, Tag(tag("polynomial"))]
-    | Annotated[TableMaterial, Tag(tag("table"))],
+    | Annotated[TableMaterial, Tag(tag("table"))]
+    | Annotated[InextensibleMaterial, Tag(tag("inextensible"))],
     *choose(_pick, "a table with law and its parameters"),
 ]
 """A tension law; ``law`` says which."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, StringConstraints
 
@@ -24,12 +24,20 @@ class Problem(NamedTuple):
 class Part(BaseModel):
     """A frozen piece of a scene: its fields are the keys of its TOML table, and no others."""
 
+    FILE: ClassVar[tuple[str, ...]] = ()
+    """The key that names a file, where there may be one, and the keys that its contents fill."""
+
     model_config = ConfigDict(
         frozen=True,
         extra="forbid",
         use_attribute_docstrings=True,
         validate_default=False,
     )
+
+    def from_file(self) -> tuple[str, ...]:
+        """Return the keys whose values came from a file; none where no file is named."""
+        named = self.FILE and getattr(self, self.FILE[0]) is not None
+        return self.FILE[1:] if named else ()
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between this part's own fields; paths start at the part."""

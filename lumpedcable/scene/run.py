@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from lumpedcable.scene.part import Name, Part, Problem, Text
 from lumpedcable.scene.quantities import (
@@ -94,21 +94,40 @@ class Statics(Part):
 class Output(Part):
     """What is kept of a run."""
 
-    duration: PositiveTime
-    """Simulated time in s."""
-    every: PositiveTime
-    """Time in s between kept states."""
+    model_config = ConfigDict(
+        json_schema_extra={"dependentRequired": {"duration": ["every"], "every": ["duration"]}}
+    )
+
+    duration: PositiveTime = 0.0
+    """Simulated time in s. Without it the scene is at rest: statics alone."""
+    every: PositiveTime = 0.0
+    """Time in s between kept states; needed with duration."""
     quantities: tuple[FieldQuantity, ...] = ("position", "velocity", "tension", "strain", "energy")
     """Fields that are kept."""
     keep: Literal["fields", "histories", "summaries"] = "fields"
     """How much of a run is kept: everything; tensions at the ends and energies over time, but no
     fields; or its numbers alone."""
+    stop: Text | None = None
+    """A rigid body that starts with a velocity: the run ends when its velocity along that one has
+    fallen to zero, and what would follow repeats its last state. Absent: at `duration`."""
     precision: Precision = "float64"
     """Floating-point type of the kept fields; scalars are always float64."""
 
+    @property
+    def static(self) -> bool:
+        """Whether the scene stays at rest."""
+        return self.duration == 0.0
+
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between the fields."""
-        if self.every > self.duration:
+        if (self.every == 0.0) != (self.duration == 0.0):
+            absent = "duration" if self.duration == 0.0 else "every"
+            yield Problem(
+                (absent,), "expected duration and every together, or neither, found one of them"
+            )
+        elif self.static:
+            pass
+        elif self.every > self.duration:
             yield Problem(
                 ("every",),
                 f"expected at most the duration, {format_quantity(self.duration, 's')}, "

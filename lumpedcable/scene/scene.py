@@ -10,16 +10,18 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.environment import Fluid, Seabed
+from lumpedcable.scene.carried import Measure
+from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import Line, RecordedMotion
-from lumpedcable.scene.materials import Material, TableMaterial
+from lumpedcable.scene.lines import Line, tie_of
+from lumpedcable.scene.materials import Material
+from lumpedcable.scene.moved import AnyBody, MovedBody
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count
 from lumpedcable.scene.run import Output, Reference, Solver, Statics
+from lumpedcable.scene.targets import Target
 
 _NOT_STRUCTURE = frozenset({"title", "references"})
-_FILE_DATA = frozenset({"file", "strain", "tension", "time", "position"})
 
 
 class Scene(Part):
@@ -35,16 +37,22 @@ class Scene(Part):
     """Water around everything. Absent: none."""
     air: Fluid | None = None
     """Air around everything, instead of water. Absent: none."""
+    sea: Sea | None = None
+    """Waves that move ships. Absent: none."""
     seabed: Seabed | None = None
     """The bed that lines can rest on. Absent: none."""
     materials: dict[Name, Material] = Field(default_factory=dict)
     """Tension laws by name."""
     lines: dict[Name, Line] = Field(default_factory=dict)
     """Lines by name."""
-    bodies: dict[Name, Body] = Field(default_factory=dict)
+    bodies: dict[Name, AnyBody] = Field(default_factory=dict)
     """Bodies by name."""
+    measures: dict[Name, Measure] = Field(default_factory=dict)
+    """Numbers that are asked for, by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events by name."""
+    targets: dict[Name, Target] = Field(default_factory=dict)
+    """What statics must reach by choosing lengths of lines, by name."""
     solver: Solver = Solver()
     """How time is stepped."""
     statics: Statics = Statics()
@@ -59,15 +67,28 @@ class Scene(Part):
         """The water or the air, or None."""
         return self.water if self.water is not None else self.air
 
+    def point_of(self, end: Any) -> tuple[MovedBody, tuple[float, float, float]] | None:
+        """Return the moved body that an end names a point of, "ship.post", and that point in m."""
+        name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+        body = self.bodies.get(name)
+        if not isinstance(body, MovedBody) or point not in body.points:
+            return None
+        return body, body.points[point]
+
     def body_point(self, end: Any) -> tuple[str, str | None] | None:
         """Return the rigid body, and the point of it or None for its centre, that an end names.
 
         None where the end is anything else.
         """
-        name, dot, point = end.partition(".") if isinstance(end, str) else ("", "", "")
-        if name in self.lines or name not in self.bodies or not self.bodies[name].rigid:
+        name, dot, point = (tie_of(end) or "").partition(".")
+        body = self.bodies.get(name)
+        if name in self.lines or not isinstance(body, Body) or not body.rigid:
             return None
         return name, (point if dot else None)
+
+    def on_body(self, end: Any) -> bool:
+        """Return whether an end goes where a rigid body or a moved one does."""
+        return self.point_of(end) is not None or self.body_point(end) is not None
 
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.
@@ -107,8 +128,9 @@ class Scene(Part):
 
 def _below(part: Any) -> Iterator[tuple[str, Any]]:
     """Yield the structural (key, value) pairs below a part, keys as text."""
-    from_file = isinstance(part, TableMaterial | RecordedMotion) and part.file is not None
-    data = _FILE_DATA if from_file else frozenset()
+    data: tuple[str, ...] = ()
+    if isinstance(part, Part) and part.from_file():
+        data = part.FILE
     for key, value in children(part):
         if key in data or (isinstance(part, Scene) and key in _NOT_STRUCTURE):
             continue
@@ -130,15 +152,13 @@ def _bones(value: Any) -> Any:
         return [_bones(child) for child in value]
     if isinstance(value, Part | dict):
         bones = {key: _bones(child) for key, child in _below(value)}
-        if isinstance(value, TableMaterial) and value.file is not None:
-            bones["data"] = _digest(value.strain, value.tension)
-        if isinstance(value, RecordedMotion) and value.file is not None:
-            bones["data"] = _digest(value.time, value.position)
+        if isinstance(value, Part) and value.from_file():
+            bones["data"] = _digest(*(getattr(value, key) for key in value.from_file()))
         return bones
     return value
 
 
-def _digest(*columns: tuple[Any, ...]) -> str:
+def _digest(*columns: Any) -> str:
     return hashlib.sha256(repr(columns).encode()).hexdigest()
 
 

@@ -14,7 +14,7 @@ from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.tree import Spot, fields, spot_at
 
-SECTIONS = ("materials", "lines", "bodies", "events")
+SECTIONS = ("materials", "lines", "bodies", "measures", "events", "targets")
 
 
 def read_scene(

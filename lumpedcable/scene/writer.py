@@ -46,7 +46,7 @@ def _given(part: Part) -> Iterator[tuple[str, Any]]:
     """Yield the keys of a part that were given, but for names of files (their data are there)."""
     for name in type(part).model_fields:
         value = getattr(part, name)
-        if name in part.model_fields_set and value is not None and name != "file":
+        if name in part.model_fields_set and value is not None and name not in part.FILE[:1]:
             yield name, value
 
 

@@ -16,12 +16,14 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from lumpedcable.model.attached import start_velocities
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import steered
 from lumpedcable.model.ends import Driven
-from lumpedcable.model.energy import empty_work
+from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.model import Model, end_name
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
+from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
 from lumpedcable.solve.rk4 import RK4
@@ -39,6 +41,7 @@ __all__ = [
 
 METHODS = {
     "leapfrog": Leapfrog,
+    "constrained": Constrained,
     "rk4": RK4,
     "euler": diffrax.Euler,
     "heun": diffrax.Heun,
@@ -69,6 +72,7 @@ class Plan:
     dtype: str
     max_steps: int
     outputs: int
+    stop: str | None = None
 
     @property
     def energy(self) -> bool:
@@ -77,12 +81,18 @@ class Plan:
 
 
 class Progress(NamedTuple):
-    """Where a run is: its state, what its solver keeps between steps, its watches."""
+    """Where a run is: its state, what its solver keeps between steps, its watches.
+
+    `stopped` is when its body came to rest (s), NaN before; `peaks` the largest tensions so far of the
+    segments of inextensible lines (N).
+    """
 
     y: State
     solver_state: PyTree
     seen: tuple[Watch, ...]
     exhausted: Bool[Array, ""]
+    stopped: Float[Array, ""]
+    peaks: dict[str, Float[Array, " n"]]
 
 
 class Numbers(NamedTuple):
@@ -105,9 +115,9 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
                 v = velocity_of(end.motion, t).astype(velocity[name].dtype)
                 velocity[name] = velocity[name].at[:, node].set(v)
     displacement |= {body_key(n): jnp.zeros_like(b.reference) for n, b in model.bodies.items()}
-    velocity = start_velocities(model, velocity)
+    velocity = steered(model, t, None, start_velocities(model, velocity))
     work = {name: empty_work(line, stepping) for name, line in model.lines.items()}
-    work |= {body_key(n): empty_work(body, stepping) for n, body in model.bodies.items()}
+    work |= {body_key(n): empty_body_work(model, n) for n in model.bodies}
     # what breakable ends carry at rest: the force that keeps their node where it is
     zero = {
         end_name(name, node): jnp.zeros(model.lines[name].dimensions, displacement[name].dtype)
@@ -118,7 +128,12 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
         found = model.evaluate(jnp.full((), -jnp.inf), displacement, None, zero)
         for name, node, _ in model.breakable():
             reaction[end_name(name, node)] = -found[name].force[:, node]
-    return State(displacement, velocity, work if energy else {}, reaction)
+    tension = {
+        name: line.law.tension(line.reference_strain)
+        for name, line in model.lines.items()
+        if line.inextensible
+    }
+    return State(displacement, velocity, work if energy else {}, reaction, tension)
 
 
 def cast(tree: PyTree, dtype: str) -> PyTree:
@@ -138,7 +153,7 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     seen = watches(model, y, plan.recoils)
     never = jnp.zeros((), bool)
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
-    return Progress(y, solver_state, seen, never), first
+    return Progress(y, solver_state, seen, never, jnp.full((), jnp.nan), y.tension), first
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
@@ -164,7 +179,9 @@ def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> 
         seen = watch(model, y, run.seen, plan.recoils, t1, dt)
         # only an implicit method can fail to find its stages
         failed = result != diffrax.RESULTS.successful if implicit else False
-        return Progress(y, state, seen, run.exhausted | failed)
+        peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.peaks.items()}
+        after = Progress(y, state, seen, run.exhausted | failed, run.stopped, peaks)
+        return after if plan.stop is None else _halted(model, plan.stop, run, after, t0, dt)
 
     return jax.lax.fori_loop(0, numbers.steps, step, run)
 
@@ -186,7 +203,20 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     taken = jnp.maximum(solution.stats["num_accepted_steps"], 1)
     seen = watch(model, y, run.seen, plan.recoils, start + numbers.every, numbers.every)
     failed = solution.result != diffrax.RESULTS.successful
-    return Progress(y, numbers.every / taken, seen, run.exhausted | failed)
+    failed = run.exhausted | failed
+    return Progress(y, numbers.every / taken, seen, failed, run.stopped, run.peaks)
+
+
+def _halted(model: Model, name: str, run: Progress, after: Progress, t0, dt) -> Progress:
+    """A run after a step, or before it if its body has come to rest; the instant linear between."""
+    body, key = model.bodies[name], body_key(name)
+    assert body.start_velocity is not None
+    speeds = [jnp.dot(x.y.velocity[key], body.start_velocity) for x in (run, after)]
+    when = t0 + dt * (speeds[0] / (speeds[0] - speeds[1])).astype(dt.dtype)
+    done = ~jnp.isnan(run.stopped)
+    stopped = jnp.where(~done & (speeds[1] <= 0.0), when, run.stopped)
+    kept = jax.tree.map(lambda old, new: jnp.where(done, old, new), run, after)
+    return kept._replace(stopped=stopped)
 
 
 def _size(error: State) -> Float[Array, ""]:
@@ -213,7 +243,8 @@ def advance(
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
     def sample_at(run: Progress, t) -> Sample:
-        return sample(model, t, run.y, plan.quantities, dt, run.exhausted)
+        found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
+        return found._replace(stopped=~jnp.isnan(run.stopped))
 
     empty = jax.tree.map(
         lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),

@@ -26,7 +26,7 @@ def rates(model: Model, t: Float[Array, ""], y: State) -> tuple[State, dict[str,
             for name, kinds in work.items()
         }
     still = jax.tree.map(lambda x: 0.0 * x, y.reaction)
-    return State(y.velocity, gain, work, still), found
+    return State(y.velocity, gain, work, still, y.tension), found
 
 
 class CableTerm(diffrax.AbstractTerm):
@@ -102,7 +102,7 @@ class Leapfrog(diffrax.AbstractSolver):
             power = powers(model, t1, found, place, before, middle, after, dt)
             now = jax.tree.map(lambda w, p: w + 0.5 * dt * p, work, power)
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
-        y1 = State(place, middle, now, reaction)
+        y1 = State(place, middle, now, reaction, y0.tension)
         dense = {"y0": y0, "y1": y1}
         return y1, None, dense, (after, work, length, workspaces(found)), diffrax.RESULTS.successful
 

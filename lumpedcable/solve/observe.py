@@ -47,7 +47,8 @@ class Sample(NamedTuple):
     """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
 
     `largest` has the largest tension of all segments (N) and the kinetic energy (J), `bodies` the
-    coordinates q and their rates of each body, (2, m).
+    coordinates q and their rates of each body, (2, m), `measures` the numbers that the scene asks for,
+    NaN while they do not count.
     """
 
     fields: dict[str, dict[str, Array]]
@@ -59,6 +60,8 @@ class Sample(NamedTuple):
     courant: Float[Array, ""]
     exhausted: Bool[Array, ""]
     bodies: dict[str, Float[Array, "2 m"]]
+    measures: dict[str, Float[Array, ""]]
+    stopped: Bool[Array, ""]
 
 
 def end_tension(
@@ -148,6 +151,8 @@ def sample(
     for name, line in model.lines.items():
         e = found[name].line
         whole = e.tension if e.damping is None else e.tension + e.damping
+        if line.inextensible:
+            whole = y.tension[name]
         most.append(jnp.max(whole))
         every = {
             "position": place[name],
@@ -164,7 +169,8 @@ def sample(
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
     stored = energies(model, found, y.displacement, y.velocity)
-    largest = {"tension": jnp.max(jnp.stack(most)), "kinetic": stored["kinetic"]}
+    none = jnp.full((), jnp.nan)  # without a line that has nodes
+    largest = {"tension": jnp.max(jnp.stack(most)) if most else none, "kinetic": stored["kinetic"]}
     energy = {}
     if y.work:
         energy = dict(stored)
@@ -177,7 +183,13 @@ def sample(
         key = body_key(name)
         bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
         finite &= jnp.all(jnp.isfinite(bodies[name]))
-    return Sample(fields, energy, ends, largest, finite, back, courant, exhausted, bodies)
+    measures = {
+        name: measure.value(model, t, place, y.velocity) for name, measure in model.measures.items()
+    }
+    stopped = jnp.zeros((), bool)
+    return Sample(
+        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures, stopped
+    )
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

@@ -19,7 +19,7 @@ from lumpedcable.physics.seabed import Seabed
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.physics.weight import Weight
 
-__all__ = ["draped_line", "resting_line", "seabed_of"]
+__all__ = ["draped_line", "rest_level", "resting_line", "seabed_of"]
 
 LEAST = 1e-6  # share of the line's weight below which a horizontal tension counts as none
 
@@ -79,7 +79,7 @@ def resting_line(
     """
     if line.dimensions == 1:
         return free
-    per_length, level = _rest(line, bed)
+    per_length, level = rest_level(line, bed)
     nodal = per_length * line.node_length
     inner = jnp.cumsum(nodal[1:-1])
     before = jnp.concatenate([jnp.zeros(1), inner])
@@ -117,7 +117,7 @@ def draped_line(
     """
     if line.dimensions == 1:
         return free
-    _, level = _rest(line, bed)
+    _, level = rest_level(line, bed)
     path = free if from_start else free[:, ::-1]
     steps = path[:, 1:] - path[:, :-1]
     height = jnp.maximum(bed.up @ path, jnp.minimum(level, bed.up @ path[:, 0]))
@@ -132,7 +132,7 @@ def draped_line(
     return laid if from_start else laid[:, ::-1]
 
 
-def _rest(line: Line, bed: Seabed) -> tuple[Float[Array, ""], Float[Array, ""]]:
+def rest_level(line: Line, bed: Seabed) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Weight per length (N/m, at least next to nothing) and height (m) of a line on the bed."""
     weight = jnp.full((), 1e-300)
     for load in line.loads:

@@ -7,13 +7,17 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.assemble import assemble, make_line, segment_lengths
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.ends import Joined, Loaded
+from lumpedcable.model.couple import winch_of
+from lumpedcable.model.ends import Driven, Joined, Loaded
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
+from lumpedcable.physics.motion import Still
 from lumpedcable.scene import Scene
-from lumpedcable.solve.resting import draped_line, resting_line, seabed_of
+from lumpedcable.scene.lines import JoinedEnd
+from lumpedcable.solve.carried import carried_equilibrium, is_carried
+from lumpedcable.solve.resting import draped_line, rest_level, resting_line, seabed_of
 from lumpedcable.solve.statics import (
     Equilibrium,
     equilibrium,
@@ -25,6 +29,8 @@ from lumpedcable.solve.statics import (
 
 __all__ = ["start_of"]
 
+STAGES = 5  # of growing stiffness, to the final one, in which an inextensible line finds its shape
+
 
 def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
     """The scene's model at static equilibrium before anything breaks or moves.
@@ -34,8 +40,13 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     """
     model = assemble(scene, layout, coordinates)
     joints = _joint_places(scene, layout, model, coordinates)
+    given = _given_places(scene, layout, model, coordinates)
+    joints = [given.get(k, place) for k, place in enumerate(joints)]
+    joints = _laid_on_bed(scene, layout, model, joints, set(given))
     lines = dict(model.lines)
     for name in scene.lines:
+        if is_carried(model) and (scene.lines[name].model == "ideal" or winch_of(model, name)):
+            continue  # laid out with what runs on it
         pieces = layout.of_line(name)
         lengths = [
             jnp.broadcast_to(segment_lengths(scene, piece), (piece.segments,)) for piece in pieces
@@ -50,7 +61,103 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
             lines[piece.name] = placed(lines[piece.name], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
-    return equilibrium(model, tolerance, scene.statics.max_iterations)
+    if is_carried(model):
+        return carried_equilibrium(model, tolerance, scene.statics.max_iterations)
+    held = _held_joints(model, given)
+    found = _stiffening(held, tolerance, scene.statics.max_iterations)
+    return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
+
+
+def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coordinates):
+    """Places (m) at which joints are held while the start state is found, by junction."""
+    given = {}
+    for name, line in scene.lines.items():
+        pieces = layout.of_line(name)
+        if not pieces:
+            continue  # an ideal line
+        for end, (piece, node) in (
+            (line.start, (pieces[0].name, 0)),
+            (line.end, (pieces[-1].name, -1)),
+        ):
+            kind = model.ends[piece][0 if node == 0 else 1]
+            if isinstance(end, JoinedEnd) and isinstance(kind, Joined):
+                given[kind.junction] = coordinates.point(end.at)
+    return given
+
+
+def _stiffening(model: Model, tolerance: Float[Array, ""], max_iterations: int) -> Equilibrium:
+    """Equilibrium; of inextensible lines in stages of growing stiffness, each from the one before.
+
+    Newton's method does not find a chain that lies stretched out on the bed from a guess that is
+    wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does.
+    """
+    stiff = [name for name, line in model.lines.items() if line.inextensible]
+    if not stiff:
+        return equilibrium(model, tolerance, max_iterations)
+
+    def stage(places, share):
+        lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
+        for name in stiff:
+            law = jax.tree.map(lambda EA: share * EA, model.lines[name].law)
+            lines[name] = placed(eqx.tree_at(lambda x: x.law, lines[name], law), places[name])
+        at = eqx.tree_at(lambda m: m.lines, model, lines)
+        found = equilibrium(at, tolerance, max_iterations)
+        after = {name: line.reference for name, line in found.model.lines.items()}
+        return after, (found.imbalance, found.converged, found.iterations)
+
+    start = {name: line.reference for name, line in model.lines.items()}
+    shares = 10.0 ** jnp.arange(-STAGES + 1.0, 1.0)
+    places, (imbalance, converged, iterations) = jax.lax.scan(stage, start, shares)
+    lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
+    there = eqx.tree_at(lambda m: m.lines, model, lines)
+    return Equilibrium(there, imbalance[-1], converged[-1], jnp.sum(iterations))
+
+
+def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[int]):
+    """First places (m) of joints that lie on the bed: straight out from the end that is on it already.
+
+    So it is where a line from there to the joint lies stretched out and the next one is long enough
+    to reach on to its own other end.
+    """
+    if not joints:
+        return joints
+    bed = seabed_of(next(iter(model.lines.values())))
+    if bed is None or model.lines[next(iter(model.lines))].dimensions == 1:
+        return joints
+    found = list(joints)
+    for index, junction in enumerate(model.junctions):
+        if index in given or len(junction.members) != 2 or junction.mass is not None:
+            continue
+        lengths, far = [], []
+        for name, node in junction.members:
+            line = next(p.line for p in layout.pieces if p.name == name)
+            lengths.append(jnp.asarray(scene.lines[line].length, float))
+            pieces = layout.of_line(line)
+            other = (pieces[-1].name, -1) if node == 0 else (pieces[0].name, 0)
+            far.append(_place(model, other, joints))
+        if far[0] is None or far[1] is None:
+            continue
+        for a, b, own, rest in ((far[0], far[1], *lengths), (far[1], far[0], *lengths[::-1])):
+            across = (b - a) - bed.up * jnp.dot(bed.up, b - a)
+            level = jnp.minimum(*(rest_level(model.lines[m], bed)[1] for m, _ in junction.members))
+            place = a + own * _unit(across) + bed.up * (level - jnp.dot(bed.up, a))
+            on_bed = jnp.abs(jnp.dot(bed.up, a) - bed.height) < 0.01 * own
+            reaches = jnp.sum((b - place) ** 2) <= rest**2
+            found[index] = jnp.where(on_bed & reaches, place, found[index])
+    return found
+
+
+def _held_joints(model: Model, given: dict[int, Float[Array, " d"]]) -> Model:
+    """The model with some of its joints held at places (m)."""
+    if not given:
+        return model
+
+    def held(end):
+        still = isinstance(end, Joined) and end.junction in given
+        return Driven(Still(given[end.junction])) if still else end
+
+    ends = {name: (held(start), held(end)) for name, (start, end) in model.ends.items()}
+    return eqx.tree_at(lambda m: m.ends, model, ends, is_leaf=lambda x: x is None)
 
 
 def _place(model: Model, end: tuple[str, int], joints) -> Float[Array, " d"] | None:
@@ -163,7 +270,7 @@ def _joint_places(
     for name in scene.lines:
         pieces = layout.of_line(name)
         ends = ((pieces[0].name, 0), (pieces[-1].name, -1))
-        stiffness = 1.0 / jnp.asarray(scene.lines[name].length, float)
+        stiffness = 1.0 / jnp.asarray(scene.lines[name].unstretched, float)
         kinds = [model.ends[n][0 if k == 0 else 1] for n, k in ends]
         for this, other, far in ((0, 1, ends[1]), (1, 0, ends[0])):
             here, there = kinds[this], kinds[other]

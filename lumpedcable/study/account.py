@@ -32,12 +32,15 @@ class Account:
         self.part, self.count, self.coordinates = part, count, coordinates
         shape = (len(part.runs), count + 1)
         self.energy: dict[str, NDArray[np.float64]] = {}
+        self.measures: dict[str, NDArray[np.float64]] = {}
         self.largest: dict[str, NDArray[np.float64]] = {}
         self.flags = {key: np.zeros(shape, bool) for key in ("finite", "reversed", "exhausted")}
         self.courant = np.zeros(shape)
         self.reached = -1
         self.watches: tuple[Any, ...] = ()
         self.displacement: dict[str, NDArray[np.float64]] = {}
+        self.stopped: NDArray[np.float64] = np.full(len(part.runs), np.nan)
+        self.peaks: dict[str, NDArray[np.float64]] = {}
         self._start: dict[str, NDArray[np.float64]] | None = None
 
     @property
@@ -52,7 +55,11 @@ class Account:
         for key, table in self.flags.items():
             table[:, times] = getattr(samples, key)
         self.courant[:, times] = samples.courant
-        for kept, found in ((self.energy, samples.energy), (self.largest, samples.largest)):
+        for kept, found in (
+            (self.energy, samples.energy),
+            (self.largest, samples.largest),
+            (self.measures, samples.measures),
+        ):
             for name, values in found.items():
                 kept.setdefault(name, np.full(shape, np.nan))[:, times] = values
         self.reached = first + count - 1
@@ -61,6 +68,8 @@ class Account:
         """The state at the end of all outputs."""
         lived = len(self.part.runs)
         self.watches = jax.tree.map(lambda x: np.asarray(x)[:lived], run.seen)
+        self.stopped = np.asarray(run.stopped)[:lived]
+        self.peaks = {k: np.asarray(x)[:lived] for k, x in run.peaks.items()}
         self.displacement = {k: np.asarray(x)[:lived] for k, x in run.y.displacement.items()}
 
     def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import jax
@@ -25,7 +26,8 @@ from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, Plan, Progress, advance, begin, cast
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
-from lumpedcable.solve.start import start_of
+from lumpedcable.solve.targets import rest_of
+from lumpedcable.study.devices import shared_out
 from lumpedcable.study.lanes import across
 
 __all__ = [
@@ -96,23 +98,39 @@ def prepare_batch(
     origin: Float[Array, " 3"],
     shared: Mapping[str, Float[Array, ""]],
     swept: Mapping[str, Float[Array, " runs"]],
+    beside: Mapping[str, Float[Array, "runs more"]] = MappingProxyType({}),
 ) -> Ready:
-    """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not."""
-    coordinates = Coordinates(axes, origin)  # type: ignore[arg-type]
+    """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not.
 
-    def one(mine):
+    With `beside`, each of the runs is many that differ in these numbers too, and the result has
+    runs * more. What does not depend on them, most often the whole search for the equilibrium, is
+    done once for all of these.
+    """
+
+    def one(mine, shared, axes, origin):
+        coordinates = Coordinates(axes, origin)
         scene = structure.scene.with_numbers({**shared, **mine})
-        found = start_of(scene, structure.layout, coordinates)
+        found = rest_of(scene, structure.layout, coordinates)
         bound = step_bound(found.model)
         return Ready(cast(found.model, dtype), bound, found.converged, found.imbalance)
 
-    return jax.vmap(one)(swept)
+    def many(mine, beside, *common):
+        if not beside:
+            return one(mine, *common)
+        return jax.vmap(lambda own: one({**mine, **own}, *common))(beside)
+
+    every = jax.vmap(many, in_axes=(0, 0, None, None, None))
+    found = shared_out(every, (dict(swept), dict(beside)), (dict(shared), axes, origin))
+    if not beside:
+        return found
+    return jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), found)
 
 
 @partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)
 def begin_batch(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]:
     """States and samples at the start of every run."""
-    return jax.vmap(lambda m: begin(m, plan, numbers))(model)
+    every = jax.vmap(lambda m, n: begin(m, plan, n), in_axes=(0, None))
+    return shared_out(every, (model,), (numbers,))
 
 
 @partial(jax.jit, static_argnames=("plan",), donate_argnames=("run",))
@@ -120,7 +138,15 @@ def advance_batch(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Array, count: Array
 ) -> tuple[Progress, Sample]:
     """The next `count` outputs of every run."""
-    return across(lambda m, r: advance(m, plan, numbers, r, first, count), model, run)
+
+    # adaptive steps end at times of their own for each run, and their library checks its arguments
+    # by calls that `across` does not carry over
+    each = jax.vmap if plan.adaptive else lambda f: partial(across, f)
+
+    def every(model, run, numbers, first, count):
+        return each(lambda m, r: advance(m, plan, numbers, r, first, count))(model, run)
+
+    return shared_out(every, (model, run), (numbers, first, count))
 
 
 @partial(jax.jit, compiler_options=RUN_ONCE)

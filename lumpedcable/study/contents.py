@@ -15,13 +15,23 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.model.assemble import assemble, segment_lengths, wave_scheme
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import body_works
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
 from lumpedcable.scene import CHECKED, Scene
+from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import MEANING, Status
+from lumpedcable.study.carried import (
+    carried_bodies,
+    carried_histories,
+    carried_variables,
+    rider_fields,
+)
 from lumpedcable.study.laying import Laid
 from lumpedcable.study.plan import fields_of
+from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
 
 if TYPE_CHECKING:
@@ -47,6 +57,8 @@ STORED = {
     "gravitational": "potential energy of weight less buoyancy",
     "bending": "bending energy",
     "seabed": "energy stored in the seabed",
+    "winch": "what winches have put into the lines, as if it were stored",
+    "contact": "energy stored where trolleys touch their lines",
     "hydrostatic": "energy of hulls that heave, roll or pitch",
 }
 
@@ -61,9 +73,10 @@ def energy_terms(laid: Laid) -> dict[str, str]:
     for line in model.lines.values():
         stored |= {load.energy_name for load in line.loads}
         kinds |= set(works_of(line, scene.solver.method == "leapfrog"))
-    for body in model.bodies.values():
+    for name, body in model.bodies.items():
         stored |= set(jax.eval_shape(lambda b: b.stored(b.reference), body))
-        kinds |= set(body.works())
+        kinds |= set(body_works(model, name))
+    stored |= {coupled.law.energy_name for coupled in model.couplings}
     if any(junction.load is not None for junction in model.junctions):
         stored.add("gravitational")
     terms = {name: text for name, text in STORED.items() if name in stored}
@@ -91,8 +104,12 @@ class Contents:
         self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
         self.fields = fields_of(self.scene)
         self.histories = self.scene.output.keep != "summaries"
-        rigid = [name for name, body in self.scene.bodies.items() if body.rigid]
-        self.bodies = rigid if self.histories else []
+        self.riders = carried_bodies(self.scene)
+        rigid = [n for n, b in self.scene.bodies.items() if isinstance(b, Body) and b.rigid]
+        self.bodies = [*rigid, *self.riders] if self.histories else []
+        pieces = [p for s in laid.structures for p in s.layout.pieces]
+        laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
+        self.rigid = [name for name, law in laws.items() if law == "inextensible"]
         kept = self.histories and "energy" in self.scene.output.quantities
         self.energy = energy_terms(laid) if kept else {}
 
@@ -145,6 +162,9 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
+        for name in self.rigid:
+            path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
+            found.append(Variable(path, ("run", "segment"), "f8", "N", text))
         for name in self.bodies:
             for quantity, (last, unit, text) in BODY_FIELDS.items():
                 path = f"bodies/{name}/{quantity}"
@@ -162,6 +182,9 @@ class Contents:
             for quantity, (unit, text, holds) in EXACT.items() if self.exact else ():
                 path = f"summary/{end}/exact_{quantity}"
                 found.append(Variable(path, ("run",), "f8", unit, text, {"holds": holds}))
+        found += carried_variables(self.scene, self.histories)
+        if self.scene.output.static:
+            found += rest_variables(self.scene)
         for name, (unit, text) in SUMMARIES.items():
             found.append(Variable(f"summary/{name}", ("run",), "f8", unit, text))
         text = "steps taken, or output times where the solver chooses its steps"
@@ -182,7 +205,7 @@ class Contents:
         if runs.named:
             names = np.array([runs.name(int(run)) for run in self.runs], object)
             found["case"] = Coordinate(names, "1", "name of the case", ("run",))
-        for name in self.segments:
+        for name in self.segments if self.histories else ():
             found |= self._places(name)
         for reference, part in self.scene.references.items():
             for quantity, values in part.values.items():
@@ -198,7 +221,8 @@ class Contents:
         """Unstretched places along a line: one row for all runs of the study, or one for each."""
         study, laid = self.study, self.laid
         line = next(p.line for s in laid.structures for p in s.layout.pieces if p.name == name)
-        own = (f"lines.{line}.length", f"lines.{line}.grading", f"lines.{line}.segment_lengths.")
+        lengths = ("length", "payout.", "grading", "segment_lengths.")
+        own = tuple(f"lines.{line}.{key}" for key in lengths)
         keys = sorted(key for key in study.runs.moved if key.startswith(own))
         if not keys and len(laid.structures) == 1:
             rows, firsts = np.zeros(0, int), [0]
@@ -294,8 +318,12 @@ class Contents:
                 self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
         for name in self.bodies:
             q, v = np.moveaxis(np.asarray(samples.bodies[name], float), 2, 0)
-            for quantity, values in body_fields(self.laid.coordinates, q, v).items():
+            fields = rider_fields if name in self.riders else body_fields
+            for quantity, values in fields(self.laid.coordinates, q, v).items():
                 self._put(writer, f"bodies/{name}/{quantity}", rows, first, values)
+        if self.histories:
+            for path, values in carried_histories(self.scene, samples).items():
+                self._put(writer, path, rows, first, values)
         for term in samples.energy if self.energy else ():
             self._put(writer, f"energy/{term}", rows, first, np.asarray(samples.energy[term]))
 

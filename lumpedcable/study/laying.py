@@ -19,7 +19,7 @@ __all__ = ["Laid", "lay_out"]
 
 MOST_SCENES = 1000  # looked at for the coordinates that all runs lie in
 # numbers that place nothing: however many values they take, the coordinates are the same
-PLACELESS = ("materials.", "events.", "solver.", "statics.")
+PLACELESS = ("materials.", "events.", "solver.", "statics.", "targets.")
 PLACELESS_ENDS = (".mass", ".diameter", ".pretension", ".segments", ".density", ".EI")
 PLACELESS_PARTS = (".drag.", ".added_mass.")
 

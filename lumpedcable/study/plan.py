@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+import jax
 import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
@@ -26,7 +27,7 @@ __all__ = [
     "structure_of",
 ]
 
-LANES = 64  # runs that are advanced together
+LANES = 64  # runs that are advanced together, on each device
 MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
 ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
@@ -74,10 +75,11 @@ def batch_sizes(runs: int) -> tuple[int, ...]:
     A size is a compiled program, which takes seconds; a lane that repeats another run takes the time
     of a run. So a few runs are hardly filled up, and many have two sizes.
     """
-    small = LANES // 4
+    full = LANES * jax.device_count()
+    small = full // 4
     if runs <= small:
-        return tuple(2**k for k in range(small.bit_length()))
-    return (1, 4, small, LANES) if runs <= MANY else (small, LANES)
+        return tuple(2**k for k in range((small - 1).bit_length() + 1))
+    return (1, 4, small, full) if runs <= MANY else (small, full)
 
 
 def lanes(runs: int, sizes: tuple[int, ...]) -> list[int]:
@@ -108,15 +110,17 @@ def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
 def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     """The plan of `runs` runs: fixed steps for leapfrog and Euler or where a step is asked for."""
     solver = scene.solver
+    rigid = any(scene.materials[x.material].law == "inextensible" for x in scene.lines.values())
     fixed = solver.step is not None or "courant" in solver.model_fields_set
     return Plan(
-        method=solver.method,
-        adaptive=solver.method in ADAPTIVE and not fixed,
+        method="constrained" if rigid else solver.method,
+        adaptive=not rigid and solver.method in ADAPTIVE and not fixed,
         quantities=fields_of(scene) + ("energy",) * ("energy" in scene.output.quantities),
         recoils=recoils_of(layout),
         dtype=solver.dtype,
         max_steps=solver.max_steps or 1_000_000,
         outputs=_outputs_at_once(scene, layout, runs),
+        stop=scene.output.stop,
     )
 
 
@@ -133,7 +137,7 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
     numbers = sum(per_node.get(quantity, 0) for quantity in fields_of(scene)) + 1
-    nodes = sum(piece.segments + 1 for piece in layout.pieces)
+    nodes = 1 + sum(piece.segments + 1 for piece in layout.pieces)
     most = ROOM / (8.0 * runs * nodes * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
@@ -144,6 +148,8 @@ def rounded_steps(scene: Scene, bound: np.ndarray) -> np.ndarray:
     A run's steps must not depend on which runs it shares a batch with, and few distinct numbers
     make few batches: beyond 16, numbers are rounded up to five significant bits, at most 6 % more.
     """
+    if scene.output.static:
+        return np.ones(bound.shape, int)
     solver = scene.solver
     step = np.full(bound.shape, solver.step) if solver.step is not None else solver.courant * bound
     count = np.ceil(scene.output.every / step * (1.0 - 1e-9))
@@ -153,5 +159,7 @@ def rounded_steps(scene: Scene, bound: np.ndarray) -> np.ndarray:
 
 
 def output_count(scene: Scene) -> int:
-    """Number of outputs after the start."""
+    """Number of outputs after the start; none of a scene at rest."""
+    if scene.output.static:
+        return 0
     return max(1, math.floor(scene.output.duration / scene.output.every * (1.0 + 1e-9)))

@@ -18,23 +18,17 @@ from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
-from lumpedcable.study.compiled import (
-    Ready,
-    Structure,
-    advance_batch,
-    begin_batch,
-    number,
-    prepare_batch,
-)
+from lumpedcable.study.compiled import Ready, Structure, advance_batch, begin_batch, number
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.plan import (
     DEFAULT_ATOL,
     DEFAULT_RTOL,
-    lanes,
     plan_of,
     rounded_steps,
 )
+from lumpedcable.study.rest import write_rest
+from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
 
 __all__ = ["BLOCK", "Part", "Timings", "run_runs", "run_study"]
@@ -199,53 +193,19 @@ def _prepared(
     timings: Timings,
 ) -> Iterator[tuple[Part, Ready]]:
     """Start states of runs of one structure, then the runs by the number of steps they need."""
-    scene = structure.scene
-    found = []
-    for mine, size in _batches(rows, laid.sizes):
-        ready = _start(laid, structure, block[_filled(mine, size)])
-        found.append(_rows(ready, np.arange(len(mine))))
-    if not found:
+    if len(rows) == 0:
         return
-    ready = jax.tree.map(lambda *x: np.concatenate(x), *found) if len(found) > 1 else found[0]
+    scene = structure.scene
+    ready = starts(laid, structure, block[rows])
     timings.mark("statics")
-    steps = rounded_steps(scene, ready.bound)
+    steps = rounded_steps(scene, np.asarray(ready.bound))
     if plan_of(scene, structure.layout).adaptive:
         steps = np.ones_like(steps)
     for each in np.unique(steps):
-        for mine, size in _batches(np.flatnonzero(steps == each), laid.sizes):
+        for mine, size in batched(np.flatnonzero(steps == each), laid.sizes):
             plan = plan_of(scene, structure.layout, size)
             part = Part(structure, block[rows[mine]], rows[mine], size, plan, int(each))
-            yield part, _rows(ready, _filled(mine, size))
-
-
-def _rows(ready: Ready, rows: NDArray[np.int64]) -> Ready:
-    return jax.tree.map(lambda x: np.asarray(x)[rows], ready)
-
-
-def _start(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
-    """Static equilibria of runs of one structure."""
-    scene = structure.scene
-    swept = {"output.duration": np.full(len(runs), scene.output.duration)}
-    swept |= laid.study.runs.numbers(runs)
-    own = scene.numbers().items()
-    shared = {key: number(value) for key, value in own if key not in swept}
-    axes, origin = laid.coordinates.axes, laid.coordinates.origin
-    return prepare_batch(structure, scene.solver.dtype, axes, origin, shared, swept)
-
-
-def _batches(
-    rows: NDArray[np.int64], sizes: tuple[int, ...]
-) -> Iterator[tuple[NDArray[np.int64], int]]:
-    """Rows cut into batches, each with the lanes of its batch."""
-    first = 0
-    for size in lanes(len(rows), sizes):
-        yield rows[first : first + size], size
-        first += size
-
-
-def _filled(rows: NDArray[np.int64], size: int) -> NDArray[np.int64]:
-    """Rows, and the last one again up to `size`."""
-    return np.pad(rows, (0, size - len(rows)), mode="edge")
+            yield part, rows_of(ready, filled(mine, size))
 
 
 def _run_part(
@@ -268,9 +228,12 @@ def _run_part(
     )
     run, sample = begin_batch(ready.model, part.plan, numbers)
     sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample)
-    start = account.start_positions(ready) if contents.fields else {}
+    start = account.start_positions(ready) if contents.fields or scene.output.static else {}
     account.add(sample, 0, 1)
     contents.write(writer, rows, sample, start, 0)
+    if scene.output.static:
+        mine = [contents.study.runs[int(k)] for k in part.runs]
+        write_rest(writer, mine, rows, rows_of(ready, np.arange(lived)), start, sample.ends)
     timings.mark("begin")
     done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
     while done < account.count:
@@ -287,6 +250,15 @@ def _run_part(
         timings.mark("write")
         done += now
         tell(now * lived)
+        if samples.stopped[:, -1].all() and done < account.count:
+            # nothing moves any more: what is left repeats the last state
+            rest = account.count - done
+            samples = jax.tree.map(lambda x, n=rest: np.repeat(x[:, -1:], n, axis=1), samples)
+            account.add(samples, done + 1, rest)
+            if contents.histories:
+                contents.write(writer, rows, samples, start, done + 1)
+            tell(rest * lived)
+            break
         if clock.perf_counter() - asked < PACE:
             pace = min(2 * pace, part.plan.outputs)
     account.finish(run)

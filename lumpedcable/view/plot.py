@@ -15,12 +15,15 @@ from lumpedcable.view import style
 from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, shape_figure
 from lumpedcable.view.groups import Group, file_tag, groups
+from lumpedcable.view.maps import map_figures
+from lumpedcable.view.measures import measure_figure
 from lumpedcable.view.recoil import (
     end_speed_figure,
     tension_figure,
     velocity_figure,
     xt_figure,
 )
+from lumpedcable.view.rest import rest_figure
 from lumpedcable.view.sampling import RecoilingEnd
 
 Draw = Callable[[], Figure]
@@ -32,12 +35,14 @@ def plot_result(
     """Draw the figures of a results file, finished or not.
 
     Where a line parts: tension and velocity along it, the speed of the broken end, and the x-t
-    diagram; otherwise tension at the ends and shapes. Energies always. Figures whose fields the
+    diagram; otherwise tension at the ends and shapes. Energies always. Of a scene at rest: the shape
+    of each cable with its numbers. Figures whose fields the
     file does not hold are left out. Where several numbers are swept there is one set of figures
-    for each value of the last, and its name ends in that value: tension_break_time_5ms.png.
+    for each value of the last, and its name ends in that value: tension_break_time_5ms.png. Where
+    two or more of them take three values or more: maps of the numbers of the runs over every pair.
 
     Args:
-        path: the results file.
+        path: the results file, or the folder of a study.
         outdir: folder for the figures, made if it does not exist.
         formats: any of "png", "pdf", "svg".
 
@@ -61,17 +66,48 @@ def plot_result(
             raise OutputError(
                 f"cannot make the folder {folder}: {os.strerror(error.errno or 0)}"
             ) from error
-        for group in groups(result):
+        for name, draw in map_figures(result):
+            made += style.save(draw, folder / name, formats)
+        for group in groups(result) if _has_histories(result) else ():
             for name, draw in _figures(result, group):
                 stem = "_".join(filter(None, [name, group.tag]))
                 made += style.save(draw, folder / stem, formats)
     if not made:
-        raise ResultError(f"{path} holds neither lines nor energies to draw")
+        raise ResultError(f"{path} holds neither histories nor a sweep to draw")
     return made
+
+
+def figures_of(path: str | Path) -> dict[str, Figure]:
+    """The figures of a results file by the names that `plot_result` gives their files.
+
+    Raises:
+        ResultError: the file cannot be read, or holds nothing to draw.
+    """
+    made: dict[str, Figure] = {}
+    with open_result(path) as result, style.styled():
+        for name, draw in map_figures(result):
+            made[name] = draw()
+        for group in groups(result) if _has_histories(result) else ():
+            for name, draw in _figures(result, group):
+                made["_".join(filter(None, [name, group.tag]))] = draw()
+    if not made:
+        raise ResultError(f"{path} holds neither histories nor a sweep to draw")
+    return made
+
+
+def _has_histories(result: ResultFile) -> bool:
+    """Whether anything but numbers of whole runs is kept."""
+    fields = any(result.line(name).fields for name in result.lines)
+    return fields or bool(result.energy_terms)
 
 
 def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
     """Names and makers of the figures of one group, as far as the file holds their fields."""
+    for cable in result.cables:
+        which = f"_{file_tag(cable)}" if len(result.cables) > 1 else ""
+        yield f"rest{which}", partial(rest_figure, result, cable, group)
+    if result.cables:
+        return  # what does not move has no history
     ends = [RecoilingEnd(result, name) for name in result.ends]
     for end in ends:
         which = f"_{file_tag(end.name)}" if len(ends) > 1 else ""
@@ -89,5 +125,7 @@ def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
         yield "end_tension", partial(end_tension_figure, result, group)
     if not ends and any(line.has("position") for line in lines):
         yield "shape", partial(shape_figure, result, group)
+    for name in result.measures:
+        yield f"measure_{file_tag(name)}", partial(measure_figure, result, name, group)
     if result.energy_terms:
         yield "energy", partial(energy_figure, result, group)

@@ -24,10 +24,9 @@ def test_engine_and_c_agree(engine, flags):
     runner, numbers, strain, found = engine
     steps, dt = runner.steps * runner.count, runner.every / runner.steps
     run = go(numbers, np.full(3, strain), np.full(3, 450e3), 50, steps, dt, flags=flags, threads=2)
-    # ahead of the front strain rates are rounding, or exactly zero in C, and their signs decide there
-    # whether the first node to move feels the dispersion correction: 1e-6 of its displacement
-    np.testing.assert_allclose(run.displacement, found.displacement, rtol=1e-6)
-    assert np.all(run.peak_speed >= np.max(np.abs(found.velocity)) * (1.0 - 1e-6))
+    # two orders of summation, over some hundred steps and a line that folds up
+    np.testing.assert_allclose(run.displacement, found.displacement, rtol=1e-9)
+    assert np.all(run.peak_speed >= np.max(np.abs(found.velocity)) * (1.0 - 1e-9))
 
 
 def test_another_line_would_be_found(engine):

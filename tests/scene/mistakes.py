@@ -90,7 +90,7 @@ MISTAKES = [
     case("a missing end", 'start = { fixed = [0, 0, 0] }\n', "", "lines.rope.start",
          'expected "free", a body', "found nothing", at="[lines.rope]"),
     case("a missing table", '[output]\nduration = "200 ms"\nevery = "1 ms"\n', "", "output",
-         "expected a table with duration, every, found nothing", at="title"),
+         "expected a table, found nothing", at="title"),
     case("a text for a table", "[water]\ndensity =", "water =", "water",
          "expected a table with density"),
     case("a name with a space", "[materials.nylon]", '[materials."my nylon"]', "materials.my nylon",

@@ -168,3 +168,49 @@ def test_a_bob_bounces_in_its_time(tmp_path):
     _, bounce = elastic_pendulum_periods(10.0, 2e5, 1000.0, 9.81)
     assert period_of(ran.time, height) == pytest.approx(bounce, rel=1e-3)
     assert np.mean([np.max(height), np.min(height)]) == pytest.approx(-stretch, abs=2e-3)
+
+
+BETWEEN_SHIPS = """
+gravity = 9.81
+
+[materials.hooke]
+law = "linear"
+EA = "1 MN"
+
+[bodies.left]
+position = [0, 0, "1 m"]
+motion.heave = { amplitude = "1 m", period = "0.8 s" }
+motion.roll = { amplitude = "5 deg", period = "1 s" }
+points = { post = ["3 m", "5 m", "12 m"] }
+
+[bodies.right]
+position = [0, "60 m", 0]
+motion = { sway = { amplitude = "0.5 m", period = "0.7 s", phase = "90 deg" } }
+points = { post = ["3 m", "-5 m", "10 m"] }
+
+[lines.rope]
+material = "hooke"
+length = "53 m"
+segments = 10
+mass = "1 kg/m"
+start = "left.post"
+end = "right.post"
+
+[output]
+duration = "0.2 s"
+every = "10 ms"
+"""
+
+
+def test_the_ends_of_a_line_between_two_ships_go_with_their_posts(tmp_path):
+    ran = run_text(tmp_path, BETWEEN_SHIPS)
+    t = ran.time
+    angle, heave = np.deg2rad(5.0) * np.sin(2 * np.pi * t), np.sin(2 * np.pi * t / 0.8)
+    c, s = np.cos(angle), np.sin(angle)
+    left = np.stack([3.0 + 0 * t, 5 * c - 12 * s, 1.0 + heave + 5 * s + 12 * c], axis=1)
+    sway = 0.5 * np.cos(2 * np.pi * t / 0.7)
+    right = np.stack([3.0 + 0 * t, 55.0 + sway, 10.0 + 0 * t], axis=1)
+    np.testing.assert_allclose(ran["position"][0, :, 0], left, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(ran["position"][0, :, -1], right, rtol=0, atol=1e-11)
+    assert ran.statuses == ["OK"]
+    assert ran.attributes["coordinates"] == 2  # all of it happens in one plane across the ships

@@ -1,4 +1,4 @@
-"""The commands around measurements: fit and sensitivity."""
+"""Commands that learn from data and tell what depends on what: fit, sensitivity."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from lumpedcable.cli import Set, app, fail, one_run, told
+from lumpedcable.commands.console import Set, fail, study_of, told
 
 __all__ = ["fit", "sensitivity"]
 
 
-@app.command
 def fit(
     file: Path,
     /,
@@ -60,7 +59,6 @@ def fit(
         raise SystemExit(1)
 
 
-@app.command
 def sensitivity(
     scene: Path,
     /,
@@ -93,7 +91,7 @@ def sensitivity(
     format_
         png (default), svg or pdf; may be given several times.
     """
-    study = one_run(scene, set_, run_)
+    study = study_of(scene, set_, run_)
 
     from lumpedcable.fit.report import print_sensitivity, slopes_contents
     from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar

@@ -1,0 +1,224 @@
+"""From trolleys, winches and measures of a scene to those of the model."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import Coupled, winch_name
+from lumpedcable.model.line import Line
+from lumpedcable.model.riders import Rider, Winch
+from lumpedcable.model.ships import motion_of, point_of_body
+from lumpedcable.physics import measures
+from lumpedcable.physics.coupling import IdealCable, Trolley
+from lumpedcable.physics.measures import AbstractMeasure, Near
+from lumpedcable.physics.motion import AbstractMotion, Hauled, Still
+from lumpedcable.physics.tension import strain_at
+from lumpedcable.scene import Scene
+from lumpedcable.scene.carried import CarriedBody, HeightMeasure, SpeedMeasure, WinchEnd
+from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, MovingEnd
+from lumpedcable.scene.moved import MovedBody
+
+__all__ = [
+    "Measured",
+    "make_couplings",
+    "make_measures",
+    "make_riders",
+    "make_winches",
+    "place_motion",
+]
+
+
+class Measured(eqx.Module):
+    """A measure of a body; `axes` (3, d) and `origin` (3,) lead from its coordinates to x, y, z.
+
+    It ends with the hauling of the body where `until_rest` says so.
+    """
+
+    body: str = eqx.field(static=True)
+    law: AbstractMeasure
+    axes: Float[Array, "3 d"]
+    origin: Float[Array, " 3"]
+    until_rest: bool = eqx.field(static=True, default=False)
+
+    def value(self, model, t, displacement, velocity) -> Float[Array, ""]:
+        """The number at t (s)."""
+        body, key = model.bodies[self.body], body_key(self.body)
+        d = self.axes.shape[1]
+        place = self.origin + self.axes @ (body.reference + displacement[key])[:d]
+        found = self.law.value(t, place, self.axes @ velocity[key][:d])
+        return jnp.where(t <= body.path.arrival, found, jnp.nan) if self.until_rest else found
+
+
+def _number(value) -> Float[Array, ""]:
+    return jnp.asarray(value, float)
+
+
+def _vector(values) -> Float[Array, " 3"]:
+    return jnp.stack([_number(value) for value in values])
+
+
+def place_motion(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotion | None:
+    """The path of a place [x, y, z] (m) or of a point of a moved body; None for anything else."""
+    if isinstance(place, WinchEnd):
+        place = place.winch.at
+    if isinstance(place, FixedEnd):
+        place = place.fixed
+    if isinstance(place, HeldEnd) and isinstance(place.held, HeldPosition):
+        place = place.held.position
+    if isinstance(place, tuple):
+        return Still(coordinates.point(place))
+    carried = scene.point_of(place)
+    return None if carried is None else point_of_body(scene, *carried, coordinates)
+
+
+def _posts(scene: Scene, line: str, coordinates: Coordinates) -> list[AbstractMotion]:
+    """The paths of the two ends of a line that a body runs on."""
+    found = []
+    for end in (scene.lines[line].start, scene.lines[line].end):
+        assert not isinstance(end, MovingEnd)
+        motion = place_motion(scene, end, coordinates)
+        assert motion is not None  # the scene was checked
+        found.append(motion)
+    return found
+
+
+def _winch(scene: Scene, line: str):
+    part = scene.lines[line]
+    for node, end in ((0, part.start), (-1, part.end)):
+        if isinstance(end, WinchEnd):
+            return node, end.winch
+    return None
+
+
+def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody]:
+    """The winches of the lines that have nodes."""
+    found: dict[str, AbstractBody] = {}
+    for name, line in lines.items():
+        given = _winch(scene, name) if name in scene.lines else None
+        if given is None:
+            continue
+        node, winch = given
+        tension = _number(winch.tension)
+        strain = strain_at(line.law, tension, line.max_strain)
+        length = jnp.sum(line.node_length)
+        mass = line.mass * length / 3.0
+        found[winch_name(name)] = Winch(
+            reference=length[None],
+            kilograms=mass if winch.inertia is None else mass + _number(winch.inertia),
+            pull=(1.0 + strain) * tension - line.law.energy(strain),
+            tension=tension,
+            damping=None if winch.damping is None else _number(winch.damping),
+            line=name,
+            node=node,
+        )
+    return found
+
+
+def make_riders(scene: Scene, coordinates: Coordinates) -> dict[str, AbstractBody]:
+    """The bodies that run on lines, at their places of the start, level with their line's start."""
+    found: dict[str, AbstractBody] = {}
+    for name, body in scene.bodies.items():
+        if isinstance(body, CarriedBody):
+            found[name] = _rider(scene, body, coordinates)
+    return found
+
+
+def _rider(scene: Scene, body: CarriedBody, coordinates: Coordinates) -> Rider:
+    d = coordinates.dimensions
+    up = coordinates.vector((0.0, 0.0, 1.0))
+    start, end = (post.position(jnp.zeros(())) for post in _posts(scene, body.on.line, coordinates))
+    way = end - start
+    level = way - jnp.dot(way, up) * up
+    span = jnp.sqrt(jnp.sum(level**2))
+    along = level / span
+    place = start + _number(body.on.place) * along
+    if body.height is not None:
+        rise = _number(body.height) - _number(coordinates.origin[2]) - jnp.dot(place, up)
+        place = place + rise * up
+    angles = jnp.zeros(0 if body.depth is None else d - 1)
+    q = jnp.concatenate([place, angles])
+    mass, free, path = _number(body.mass), None, None
+    if body.on.speed is not None:
+        # hauled along a coordinate axis: the scene was checked
+        free = jnp.concatenate([1.0 - jnp.round(along**2), jnp.ones_like(angles)])
+        travel = span - _number(body.on.place) - _number(body.on.stop)
+        direction = jnp.concatenate([along, jnp.zeros_like(angles)])
+        path = Hauled(q, direction, _number(body.on.speed), travel, _number(body.on.ease))
+    weight = None
+    if scene.gravity is not None:
+        weight = -mass * _number(scene.gravity) * up
+    return Rider(
+        reference=q,
+        kilograms=mass,
+        depth=None if body.depth is None else _number(body.depth),
+        inertia=None if body.inertia is None else _number(body.inertia),
+        weight=weight,
+        free=free,
+        path=path,
+        dimensions=d,
+        settles=body.height is None,
+    )
+
+
+def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...]:
+    """What ties each body on a line to it."""
+    found = []
+    for name, body in scene.bodies.items():
+        if not isinstance(body, CarriedBody):
+            continue
+        line, given = body.on.line, _winch(scene, body.on.line)
+        assert given is not None  # the scene was checked
+        tension = _number(given[1].tension)
+        if scene.lines[line].model == "ideal":
+            law = IdealCable(*_posts(scene, line, coordinates), tension)
+            found.append(Coupled(name, None, law))
+            continue
+        friction = body.on.friction
+        law = Trolley(
+            tension,
+            None if friction is None else _number(friction.coefficient),
+            None if friction is None else _number(friction.speed),
+        )
+        found.append(Coupled(name, line, law))
+    return tuple(found)
+
+
+def make_measures(scene: Scene, coordinates: Coordinates) -> dict[str, Measured]:
+    """The numbers that the scene asks for, by name."""
+    axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
+    return {
+        name: Measured(
+            part.height if isinstance(part, HeightMeasure) else part.climb,
+            _measure(scene, part),
+            axes,
+            origin,
+            part.while_hauled,
+        )
+        for name, part in scene.measures.items()
+    }
+
+
+def _measure(scene: Scene, part: HeightMeasure | SpeedMeasure) -> AbstractMeasure:
+    near = None
+    if part.near is not None:
+        carried = scene.point_of(part.near)
+        assert carried is not None  # the scene was checked
+        space = Coordinates(jnp.eye(3), jnp.zeros(3))  # type: ignore[arg-type]
+        bounds = [None if b is None else _number(b) for b in (part.within, part.beyond)]
+        near = Near(point_of_body(scene, *carried, space), *bounds)
+    if isinstance(part, SpeedMeasure):
+        return measures.ClimbMeasure(near=near)
+    if part.over is None:
+        return measures.HeightMeasure(level=_number(part.level), near=near)
+    ship = scene.bodies[part.over]
+    assert isinstance(ship, MovedBody)  # the scene was checked
+    return measures.HeightMeasure(
+        level=_number(part.level),
+        motion=motion_of(scene, ship),
+        mean=_vector(ship.position),
+        near=near,
+    )

@@ -1,0 +1,261 @@
+"""Bodies that run on cables, and lines that winches pay out: how they act on each other."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.bodies import body_key
+from lumpedcable.model.line import Line
+from lumpedcable.model.riders import Rider, Winch
+from lumpedcable.physics.coupling import AbstractCoupling, CableState, Pull
+from lumpedcable.physics.load import Shape
+from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
+from lumpedcable.physics.weight import Weight
+
+__all__ = [
+    "Coupled",
+    "Found",
+    "body_force",
+    "body_powers",
+    "body_works",
+    "coupling_energies",
+    "live_line",
+    "steered",
+    "steered_gain",
+    "winch_name",
+    "winch_of",
+]
+
+Values = dict[str, Array]
+
+
+class Coupled(eqx.Module):
+    """A body that runs on a cable by a law; `line` is None where the cable has no nodes."""
+
+    body: str = eqx.field(static=True)
+    line: str | None = eqx.field(static=True)
+    law: AbstractCoupling
+
+
+def winch_name(line: str) -> str:
+    """The body that is the winch of a line; no body of a scene has such a name."""
+    return f"winch of {line}"
+
+
+def winch_of(model, line: str) -> Winch | None:
+    """The winch at an end of a line, None where it has none."""
+    return model.bodies.get(winch_name(line))
+
+
+def live_line(model, name: str, displacement: Values, velocity: Values | None) -> Line:
+    """A line as long as it is at the moment: its winch has paid out L, and pays out dL/dt."""
+    line, winch = model.lines[name], winch_of(model, name)
+    if winch is None:
+        return line
+    key = body_key(winch_name(name))
+    length = (winch.reference + displacement[key])[0]
+    growth = None if velocity is None else velocity[key][0] / length
+    return paid_out(line, length, growth)
+
+
+def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | None = None) -> Line:
+    """The line with the unstretched length (m) shared out over its segments as before.
+
+    Its reference stays where it is, so that its strain there changes.
+    """
+    ratio = length / jnp.sum(line.node_length)
+    return replace(
+        line,
+        segment_length=line.segment_length * ratio,
+        node_length=line.node_length * ratio,
+        reference_strain=(1.0 + line.reference_strain) / ratio - 1.0,
+        growth=growth,
+    )
+
+
+class Found(dict[str, Any]):
+    """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches."""
+
+    pulls: tuple[Pull, ...] = ()
+    payouts: dict[str, Float[Array, " 1"]]
+
+    def add_couplings(self, model, t, displacement: Values, velocity: Values | None) -> None:
+        """Work out what couplings and winches do, and add it to the forces of the lines."""
+        self.pulls = tuple(
+            _pull(model, coupled, t, self, displacement, velocity) for coupled in model.couplings
+        )
+        self.payouts = {
+            name: _payout_force(model, body, self, displacement)
+            for name, body in model.bodies.items()
+            if isinstance(body, Winch)
+        }
+        for coupled, pull in zip(model.couplings, self.pulls, strict=True):
+            if coupled.line is not None:
+                e = self[coupled.line]
+                force = e.line.force + pull.line
+                self[coupled.line] = e._replace(line=e.line._replace(force=force))
+                winch = winch_name(coupled.line)
+                if winch in self.payouts:
+                    # the contact's stiffness goes with one over the segments' length
+                    length = jnp.sum(e.line.shape.node_length)
+                    self.payouts[winch] = self.payouts[winch] + pull.energy / length
+
+
+def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None) -> Pull:
+    """What a coupling does."""
+    body, key = model.bodies[coupled.body], body_key(coupled.body)
+    d = body.dimensions
+    place = (body.reference + displacement[key])[:d]
+    speed = None if velocity is None else velocity[key][:d]
+    cable = None
+    if coupled.line is not None:
+        own = None if velocity is None else velocity[coupled.line]
+        growth = None
+        winch = winch_name(coupled.line)
+        if velocity is not None and winch in model.bodies:
+            length = model.bodies[winch].reference + displacement[body_key(winch)]
+            growth = (velocity[body_key(winch)] / length)[0]
+        cable = CableState(found[coupled.line].line.shape, own, growth)
+    return coupled.law.pull(t, place, speed, cable)
+
+
+def body_force(model, name: str, found: Found) -> Array | None:
+    """Generalised force on a body from the cable that it runs on, or on a winch from its line.
+
+    None where there is neither.
+    """
+    body = model.bodies[name]
+    if isinstance(body, Winch):
+        return found.payouts[name]
+    force = None
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+        if coupled.body == name:
+            force = jnp.zeros_like(body.reference) if force is None else force
+            force = force.at[: body.dimensions].add(pull.body)
+    return force
+
+
+def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, " 1"]:
+    """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
+
+    Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
+    the rope on the drum is as heavy, so that the work of weight counts from there.
+    """
+    line, e = model.lines[winch.line], found[winch.line].line
+    shape: Shape = e.shape
+    share = shape.segment_length * jnp.ones_like(shape.strain)
+    length = jnp.sum(share)
+    density = e.total_tension() * (1.0 + shape.strain) - line.law.energy(shape.strain)
+    force = jnp.sum(density * share) / length + _drum_weight(model, winch, displacement)
+    rest = tuple(load for load in line.loads if not isinstance(load, Weight))
+    for load in line.loads:
+        if isinstance(load, Weight):
+            force = force - load.energy(shape) / length
+    if rest:
+
+        def energy(ratio):
+            scaled = shape._replace(
+                segment_length=shape.segment_length * ratio, node_length=shape.node_length * ratio
+            )
+            return sum(load.energy(scaled) for load in rest)
+
+        force = force - jax.grad(energy)(jnp.ones_like(length)) / length
+    return force[None]
+
+
+def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
+    """Potential energy (J) that a metre of line has at the post."""
+    line = model.lines[winch.line]
+    post = (line.reference + displacement[winch.line])[:, winch.node]
+    total = jnp.zeros((), post.dtype)
+    for load in line.loads:
+        if isinstance(load, Weight):
+            total = total - jnp.dot(load.per_length, post)
+    return total
+
+
+def coupling_energies(model, found: Found) -> dict[str, Float[Array, ""]]:
+    """Energies (J) of couplings by dataset."""
+    total: dict[str, Float[Array, ""]] = {}
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+        name = coupled.law.energy_name
+        total[name] = total[name] + pull.energy if name in total else pull.energy
+    return total
+
+
+def body_works(model, name: str) -> tuple[str, ...]:
+    """The kinds of work of a body, of what it runs on, of what hauls it and of its winch."""
+    body = model.bodies[name]
+    mine = (coupled for coupled in model.couplings if coupled.body == name)
+    kinds = [*body.works(), *(kind for coupled in mine for kind in coupled.law.works)]
+    if isinstance(body, Rider) and body.path is not None:
+        kinds.append("hauling")
+    if isinstance(body, Winch):
+        kinds.append("payout")
+    return tuple(dict.fromkeys(kinds))
+
+
+def body_powers(
+    model, name: str, found: Found, displacement: Values, velocity: Values, gain: Array
+) -> dict[str, Float[Array, ""]]:
+    """Power (W) of each of `body_works` beyond those of the body itself, at its rates' gain."""
+    body, key = model.bodies[name], body_key(name)
+    q, v = body.reference + displacement[key], velocity[key]
+    total: dict[str, Float[Array, ""]] = {}
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+        if coupled.body != name:
+            continue
+        power = dict(pull.given)
+        for kind, (mine, line) in pull.taken.items():
+            power[kind] = -jnp.dot(mine, v[: body.dimensions])
+            power[kind] -= jnp.sum(line * velocity[coupled.line])
+        total = {kind: total.get(kind, 0.0) + value for kind, value in power.items()}
+    if isinstance(body, Rider) and body.path is not None and body.free is not None:
+        pull = body_force(model, name, found)
+        force = body.force(q, v) if pull is None else body.force(q, v) + pull
+        total["hauling"] = jnp.dot((body.mass(q) @ gain - force) * (1.0 - body.free), v)
+    if isinstance(body, Winch):
+        # what is paid out brings its energy of motion and of height with it
+        line = live_line(model, body.line, displacement, velocity)
+        share = line.node_length / jnp.sum(line.node_length)
+        squares = jnp.sum(share * jnp.sum(velocity[body.line] ** 2, axis=0))
+        moving = 0.5 * line.mass * squares
+        total["payout"] = v[0] * (moving + _drum_weight(model, body, displacement))
+    return total
+
+
+# --- coordinates whose motion is given ------------------------------------------------------
+
+
+def _hauled(model) -> Iterator[tuple[str, AbstractMotion, Array]]:
+    for name, body in model.bodies.items():
+        if isinstance(body, Rider) and body.path is not None and body.free is not None:
+            yield body_key(name), body.path, body.free
+
+
+def steered(model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
+    """The same velocities, but hauled bodies as they are hauled: at t (s), or over the dt (s) after."""
+    moved = dict(velocity)
+    for key, path, free in _hauled(model):
+        own = velocity[key]
+        given = velocity_of(path, t) if dt is None else mean_velocity_of(path, t, dt)
+        moved[key] = jnp.where(free > 0.0, own, given.astype(own.dtype))
+    return moved
+
+
+def steered_gain(model, t, gains: Values) -> Values:
+    """The same accelerations, but of hauled coordinates those of their paths."""
+    moved = dict(gains)
+    for key, path, free in _hauled(model):
+
+        def speed(s, path=path):
+            return velocity_of(path, s)
+
+        given = jax.jvp(speed, (t,), (jnp.ones_like(t),))[1].astype(gains[key].dtype)
+        moved[key] = jnp.where(free > 0.0, gains[key], given)
+    return moved

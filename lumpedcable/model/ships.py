@@ -1,0 +1,62 @@
+"""From the moved bodies of a scene to the motions of the engine."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.physics import ships
+from lumpedcable.physics.motion import Recorded
+from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing
+from lumpedcable.scene import Scene
+from lumpedcable.scene.moved import FREEDOMS, HarmonicBody, MovedBody, RecordedBody
+
+__all__ = ["motion_of", "point_of_body"]
+
+
+def _number(value) -> Float[Array, ""]:
+    return jnp.asarray(value, float)
+
+
+def _vector(values) -> Float[Array, "..."]:
+    return jnp.stack([_number(value) for value in values])
+
+
+def motion_of(scene: Scene, body: MovedBody) -> AbstractBodyMotion:
+    """The motion of a moved body of the scene, whose numbers may be traced."""
+    motion = body.motion
+    if isinstance(motion, HarmonicBody):
+        swings = []
+        for name in motion.names():
+            part = getattr(motion, name)
+            numbers = (_number(part.amplitude), _number(part.period), _number(part.phase))
+            swings.append(Swing(FREEDOMS.index(name), *numbers))
+        return ships.HarmonicBody(
+            tuple(swings), None if motion.ramp is None else _number(motion.ramp)
+        )
+    if isinstance(motion, RecordedBody):
+        time = _vector(motion.time)
+        columns = [getattr(motion, name) for name in FREEDOMS]
+        table = [jnp.zeros_like(time) if c is None else _vector(c) for c in columns]
+        return ships.RecordedBody(Recorded(time, jnp.stack(table, axis=1)))
+    sea = scene.sea
+    assert sea is not None  # the scene was checked
+    place, direction = _vector(body.position), _number(sea.direction)
+    way = place[0] * jnp.cos(direction) + place[1] * jnp.sin(direction)
+    response = {
+        FREEDOMS.index(name): jnp.stack([_vector(pair) for pair in motion.response[name]])
+        for name in motion.names()
+    }
+    return ships.SeaBody.of(
+        _number(sea.height), _number(sea.period), _number(sea.gamma), sea.seed, sea.components,
+        way, _vector(motion.omega), response,
+    )  # fmt: skip
+
+
+def point_of_body(
+    scene: Scene, body: MovedBody, point: tuple[float, float, float], coordinates: Coordinates
+) -> PointOfBody:
+    """The path of a point (m, in the body's axes) of a moved body."""
+    return PointOfBody(
+        motion_of(scene, body), _vector(body.position), _vector(point),
+        jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float),
+    )  # fmt: skip

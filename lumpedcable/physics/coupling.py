@@ -1,0 +1,163 @@
+"""What ties a body to a cable that runs past it: an ideal cable, or a trolley on a lumped line."""
+
+import abc
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.physics import contact
+from lumpedcable.physics.load import Shape
+from lumpedcable.physics.motion import AbstractMotion, velocity_of
+
+__all__ = ["AbstractCoupling", "CableState", "IdealCable", "Pull", "Trolley"]
+
+
+class CableState(NamedTuple):
+    """The line that a body runs on: its shape, velocities (d, n+1) in m/s or None at rest.
+
+    `growth` (1/s) is the payout speed over the paid-out length, None without a winch.
+    """
+
+    shape: Shape
+    velocity: Float[Array, "d nodes"] | None
+    growth: Float[Array, ""] | None = None
+
+
+class Pull(NamedTuple):
+    """Forces of a coupling (N): on the body at its trolley (d,), on the line's nodes (d, n+1) or None.
+
+    `energy` (J) is what it stores. `given` is the power (W) of moving posts; `taken` are those of the
+    forces that take energy, on body and line, by kind of work.
+    """
+
+    body: Float[Array, " d"]
+    line: Float[Array, "d nodes"] | None
+    energy: Float[Array, ""]
+    given: dict[str, Float[Array, ""]]
+    taken: dict[str, tuple[Float[Array, " d"], Float[Array, "d nodes"]]]
+
+
+class AbstractCoupling(eqx.Module):
+    """A law between a body's trolley at `place` (m) that moves at `velocity` (m/s) and a cable."""
+
+    @property
+    @abc.abstractmethod
+    def energy_name(self) -> str:
+        """The dataset that its energy is added to."""
+
+    @property
+    @abc.abstractmethod
+    def works(self) -> tuple[str, ...]:
+        """The kinds of work that it does, keys of `model.energy.WORKS`."""
+
+    @abc.abstractmethod
+    def pull(
+        self,
+        t: Float[Array, ""],
+        place: Float[Array, " d"],
+        velocity: Float[Array, " d"] | None,
+        cable: CableState | None,
+    ) -> Pull:
+        """Forces, energy and work at t (s); without velocities (None) those at rest."""
+
+    @abc.abstractmethod
+    def stiffness(self, place: Float[Array, " d"]) -> Float[Array, ""]:
+        """Upper bound of the stiffness (N/m) with which it holds the body."""
+
+
+class IdealCable(AbstractCoupling):
+    """A cable without mass or stiffness, straight from either post to the body, of one tension.
+
+    F = T (a + b) with a, b the unit vectors towards the posts (Gao et al. 2022, eq. 17-18; the sign of
+    the printed horizontal force is wrong, see `exact.IdealHighline`). The winch gives and takes
+    T times length, which is the energy; posts that move do the work T (dA/dt . -a + dB/dt . -b).
+    """
+
+    start: AbstractMotion
+    end: AbstractMotion
+    tension: Float[Array, ""]
+
+    @property
+    def energy_name(self) -> str:
+        """The winch stores it."""
+        return "winch"
+
+    @property
+    def works(self) -> tuple[str, ...]:
+        """Of the posts."""
+        return ("ends",)
+
+    def pull(self, t, place, velocity, cable) -> Pull:
+        """T (a + b), the energy T (|A - r| + |B - r|), and the power of the posts."""
+        force, length, power = jnp.zeros_like(place), jnp.zeros((), place.dtype), 0.0
+        for post in (self.start, self.end):
+            way = post.position(t).astype(place.dtype) - place
+            size = jnp.sqrt(jnp.sum(way**2))
+            force = force + way / size
+            length = length + size
+            power = power + jnp.dot(way / size, velocity_of(post, t).astype(place.dtype))
+        T = self.tension
+        return Pull(T * force, None, T * length, {"ends": T * power}, {})
+
+    def stiffness(self, place) -> Float[Array, ""]:
+        """T (1/|A - r| + 1/|B - r|) at t = 0."""
+        t = jnp.zeros(())
+        ways = [jnp.sum((post.position(t) - place) ** 2) for post in (self.start, self.end)]
+        return self.tension * sum(1.0 / jnp.sqrt(way) for way in ways)
+
+
+class Trolley(AbstractCoupling):
+    """A sheave that runs on a lumped line (see `contact`), with friction mu tanh(v / v0) |push|.
+
+    `tension` (N) is the one that the contact is scaled with, the winch's or that of the start:
+    the tension of the moment would feed axial waves. v is the speed of the sheave along the line
+    relative to the line's own substance (Gao et al. 2022, eq. 11).
+    """
+
+    tension: Float[Array, ""]
+    friction: Float[Array, ""] | None = None
+    fade: Float[Array, ""] | None = None
+
+    @property
+    def energy_name(self) -> str:
+        """The contact stores it."""
+        return "contact"
+
+    @property
+    def works(self) -> tuple[str, ...]:
+        """Of friction."""
+        return () if self.friction is None else ("friction",)
+
+    def pull(self, t, place, velocity, cable) -> Pull:
+        """-k G and friction on the sheave, the opposite on the nodes; the energy k |G|^2 / 2."""
+        assert cable is not None
+        nodes = cable.shape.position
+        touch = contact.contact(nodes, place, self.tension, cable.shape.segment_length[0])
+        energy = 0.5 * touch.stiffness * jnp.dot(touch.gap, touch.gap)
+        line = contact.spread(touch, touch.push, nodes.shape[1])
+        if self.friction is None:
+            return Pull(-touch.push, line, energy, {}, {})
+        rub = jnp.zeros_like(place)
+        if velocity is not None and cable.velocity is not None and self.fade is not None:
+            slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
+            size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
+            rub = -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
+        rubbed = -contact.spread(touch, rub, nodes.shape[1])
+        taken = {"friction": (rub, rubbed)}
+        return Pull(rub - touch.push, line + rubbed, energy, {}, taken)
+
+    def _slip(self, touch: contact.Contact, velocity, cable: CableState) -> Float[Array, " d"]:
+        """Velocity (m/s) of the sheave relative to the line's substance."""
+        slip = velocity - contact.velocity_at(touch, cable.velocity)
+        if cable.growth is not None:
+            # payout shifts the nodes along the line: the substance at node i passes it backwards
+            stretch = cable.shape.length[0] / cable.shape.segment_length[0]
+            way = touch.foot * cable.shape.segment_length[0] * stretch
+            slip = slip + cable.growth * way * touch.tangent
+        return slip
+
+    def stiffness(self, place) -> Float[Array, ""]:
+        """None of its own: the line's nodes bound it."""
+        return jnp.zeros((), place.dtype)

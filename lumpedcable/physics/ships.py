@@ -1,0 +1,175 @@
+"""Motions of whole bodies that something else moves, and the paths of points on them."""
+
+import abc
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from lumpedcable.physics.motion import AbstractMotion, Recorded
+
+__all__ = [
+    "AbstractBodyMotion",
+    "HarmonicBody",
+    "PointOfBody",
+    "RecordedBody",
+    "SeaBody",
+    "Swing",
+    "jonswap",
+    "rotation",
+]
+
+GRAVITY = 9.80665  # m/s2, for the length of waves on deep water
+
+
+class AbstractBodyMotion(eqx.Module):
+    """How a body moves about its mean place: six numbers over time.
+
+    Surge, sway, heave (m) along x, y, z and roll, pitch, yaw (rad) about them.
+    """
+
+    @abc.abstractmethod
+    def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
+        """Surge, sway, heave (m), roll, pitch, yaw (rad) at t (s)."""
+
+
+def rotation(turn: Float[Array, " 3"]) -> Float[Array, "3 3"]:
+    """Rz(yaw) Ry(pitch) Rx(roll) of angles (rad): from the body's axes to those of space."""
+    (a, b, c), (A, B, C) = jnp.cos(turn), jnp.sin(turn)
+    return jnp.stack(
+        [
+            jnp.stack([c * b, c * B * A - C * a, c * B * a + C * A]),
+            jnp.stack([C * b, C * B * A + c * a, C * B * a - c * A]),
+            jnp.stack([-B, b * A, b * a]),
+        ]
+    )
+
+
+class Swing(eqx.Module):
+    """amplitude (m or rad), period (s) and phase (rad) of one freedom of a body, 0 to 5."""
+
+    freedom: int = eqx.field(static=True)
+    amplitude: Float[Array, ""]
+    period: Float[Array, ""]
+    phase: Float[Array, ""]
+
+
+class HarmonicBody(AbstractBodyMotion):
+    """q_k(t) = r(t) a_k sin(2 pi t / P_k + phase_k) (Gao et al. 2022, eq. 19-20).
+
+    r rises from 0 to 1 as sin^2(pi t / (2 ramp)) over `ramp` (s), 1 where it is None.
+    """
+
+    swings: tuple[Swing, ...]
+    ramp: Float[Array, ""] | None = None
+
+    def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
+        """The six numbers (m, rad) at t (s)."""
+        parts = [jnp.zeros(())] * 6
+        for swing in self.swings:
+            angle = 2.0 * jnp.pi * t / swing.period + swing.phase
+            parts[swing.freedom] = swing.amplitude * jnp.sin(angle)
+        q = jnp.stack(parts)
+        if self.ramp is not None:
+            q = q * jnp.sin(0.5 * jnp.pi * jnp.clip(t / self.ramp, 0.0, 1.0)) ** 2
+        return q
+
+
+class RecordedBody(AbstractBodyMotion):
+    """A record of all six freedoms, (K, 6), joined by the cubic spline of `Recorded`."""
+
+    path: Recorded
+
+    def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
+        """The six numbers (m, rad) at t (s)."""
+        return self.path.position(t)
+
+
+def jonswap(
+    omega: Float[Array, " K"], period: Float[Array, ""], gamma: Float[Array, ""]
+) -> Float[Array, " K"]:
+    """Shape of the JONSWAP spectrum at angular frequencies (rad/s), without its scale.
+
+    w^-5 exp(-5/4 (wp/w)^4) gamma^b, b = exp(-(w - wp)^2 / (2 s^2 wp^2)), wp = 2 pi / period,
+    s = 0.07 for w <= wp and 0.09 beyond (Hasselmann et al. 1973; DNV-RP-C205, section 3.5.5).
+    """
+    peak = 2.0 * jnp.pi / period
+    width = jnp.where(omega <= peak, 0.07, 0.09)
+    bump = jnp.exp(-((omega / peak - 1.0) ** 2) / (2.0 * width**2))
+    return (omega / peak) ** -5.0 * jnp.exp(-1.25 * (peak / omega) ** 4) * gamma**bump
+
+
+class SeaBody(AbstractBodyMotion):
+    """A body in long-crested waves: sum over components of wave amplitude times response.
+
+    q_k(t) = sum_i a_i R_k(w_i) cos(w_i t - k_i d . x + e_i + p_k(w_i)), with wave amplitudes
+    a_i (m), phases e_i (rad) drawn once, deep-water wave numbers k_i = w_i^2 / g (1/m), the way x (m)
+    of the body along the waves' direction, and the response R (m/m or rad/m) with its phase p (rad),
+    linear between the frequencies of its table and nothing beyond them.
+    """
+
+    omega: Float[Array, " N"]
+    amplitude: Float[Array, " N"]
+    phase: Float[Array, " N"]
+    cosine: Float[Array, "6 N"]
+    sine: Float[Array, "6 N"]
+
+    @classmethod
+    def of(
+        cls,
+        height: Float[Array, ""],
+        period: Float[Array, ""],
+        gamma: Float[Array, ""],
+        seed: int,
+        components: int,
+        way: Float[Array, ""],
+        table: Float[Array, " K"],
+        response: dict[int, Float[Array, "K 2"]],
+    ) -> "SeaBody":
+        """The motion from significant height (m), peak period (s), gamma and a response table.
+
+        Components stand in the middles of equal bands from 0.4 to 4 times the peak frequency,
+        jittered within them so that the sea does not repeat; they share out (height / 4)^2 exactly.
+        """
+        draw = np.random.default_rng(seed)
+        jitter, angle = draw.uniform(size=components), draw.uniform(0.0, 2.0 * np.pi, components)
+        peak = 2.0 * jnp.pi / period
+        omega = peak * (0.4 + 3.6 * (np.arange(components) + jitter) / components)
+        share = jonswap(omega, period, gamma)
+        amplitude = height / 4.0 * jnp.sqrt(2.0 * share / jnp.sum(share))
+        cosine, sine = jnp.zeros((6, components)), jnp.zeros((6, components))
+        for freedom, values in response.items():
+            real = values[:, 0] * jnp.cos(values[:, 1])
+            imaginary = values[:, 0] * jnp.sin(values[:, 1])
+            both = [jnp.interp(omega, table, v, left=0.0, right=0.0) for v in (real, imaginary)]
+            cosine, sine = cosine.at[freedom].set(both[0]), sine.at[freedom].set(both[1])
+        phase = jnp.asarray(angle) - omega**2 / GRAVITY * way
+        return cls(omega, amplitude, phase, cosine, sine)
+
+    def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
+        """The six numbers (m, rad) at t (s)."""
+        angle = self.omega * t + self.phase
+        wave, turned = self.amplitude * jnp.cos(angle), self.amplitude * jnp.sin(angle)
+        return self.cosine @ wave - self.sine @ turned
+
+
+class PointOfBody(AbstractMotion):
+    """The path of a point of a moved body: x(t) = x0 + shift(t) + R(t) p.
+
+    x0 (3,) the body's mean place and p (3,) the point in the body's axes (m), in x, y, z; `axes`
+    (3, d) and `origin` (3,) lead to the scene's own coordinates.
+    """
+
+    motion: AbstractBodyMotion
+    mean: Float[Array, " 3"]
+    point: Float[Array, " 3"]
+    axes: Float[Array, "3 d"]
+    origin: Float[Array, " 3"]
+
+    def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
+        """x(t) (m)."""
+        q = self.motion.freedoms(t)
+        place = self.mean + q[:3].astype(self.mean.dtype)
+        place = place + rotation(q[3:].astype(self.mean.dtype)) @ self.point
+        return self.axes.T @ (place - self.origin)

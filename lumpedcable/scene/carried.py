@@ -1,0 +1,179 @@
+"""What runs along a line, and what pays the line out: cargo under a trolley, and winches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import Tag
+
+from lumpedcable.scene.part import Part, Problem, Text, choose, tag
+from lumpedcable.scene.quantities import (
+    Damper,
+    Length,
+    MomentOfInertia,
+    NonNegativeNumber,
+    Position,
+    PositiveForce,
+    PositiveLength,
+    PositiveMass,
+    PositiveSpeed,
+    PositiveTime,
+    fault,
+    found,
+)
+
+_PLACE = 'a place [x, y, z] or a point of a body, "BODY.POINT"'
+
+
+def _pick_place(value: Any) -> str:
+    if isinstance(value, str):
+        return "name"
+    if isinstance(value, list | tuple) and len(value) == 3:
+        return "position"
+    raise fault(f"expected {_PLACE}, found {found(value)}")
+
+
+Place = Annotated[
+    Annotated[Text, Tag(tag("name"))] | Annotated[Position, Tag(tag("position"))],
+    *choose(_pick_place, _PLACE),
+]
+
+
+class Friction(Part):
+    """Friction of the trolley on the line: coefficient tanh(v / speed) times the push across it."""
+
+    coefficient: NonNegativeNumber
+    """Friction coefficient at speeds well above ``speed``."""
+    speed: PositiveSpeed = 0.01
+    """Speed in m/s of the trolley along the line below which friction fades."""
+
+
+class On(Part):
+    """Where a trolley is on its line, and how it is moved along it."""
+
+    line: Text
+    """Name of the line."""
+    place: PositiveLength
+    """Horizontal distance in m from the start of the line at t = 0."""
+    speed: PositiveSpeed | None = None
+    """Horizontal speed in m/s at which it is hauled away from the line's start. Absent: it rolls."""
+    stop: PositiveLength = 1.0
+    """Horizontal distance in m from the line's end at which hauling has brought it to rest."""
+    ease: PositiveTime = 1.0
+    """Time in s that it takes to come to rest there."""
+    friction: Friction | None = None
+    """Friction between trolley and line. Absent: none."""
+
+
+class CarriedBody(Part):
+    """Cargo that a trolley carries along a line: a point, or a body that swings under it."""
+
+    mass: PositiveMass
+    """Mass in kg, trolley included."""
+    on: On
+    """The line and the place on it."""
+    height: Length | None = None
+    """Height z in m of the trolley at t = 0. Absent: at rest on the line."""
+    depth: PositiveLength | None = None
+    """Distance in m from the trolley down to the centre of gravity. Absent: a point at the trolley."""
+    inertia: MomentOfInertia | None = None
+    """Moment of inertia in kg m2 about the centre of gravity; needed with depth."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where depth and inertia do not come together."""
+        if (self.depth is None) != (self.inertia is None):
+            absent = "inertia" if self.inertia is None else "depth"
+            yield Problem((absent,), "expected depth and inertia together, found one of them")
+
+
+class Winch(Part):
+    """A drum that pays a line out and hauls it in to keep its tension."""
+
+    at: Place
+    """Where, in m, or a point of a body, "ship.post"."""
+    tension: PositiveForce
+    """Tension in N that it keeps."""
+    inertia: PositiveMass | None = None
+    """Moment of inertia of drum and drive over the drum's radius squared, in kg. Absent: none."""
+    damping: Damper | None = None
+    """Force in N per m/s of payout, against it. Absent: none."""
+
+
+class WinchEnd(Part):
+    """An end that a winch keeps at a tension, by paying the line out and hauling it in."""
+
+    winch: Winch
+    """The winch."""
+
+
+class HeightMeasure(Part):
+    """The least height of a body over the water or over a ship's deck."""
+
+    height: Text
+    """Name of the body: its trolley, where it has one."""
+    over: Text | None = None
+    """Name of the moved body that carries the deck. Absent: over z = level."""
+    level: Length = 0.0
+    """Height in m of the deck in that body's axes, or of the level in space."""
+    near: Text | None = None
+    """A point of a body, "ship.post": counts only near it. Absent: always."""
+    within: PositiveLength | None = None
+    """Horizontal distance in m from that point within which it counts."""
+    beyond: PositiveLength | None = None
+    """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
+    while_hauled: bool = False
+    """Counts only until the body has been hauled to its stop."""
+    limit: Length | None = None
+    """Least height in m that is safe. Absent: none."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where a distance has nothing that it counts from, or the reverse."""
+        yield from _together(self)
+
+
+class SpeedMeasure(Part):
+    """The largest vertical speed of a body, up or down."""
+
+    climb: Text
+    """Name of the body: its trolley, where it has one."""
+    near: Text | None = None
+    """A point of a body, "ship.post": counts only near it. Absent: always."""
+    within: PositiveLength | None = None
+    """Horizontal distance in m from that point within which it counts."""
+    beyond: PositiveLength | None = None
+    """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
+    while_hauled: bool = False
+    """Counts only until the body has been hauled to its stop."""
+    limit: PositiveSpeed | None = None
+    """Largest speed in m/s that is safe. Absent: none."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where a distance has nothing that it counts from, or the reverse."""
+        yield from _together(self)
+
+
+def _together(measure: HeightMeasure | SpeedMeasure) -> Iterator[Problem]:
+    bounds = (measure.within, measure.beyond)
+    if measure.near is None and bounds != (None, None):
+        yield Problem(("near",), "expected near with within or beyond, found no near")
+    if measure.near is not None and bounds == (None, None):
+        yield Problem(("within",), "expected within or beyond with near, found neither")
+
+
+_MEASURE = "a table with height, or with climb"
+
+
+def _pick_measure(value: Any) -> str:
+    if isinstance(value, Part):
+        return "height" if isinstance(value, HeightMeasure) else "climb"
+    if not isinstance(value, dict) or not {"height", "climb"} & value.keys():
+        raise fault(f"expected {_MEASURE}, found {found(value)}")
+    return "height" if "height" in value else "climb"
+
+
+Measure = Annotated[
+    Annotated[HeightMeasure, Tag(tag("height"))] | Annotated[SpeedMeasure, Tag(tag("climb"))],
+    *choose(_pick_measure, _MEASURE),
+]
+"""A number of a run that its scene asks for."""

@@ -1,0 +1,187 @@
+"""What must hold between trolleys, winches, measures and the rest of a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from lumpedcable.scene.carried import CarriedBody, HeightMeasure, SpeedMeasure, WinchEnd
+from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line
+from lumpedcable.scene.moved import MovedBody
+from lumpedcable.scene.part import Path, Problem, did_you_mean
+from lumpedcable.scene.quantities import found
+from lumpedcable.scene.units import format_quantity
+
+__all__ = ["carried_problems"]
+
+SIDES = ("start", "end")
+Lines = Mapping[str, Line | None]
+Bodies = Mapping[str, Any]
+
+
+def carried_problems(
+    lines: Lines, bodies: Bodies, measures: Mapping[str, Any], gravity: float | None
+) -> Iterator[Problem]:
+    """Yield what is wrong with carried bodies, winches and measures; None stands for the unreadable."""
+    for name, line in lines.items():
+        if line is not None:
+            yield from _ends(bodies, ("lines", name), line)
+            yield from _ideal(bodies, name, line)
+    for name, body in bodies.items():
+        if isinstance(body, CarriedBody):
+            yield from _carried(lines, bodies, ("bodies", name), body, gravity)
+    for name, measure in measures.items():
+        if measure is not None:
+            yield from _measure(bodies, ("measures", name), measure)
+
+
+def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
+    hint = did_you_mean(word, known) or (f"; known: {', '.join(known)}" if known else "")
+    return Problem(path, f"expected {what}, found {found(word)}{hint or '; there is none'}")
+
+
+def _points(bodies: Bodies) -> list[str]:
+    moved = ((name, body) for name, body in bodies.items() if isinstance(body, MovedBody))
+    return [f"{name}.{point}" for name, body in moved for point in body.points]
+
+
+def _is_point(bodies: Bodies, name: str) -> bool:
+    """Return whether a text names a point of a body, or may do so."""
+    body, _, _ = name.partition(".")
+    return name in _points(bodies) or (body in bodies and bodies[body] is None)
+
+
+def _ends(bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
+    for side in SIDES:
+        end = getattr(line, side)
+        if not isinstance(end, WinchEnd):
+            continue
+        at = end.winch.at
+        if isinstance(at, str) and not _is_point(bodies, at):
+            yield _named(
+                (*path, side, "winch", "at"), at, _points(bodies), "a point of a moved body"
+            )
+        if side == "end" and isinstance(line.start, WinchEnd):
+            yield Problem((*path, side), "expected one winch on a line, found one at either end")
+
+
+def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
+    if line.model != "ideal":
+        return
+    path: Path = ("lines", name)
+    if not any(isinstance(getattr(line, side), WinchEnd) for side in SIDES):
+        yield Problem(
+            (*path, "model"),
+            "expected a winch at an end of an ideal line, which has no tension of its own, found none",
+        )
+    if any(body is None for body in bodies.values()):
+        return
+    riders = [n for n, b in bodies.items() if isinstance(b, CarriedBody) and b.on.line == name]
+    if len(riders) != 1:
+        yield Problem(
+            (*path, "model"),
+            f"expected one body on an ideal line, found {', '.join(riders) or 'none'}",
+        )
+
+
+def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
+    """Return where an end is held or has its mean place (m), None where the scene does not say."""
+    if isinstance(end, WinchEnd):
+        end = end.winch.at
+    if isinstance(end, FixedEnd):
+        return end.fixed
+    if isinstance(end, HeldEnd) and isinstance(end.held, HeldPosition):
+        return end.held.position
+    if isinstance(end, tuple):
+        return end
+    name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+    body = bodies.get(name)
+    if isinstance(body, MovedBody) and point in body.points:
+        return tuple(a + b for a, b in zip(body.position, body.points[point], strict=True))
+    return None
+
+
+def _carried(
+    lines: Lines, bodies: Bodies, path: Path, body: CarriedBody, gravity: float | None
+) -> Iterator[Problem]:
+    name = body.on.line
+    if name not in lines:
+        yield _named((*path, "on", "line"), name, list(lines), "the name of a line")
+        return
+    line = lines[name]
+    if line is None:
+        return
+    if line.grading is not None or line.segment_lengths is not None:
+        yield Problem(
+            (*path, "on", "line"), f'expected a line of equal segments, found "{name}", graded'
+        )
+    winches = [end for side in SIDES if isinstance(end := getattr(line, side), WinchEnd)]
+    if winches and gravity is not None:
+        tension, weight = winches[0].winch.tension, body.mass * gravity
+        if 2.0 * tension <= weight:
+            side = "start" if isinstance(line.start, WinchEnd) else "end"
+            yield Problem(
+                ("lines", name, side, "winch", "tension"),
+                f"expected more than {format_quantity(weight / 2.0, 'N')}, half the weight of "
+                f'"{path[1]}", which the line could not carry otherwise, '
+                f"found {format_quantity(tension, 'N')}",
+            )
+    places = [anchor(bodies, getattr(line, side)) for side in SIDES]
+    if places[0] is None or places[1] is None:
+        return
+    span = math.dist(places[0][:2], places[1][:2])
+    if body.on.place >= span:
+        yield Problem(
+            (*path, "on", "place"),
+            f'expected a place on the span of "{name}", between 0 m and '
+            f"{format_quantity(span, 'm')}, found {format_quantity(body.on.place, 'm')}",
+        )
+    if body.on.speed is None:
+        return
+    if body.on.place + body.on.stop + body.on.speed * body.on.ease >= span:
+        yield Problem(
+            (*path, "on", "stop"),
+            f"expected room to haul it from {format_quantity(body.on.place, 'm')} on a span of "
+            f"{format_quantity(span, 'm')}, found a stop {format_quantity(body.on.stop, 'm')} from "
+            "its end",
+        )
+    if all(abs(a - b) > 1e-9 * span for a, b in zip(*(p[:2] for p in places), strict=True)):
+        yield Problem(
+            (*path, "on", "speed"),
+            f'expected "{name}" along x or along y where a body is hauled on it, found it aslant',
+        )
+
+
+def _measure(
+    bodies: Bodies, path: Path, measure: HeightMeasure | SpeedMeasure
+) -> Iterator[Problem]:
+    key = "height" if isinstance(measure, HeightMeasure) else "climb"
+    name = getattr(measure, key)
+    riders = [n for n, body in bodies.items() if body is None or isinstance(body, CarriedBody)]
+    if name not in riders:
+        yield _named((*path, key), name, riders, "the name of a body on a line")
+    body = bodies.get(name)
+    if measure.while_hauled and isinstance(body, CarriedBody) and body.on.speed is None:
+        yield Problem(
+            (*path, "while_hauled"),
+            f'expected a body that is hauled, found "{name}", which has no speed',
+        )
+    if measure.near is not None and not _is_point(bodies, measure.near):
+        yield _named((*path, "near"), measure.near, _points(bodies), "a point of a moved body")
+    if not isinstance(measure, HeightMeasure) or measure.over is None:
+        return
+    ships = [n for n, body in bodies.items() if body is None or isinstance(body, MovedBody)]
+    if measure.over not in ships:
+        yield _named((*path, "over"), measure.over, ships, "the name of a moved body")
+        return
+    ship = bodies[measure.over]
+    holder, _, point = (measure.near or "").partition(".")
+    if holder == measure.over and ship is not None and point in ship.points:
+        top = ship.points[point][2]
+        if measure.level >= top:
+            yield Problem(
+                (*path, "level"),
+                f"expected a deck below {measure.near}, which is at "
+                f"{format_quantity(top, 'm')}, found {format_quantity(measure.level, 'm')}",
+            )

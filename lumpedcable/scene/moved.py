@@ -1,0 +1,252 @@
+"""Bodies that are moved along: ships whose motion is known, with points that lines are tied to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field, Tag
+
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import CarriedBody
+from lumpedcable.scene.part import (
+    Name,
+    Part,
+    Path,
+    Problem,
+    Text,
+    choose,
+    did_you_mean,
+    did_you_mean_key,
+    tag,
+)
+from lumpedcable.scene.quantities import (
+    Angle,
+    Length,
+    Number,
+    Position,
+    PositiveTime,
+    Time,
+    fault,
+    found,
+)
+
+SHIFTS = ("surge", "sway", "heave")
+TURNS = ("roll", "pitch", "yaw")
+FREEDOMS = (*SHIFTS, *TURNS)
+"""The six motions of a ship: along and about its x, y and z axes."""
+GAP = 10.0  # a record is torn where a step of time is so many times the usual one
+
+
+class Shift(Part):
+    """amplitude sin(2 pi t / period + phase), along an axis."""
+
+    amplitude: Length
+    """Amplitude in m."""
+    period: PositiveTime
+    """Period in s."""
+    phase: Angle = 0.0
+    """Phase in rad at t = 0."""
+
+
+class Turn(Part):
+    """amplitude sin(2 pi t / period + phase), about an axis."""
+
+    amplitude: Angle
+    """Amplitude in rad."""
+    period: PositiveTime
+    """Period in s."""
+    phase: Angle = 0.0
+    """Phase in rad at t = 0."""
+
+
+class HarmonicBody(Part):
+    """Harmonic motions of a body about its mean place, one for each freedom that it names."""
+
+    surge: Shift | None = None
+    """Along x. Absent: none."""
+    sway: Shift | None = None
+    """Along y. Absent: none."""
+    heave: Shift | None = None
+    """Along z, up. Absent: none."""
+    roll: Turn | None = None
+    """About the x axis through the body's position. Absent: none."""
+    pitch: Turn | None = None
+    """About its y axis. Absent: none."""
+    yaw: Turn | None = None
+    """About its z axis. Absent: none."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the motion grows from rest. Absent: at once."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
+
+
+class RecordedBody(Part):
+    """Motions at times, from a CSV file or written out; a cubic spline between them."""
+
+    FILE: ClassVar[tuple[str, ...]] = ("file", "time", *FREEDOMS)
+
+    file: Text | None = None
+    """CSV file with a column t (s) and any of surge, sway, heave (m), roll, pitch, yaw (rad)."""
+    time: tuple[Time, ...] = ()
+    """Times of the record in s, increasing."""
+    surge: tuple[Length, ...] | None = None
+    """Along x at those times in m."""
+    sway: tuple[Length, ...] | None = None
+    """Along y at those times in m."""
+    heave: tuple[Length, ...] | None = None
+    """Along z at those times in m."""
+    roll: tuple[Angle, ...] | None = None
+    """About x at those times in rad."""
+    pitch: tuple[Angle, ...] | None = None
+    """About y at those times in rad."""
+    yaw: tuple[Angle, ...] | None = None
+    """About z at those times in rad."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the record."""
+        where: Path = ("file",) if self.file else ("time",)
+        if not self.names():
+            yield Problem(where, f"expected one of {', '.join(FREEDOMS)}, found none")
+        for name in self.names():
+            values = getattr(self, name)
+            if len(values) != len(self.time):
+                yield Problem(
+                    ("file",) if self.file else (name,),
+                    f"expected {len(self.time)} values of {name}, one per time, "
+                    f"found {len(values)}",
+                )
+        message = record_fault(self.time)
+        if message:
+            yield Problem(where, message)
+
+
+def record_fault(time: Sequence[float]) -> str | None:
+    """Return what is wrong with the times (s) of a record of a ship's motion, or None."""
+    if len(time) < 2:
+        return f"expected at least 2 times, found {len(time)}"
+    steps = [after - before for before, after in pairwise(time)]
+    for before, step in zip(time, steps, strict=False):
+        if step <= 0:
+            return f"expected times that increase, found {before + step:g} s after {before:g} s"
+    usual = sorted(steps)[len(steps) // 2]
+    for before, step in zip(time, steps, strict=False):
+        if step > GAP * usual:
+            return (
+                f"expected a record without gaps, a value about every {usual:g} s, found none "
+                f"between {before:g} s and {before + step:g} s"
+            )
+    return None
+
+
+class SeaBody(Part):
+    """Motions in the waves of [sea], by the body's response amplitude operators (RAO)."""
+
+    FILE: ClassVar[tuple[str, ...]] = ("rao", "omega", "response")
+
+    rao: Text | None = None
+    """CSV file with columns omega (rad/s), NAME (m or rad per m of wave) and NAME_phase (rad)."""
+    omega: tuple[Number, ...] = ()
+    """Angular frequencies of the table in rad/s, increasing."""
+    response: dict[Name, tuple[tuple[Number, Number], ...]] = Field(default_factory=dict)
+    """By freedom: amplitude (m or rad per m of wave) and phase (rad) at those frequencies."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if name in self.response)
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the table."""
+        where: Path = ("rao",) if self.rao else ("omega",)
+        if not self.names():
+            yield Problem(where, f"expected one of {', '.join(FREEDOMS)}, found none")
+        if len(self.omega) < 2:
+            yield Problem(where, f"expected at least 2 frequencies, found {len(self.omega)}")
+        for before, after in pairwise(self.omega):
+            if after <= before:
+                yield Problem(
+                    where,
+                    f"expected frequencies that increase, found {after:g} rad/s after "
+                    f"{before:g} rad/s",
+                )
+                return
+        for name in self.response:
+            if name not in FREEDOMS:
+                yield Problem(
+                    (*where[:1], name) if not self.rao else where,
+                    f"expected one of {', '.join(FREEDOMS)}, found {found(name)}"
+                    f"{did_you_mean(name, FREEDOMS)}",
+                )
+            elif len(self.response[name]) != len(self.omega):
+                yield Problem(
+                    where,
+                    f"expected {len(self.omega)} values of {name}, one per frequency, "
+                    f"found {len(self.response[name])}",
+                )
+
+
+_MOTION = f"a table with any of {', '.join(FREEDOMS)}, or with file, or with rao"
+
+
+def _pick(value: Any) -> str:
+    if isinstance(value, Part):
+        kinds = {HarmonicBody: "harmonic", RecordedBody: "recorded", SeaBody: "sea"}
+        return kinds[type(value)]
+    if not isinstance(value, dict):
+        raise fault(f"expected {_MOTION}, found {found(value)}")
+    if {"rao", "omega"} & value.keys():
+        return "sea"
+    if {"file", "time"} & value.keys():
+        return "recorded"
+    keys = (*FREEDOMS, "file", "rao")
+    if not set(FREEDOMS) & value.keys():
+        raise fault(f"expected {_MOTION}, found {found(value)}{did_you_mean_key(value, keys)}")
+    return "harmonic"
+
+
+BodyMotion = Annotated[
+    Annotated[HarmonicBody, Tag(tag("harmonic"))]
+    | Annotated[RecordedBody, Tag(tag("recorded"))]
+    | Annotated[SeaBody, Tag(tag("sea"))],
+    *choose(_pick, _MOTION),
+]
+
+
+class MovedBody(Part):
+    """A body that something else moves, such as a ship in waves, with points on it."""
+
+    position: Position
+    """Mean place of its origin in m; it turns about axes through it."""
+    motion: BodyMotion
+    """How it moves."""
+    points: dict[Name, Position] = Field(default_factory=dict)
+    """Places on the body in m from its origin, in its own axes, by name."""
+
+
+BODIES: dict[str, type[Part]] = {"motion": MovedBody, "on": CarriedBody, "mass": Body}
+"""The one place where the key that tells bodies apart becomes a class."""
+_BODY = "a table with mass, with mass and on, or with motion"
+
+
+def _pick_body(value: Any) -> str:
+    if isinstance(value, Part):
+        return next(kind for kind, cls in BODIES.items() if isinstance(value, cls))
+    if not isinstance(value, dict):
+        raise fault(f"expected {_BODY}, found {found(value)}")
+    return next((kind for kind in BODIES if kind in value), "mass")
+
+
+AnyBody = Annotated[
+    Annotated[MovedBody, Tag(tag("motion"))]
+    | Annotated[CarriedBody, Tag(tag("on"))]
+    | Annotated[Body, Tag(tag("mass"))],
+    *choose(_pick_body, _BODY),
+]
+"""A body; ``motion`` says that it is moved, ``on`` that it runs along a line."""

@@ -1,0 +1,115 @@
+"""What statics must reach by choosing lengths of lines: [targets], and whether it can be asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+from lumpedcable.scene.part import Part, Path, Problem, Text, did_you_mean, either
+from lumpedcable.scene.quantities import Length, PositiveForce, PositiveLength, found
+
+MEASURES = ("tension", "x", "y", "z", "sag", "length")
+"""What a target may ask for; each is a key of :class:`Target`."""
+SIDES = ("start", "end")
+
+
+class Target(Part):
+    """A condition on the state of rest, and the length that is found to meet it."""
+
+    change: Text
+    """The number that is found: "lines.NAME.length". Its value in the file is a first guess."""
+    of: Text
+    """What is asked for a number: a line, its end ("NAME.start"), a body, or "NAME + NAME"."""
+    tension: PositiveForce | None = None
+    """Tension in N at an end of a line."""
+    x: Length | None = None
+    """Coordinate in m of a body or of an end of a line."""
+    y: Length | None = None
+    """Coordinate in m of a body or of an end of a line."""
+    z: Length | None = None
+    """Coordinate in m of a body or of an end of a line."""
+    sag: PositiveLength | None = None
+    """Depth in m of a line under the middle of its chord."""
+    length: PositiveLength | None = None
+    """Unstretched length in m of one line, or of several together."""
+
+    @property
+    def measure(self) -> str:
+        """The one number of `MEASURES` that is asked for."""
+        return next(name for name in MEASURES if getattr(self, name) is not None)
+
+    @property
+    def wanted(self) -> float:
+        """Its value, in SI."""
+        return getattr(self, self.measure)
+
+    @property
+    def line(self) -> str:
+        """The line whose length is found."""
+        return self.change.split(".")[1]
+
+    @property
+    def parts(self) -> list[str]:
+        """The names in ``of``."""
+        return [name.strip() for name in self.of.split("+")]
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where not exactly one number is asked for."""
+        given = [name for name in MEASURES if getattr(self, name) is not None]
+        if len(given) != 1:
+            told = " and ".join(given) or "none"
+            yield Problem((), f"expected one of {either(MEASURES)}, found {told}")
+
+
+def target_problems(
+    targets: Mapping[str, Target | None],
+    lines: Mapping[str, Any],
+    bodies: Collection[str],
+) -> Iterator[Problem]:
+    """Yield what is wrong between targets and the lines and bodies that they name."""
+    taken: dict[str, str] = {}
+    for name, target in targets.items():
+        if target is None or next(target.problems(), None) is not None:
+            continue
+        path: Path = ("targets", name)
+        known = [f"lines.{line}.length" for line in lines]
+        if target.change not in known:
+            yield Problem(
+                (*path, "change"),
+                f'expected the length of a line, "lines.NAME.length", found '
+                f"{found(target.change)}{did_you_mean(target.change, known)}",
+            )
+        elif target.change in taken:
+            yield Problem(
+                (*path, "change"),
+                f'expected each length once, found that of target "{taken[target.change]}" again',
+            )
+        else:
+            taken[target.change] = name
+            line = lines[target.line]
+            if line is not None and line.segment_lengths is not None:
+                yield Problem(
+                    (*path, "change"),
+                    f'expected a line with segments, found "{target.line}" with segment_lengths',
+                )
+        yield from _of(target, (*path, "of"), lines, bodies)
+
+
+def _of(
+    target: Target, path: Path, lines: Mapping[str, Any], bodies: Collection[str]
+) -> Iterator[Problem]:
+    ends = [f"{line}.{side}" for line in lines for side in SIDES]
+    if target.measure == "tension":
+        words, known = "the end of a line", ends
+    elif target.measure in ("x", "y", "z"):
+        words, known = "a body or the end of a line", [*bodies, *ends]
+    else:
+        words, known = "a line", list(lines)
+    if target.measure == "length":
+        words = 'a line, or several as "NAME + NAME"'
+    elif len(target.parts) > 1:
+        yield Problem(path, f"expected {words}, found {found(target.of)}")
+        return
+    for name in target.parts:
+        if name not in known:
+            yield Problem(path, f"expected {words}, found {found(name)}{did_you_mean(name, known)}")

@@ -1,0 +1,261 @@
+"""The start of lines that winches keep taut and of bodies that run on them."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import Coupled, Found, body_force, live_line, winch_of
+from lumpedcable.model.ends import Driven
+from lumpedcable.model.line import LineForces, placed
+from lumpedcable.model.model import Model
+from lumpedcable.model.net import Net, make_net
+from lumpedcable.model.riders import Rider, Winch
+from lumpedcable.physics.coupling import IdealCable
+from lumpedcable.physics.motion import Still
+from lumpedcable.physics.tension import strain_at
+from lumpedcable.solve.statics import Equilibrium, force_scale, static_residual
+
+__all__ = ["carried_equilibrium", "is_carried"]
+
+HALVINGS = 80
+
+
+def is_carried(model: Model) -> bool:
+    """Whether a model has winches or bodies on cables."""
+    return any(isinstance(body, Rider | Winch) for body in model.bodies.values())
+
+
+class _At(NamedTuple):
+    """What couplings ask of an evaluation at rest."""
+
+    line: LineForces
+
+
+class _Unknowns(NamedTuple):
+    """What is looked for: displacements of all places (m), then one number for each body in `names`."""
+
+    net: Net | None
+    names: tuple[str, ...]
+    d: int
+
+    def split(self, model: Model, x: Array) -> dict[str, Array]:
+        """Displacements by line and body."""
+        lines = {}
+        if self.net is not None:
+            lines = self.net.spread(x[: self.net.size * self.d].reshape(-1, self.d))
+        moved = dict(lines)
+        for name, body in model.bodies.items():
+            moved[body_key(name)] = jnp.zeros_like(body.reference)
+        for k, name in enumerate(self.names):
+            value = x[x.shape[0] - len(self.names) + k]
+            body = model.bodies[name]
+            index = 0 if isinstance(body, Winch) else body.dimensions - 1
+            moved[body_key(name)] = moved[body_key(name)].at[index].set(value)
+        return moved
+
+    def residual(self, model: Model, x: Array) -> Array:
+        """Net force (N) on every place and along the number of each body; 0 where held."""
+        moved, t = self.split(model, x), jnp.zeros(())
+        found, parts = Found(), []
+        live = {name: live_line(model, name, moved, None) for name in model.lines}
+        for name, line in live.items():
+            found[name] = _At(line.forces(moved[name], None))
+        found.add_couplings(model, t, moved, None)
+        if self.net is not None:
+            own = eqx.tree_at(lambda m: m.lines, model, live)
+            force = static_residual(own, {n: moved[n] for n in live}, self.net)
+            extra = {n: jnp.zeros_like(line.reference) for n, line in live.items()}
+            for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+                if coupled.line is not None:
+                    extra[coupled.line] = extra[coupled.line] + pull.line
+            force = force + self.net.gather(extra)
+            held = jnp.asarray(self.net.fixed)[:, None]
+            places = x[: self.net.size * self.d].reshape(-1, self.d)
+            parts.append(jnp.where(held, -places, force).ravel())
+        for name in self.names:
+            body = model.bodies[name]
+            q = body.reference + moved[body_key(name)]
+            force = body.force(q, jnp.zeros_like(q))
+            pull = body_force(model, name, found)
+            force = force if pull is None else force + pull
+            index = 0 if isinstance(body, Winch) else body.dimensions - 1
+            parts.append(force[index][None])
+        return jnp.concatenate(parts)
+
+
+def carried_equilibrium(
+    model: Model, tolerance: Float[Array, ""], max_iterations: int
+) -> Equilibrium:
+    """The model with its lines at rest under their winches, trolleys held where they start along them.
+
+    Newton's method with the whole Jacobian, from straight parts between post, trolley and post; the
+    last step carries the derivative, its Jacobian frozen.
+    """
+    model = _guessed(model)
+    names = tuple(
+        name
+        for name, body in model.bodies.items()
+        if isinstance(body, Winch) or (isinstance(body, Rider) and body.settles)
+    )
+    net = make_net(model, ordered=False) if model.lines else None
+    d = next(b.dimensions for b in model.bodies.values() if isinstance(b, Rider))
+    unknowns = _Unknowns(net, names, d)
+    size = (0 if net is None else net.size * d) + len(names)
+    if size == 0:  # all that there is starts where the scene puts it
+        none = jnp.zeros(())
+        return Equilibrium(model, none, none == 0.0, jnp.zeros((), int))
+    frozen = jax.lax.stop_gradient(model)
+    scale = _scale(frozen)
+    goal = tolerance * scale + _rounding(frozen)
+
+    def residual(x):
+        return unknowns.residual(frozen, x)
+
+    def worst(force):
+        return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf), initial=0.0)
+
+    def norm(force):
+        return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
+
+    def unfinished(carry):
+        _, force, _, _, count = carry
+        return (count == 0) | ((worst(force) > goal) & (count < max_iterations))
+
+    def step(carry):
+        # the parts are taut: steps are Newton's own but where one of them goes wrong
+        x, force, _, share, count = carry
+        slope = jax.jacfwd(residual)(x)
+        trial = x - share * jnp.linalg.solve(slope, force)
+        after = residual(trial)
+        better = norm(after) <= jnp.maximum(norm(force), goal)
+        share = jnp.where(better, jnp.minimum(1.0, 2.0 * share), 0.25 * share)
+        return (jnp.where(better, trial, x), jnp.where(better, after, force), slope, share,
+                count + 1)  # fmt: skip
+
+    x = jnp.zeros(size)
+    start = (x, residual(x), jnp.eye(size), jnp.ones(()), jnp.zeros((), int))
+    found = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
+    x, force, slope, _, count = found
+    left = worst(force)
+    last = x - jnp.linalg.solve(slope, unknowns.residual(model, x))
+    x = jnp.where(jnp.all(jnp.isfinite(last)), last, x)
+    return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)
+
+
+def _settled(model: Model, moved: dict[str, Array]) -> Model:
+    """The model with its references where everything is."""
+    bodies = {
+        name: eqx.tree_at(lambda b: b.reference, body, body.reference + moved[body_key(name)])
+        for name, body in model.bodies.items()
+    }
+    lines = {}
+    for name in model.lines:
+        live = live_line(model, name, moved, None)
+        lines[name] = placed(live, live.reference + moved[name])
+    return eqx.tree_at(lambda m: (m.lines, m.bodies), model, (lines, bodies))
+
+
+def _scale(model: Model) -> Float[Array, ""]:
+    sizes = [force_scale(model)]
+    for body in model.bodies.values():
+        force = body.force(body.reference, jnp.zeros_like(body.reference))
+        sizes.append(jnp.max(jnp.abs(force)))
+    return jnp.max(jnp.stack(sizes))
+
+
+def _rounding(model: Model) -> Float[Array, ""]:
+    """Force (N) that the last digit of a place can make up, the stiffness of a segment times it."""
+    sizes = [jnp.zeros(())]
+    for line in model.lines.values():
+        stiff = (
+            jnp.abs(line.law.tension(jnp.asarray(1e-6)) - line.law.tension(jnp.zeros(()))) / 1e-6
+        )
+        far = jnp.max(jnp.abs(line.reference))
+        sizes.append(stiff * (1.0 + far / jnp.min(line.segment_length)))
+    return 32.0 * jnp.finfo(jnp.float64).eps * jnp.max(jnp.stack(sizes))
+
+
+# --- first shapes ---------------------------------------------------------------------------
+
+
+def _guessed(model: Model) -> Model:
+    """Trolleys at the height at which an ideal cable would carry them, lines straight to them."""
+    bodies, lines = dict(model.bodies), dict(model.lines)
+    ways: dict[str, list[Array]] = {}
+    for coupled in model.couplings:
+        body = bodies[coupled.body]
+        law = _ideal(model, coupled)
+        if body.settles:
+            body = _at_rest(body, law)
+            bodies[coupled.body] = body
+        if coupled.line is not None:
+            ways.setdefault(coupled.line, []).append(body.reference[: body.dimensions])
+    for name in model.lines:
+        winch = winch_of(model, name)
+        if winch is None:
+            continue
+        posts = [_post(model, name, node) for node in (0, -1)]
+        path = jnp.stack([posts[0], *ways.get(name, ()), posts[1]], axis=1)
+        sizes = jnp.sqrt(jnp.sum((path[:, 1:] - path[:, :-1]) ** 2, axis=0))
+        along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(sizes)])
+        line = lines[name]
+        at = jnp.linspace(0.0, 1.0, line.segments + 1) * along[-1]
+        nodes = jnp.stack([jnp.interp(at, along, row) for row in path])
+        nodes = nodes.at[:, 0].set(posts[0]).at[:, -1].set(posts[1])
+        strain = strain_at(line.law, winch.tension, line.max_strain)
+        length = along[-1] / (1.0 + strain)
+        ratio = length / jnp.sum(line.node_length)
+        longer = eqx.tree_at(
+            lambda x: (x.segment_length, x.node_length),
+            line,
+            (line.segment_length * ratio, line.node_length * ratio),
+        )
+        lines[name] = placed(longer, nodes)
+        key = next(n for n, b in bodies.items() if b is winch)
+        bodies[key] = eqx.tree_at(lambda b: b.reference, winch, length[None])
+    return eqx.tree_at(lambda m: (m.lines, m.bodies), model, (lines, bodies))
+
+
+def _post(model: Model, line: str, node: int) -> Float[Array, " d"]:
+    end = model.ends[line][0 if node == 0 else 1]
+    assert isinstance(end, Driven)  # the scene was checked
+    return end.motion.position(jnp.zeros(()))
+
+
+def _ideal(model: Model, coupled: Coupled) -> IdealCable:
+    """The ideal cable in the place of a line."""
+    if isinstance(coupled.law, IdealCable):
+        return coupled.law
+    assert coupled.line is not None
+    winch = winch_of(model, coupled.line)
+    assert winch is not None
+    posts = [Still(_post(model, coupled.line, node)) for node in (0, -1)]
+    return IdealCable(posts[0], posts[1], winch.tension)
+
+
+def _at_rest(body: Rider, law: IdealCable) -> Rider:
+    """The body at the height at which the cable carries it, by bisection; unchanged without weight."""
+    q, last = body.reference, body.dimensions - 1
+    d, t = body.dimensions, jnp.zeros(())
+    posts = [post.position(t) for post in (law.start, law.end)]
+    top = jnp.maximum(posts[0][last], posts[1][last])
+    span = jnp.sqrt(jnp.sum((posts[1] - posts[0]) ** 2))
+
+    def carries(z):
+        at = q.at[last].set(z)
+        pull = law.pull(t, at[:d], None, None).body[last]
+        return pull + body.force(at, jnp.zeros_like(at))[last] > 0.0
+
+    def halve(_, bounds):
+        low, high = bounds
+        middle = 0.5 * (low + high)
+        up = carries(middle)
+        return jnp.where(up, middle, low), jnp.where(up, high, middle)
+
+    bounds = (top - 1e3 * span, top + span)
+    low, _ = jax.lax.stop_gradient(jax.lax.fori_loop(0, HALVINGS, halve, bounds))
+    return eqx.tree_at(lambda b: b.reference, body, q.at[last].set(low))

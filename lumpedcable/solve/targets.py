@@ -1,0 +1,182 @@
+"""Lengths of lines that bring statics to given tensions, places or sags.
+
+The state of rest is a function of the lengths of the lines; with n lengths to be found and as many
+conditions r = 0 on that state, Newton's method finds them: J dL = -r, J the derivative of the state
+of rest (implicit function theorem). A tension falls and is convex in the length of a taut line, so
+that from a line that is too short no step goes too far; a step never changes a length by more than
+a half. Whether the conditions are met is judged like the forces of statics.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.assemble import assemble
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.layout import Layout
+from lumpedcable.model.line import Line, placed
+from lumpedcable.model.model import Model, Vectors
+from lumpedcable.scene import Scene, Target
+from lumpedcable.scene.part import Part, children
+from lumpedcable.solve.observe import end_tension
+from lumpedcable.solve.start import start_of
+from lumpedcable.solve.statics import (
+    Equilibrium,
+    _rounding,
+    equilibrium,
+    force_scale,
+    laid_out_exactly,
+)
+
+__all__ = ["rest_of", "sag_of", "tension_at"]
+
+ITERATIONS = 60
+SMALLEST = 1e-14  # relative change of a length that is rounding
+NODES = {"start": 0, "end": -1}
+
+
+def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
+    """The scene's model at static equilibrium, its targets met.
+
+    Without targets this is `start_of`. Its result has derivatives with respect to every number of
+    the scene, what a target asks for included.
+    """
+    if not scene.targets:
+        return start_of(scene, layout, coordinates)
+
+    def at(mine: Scene, lengths: Float[Array, " n"], nodes: Vectors):
+        """Misses over their sizes (-), and the same with the state of rest, for lengths (m)."""
+        changed = _with_lengths(mine, lengths)
+        found = _rest_near(changed, layout, coordinates, nodes)
+        miss = jnp.stack(
+            [
+                _miss(changed, layout, coordinates, found.model, target)
+                for target in mine.targets.values()
+            ]
+        )
+        return miss, (miss, found)
+
+    frozen = _frozen(scene)
+
+    def unfinished(carry):
+        worst, change, count = carry[3:]
+        return (worst > frozen.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
+
+    def step(carry):
+        lengths, nodes, _, _, _, count = carry
+        slope, (miss, found) = jax.jacfwd(lambda x: at(frozen, x, nodes), has_aux=True)(lengths)
+        change = jnp.linalg.solve(slope, -miss)
+        usable = jnp.all(jnp.isfinite(change))
+        change = jnp.where(usable, jnp.clip(change, -0.5 * lengths, 0.5 * lengths), 0.0)
+        worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
+        moved = jnp.max(jnp.abs(change / lengths))
+        nodes = {name: _nodes(found.model)[name] for name in nodes}
+        return lengths + change, nodes, slope, worst, moved, count + 1
+
+    guess = jnp.stack([jnp.asarray(frozen.lines[t.line].length) for t in frozen.targets.values()])
+    # lines without joints are laid out anew each time, and need no shape to begin from
+    first = _nodes(start_of(frozen, layout, coordinates).model) if layout.joints else {}
+    far = jnp.full((), jnp.inf)
+    carry = (guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
+    lengths, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
+    # the step that carries the derivative; where it is more than rounding, Newton did not end
+    change = jnp.linalg.solve(slope, -at(scene, lengths, nodes)[0])
+    near = jnp.all(jnp.abs(change) <= 1e-6 * lengths)
+    miss, (_, found) = at(scene, lengths + jnp.where(near, change, 0.0), nodes)
+    left = jnp.max(jnp.abs(miss))
+    goal = scene.statics.tolerance + _rounding(found.model) / force_scale(found.model)
+    return found._replace(
+        imbalance=jnp.maximum(found.imbalance, left), converged=found.converged & (left <= goal)
+    )
+
+
+def _with_lengths(scene: Scene, lengths: Float[Array, " n"]) -> Scene:
+    """The scene with the lengths (m) that its targets choose."""
+    keys = [target.change for target in scene.targets.values()]
+    return scene.with_numbers(dict(zip(keys, lengths, strict=True)))
+
+
+def _nodes(model: Model) -> Vectors:
+    return {name: line.reference for name, line in model.lines.items()}
+
+
+def _rest_near(
+    scene: Scene, layout: Layout, coordinates: Coordinates, nodes: Vectors
+) -> Equilibrium:
+    """The state of rest, looked for from nodes (m) that are near it.
+
+    Lines without joints between them are laid out from nothing: that is sure, and stays so where a
+    line from before hangs slack because it has become longer.
+    """
+    model = assemble(scene, layout, coordinates)
+    if not model.junctions or laid_out_exactly(model):
+        return start_of(scene, layout, coordinates)
+    near = jax.lax.stop_gradient(nodes)
+    lines = {name: placed(line, near[name]) for name, line in model.lines.items()}
+    model = eqx.tree_at(lambda m: m.lines, model, lines)
+    tolerance = jnp.asarray(scene.statics.tolerance, float)
+    return equilibrium(model, tolerance, scene.statics.max_iterations)
+
+
+def _frozen(value: Any) -> Any:
+    """A part of a scene whose numbers carry no derivatives."""
+    if isinstance(value, Part):
+        return value.model_copy(update={str(key): _frozen(v) for key, v in children(value)})
+    if isinstance(value, dict):
+        return {key: _frozen(v) for key, v in value.items()}
+    if isinstance(value, tuple):
+        return tuple(map(_frozen, value))
+    return jax.lax.stop_gradient(value) if isinstance(value, jax.Array) else value
+
+
+def _miss(
+    scene: Scene, layout: Layout, coordinates: Coordinates, model: Model, target: Target
+) -> Float[Array, ""]:
+    """What a target measures less what it wants, over the size of such numbers (-)."""
+    wanted = jnp.asarray(target.wanted, float)
+    if target.measure == "length":
+        return sum((scene.lines[name].unstretched for name in target.parts), -wanted) / wanted
+    if target.measure == "sag":
+        up = coordinates.vector((0.0, 0.0, 1.0))
+        return (sag_of(model.lines[target.of].reference, up) - wanted) / wanted
+    if target.measure == "tension":
+        line, _, side = target.of.rpartition(".")
+        return (tension_at(model.lines[line], NODES[side]) - wanted) / wanted
+    place = _place(layout, model, target.of)
+    axis = "xyz".index(target.measure)
+    found = coordinates.origin[axis] + jnp.asarray(coordinates.axes)[axis] @ place
+    return (found - wanted) / sum(line.unstretched for line in scene.lines.values())
+
+
+def _place(layout: Layout, model: Model, name: str) -> Float[Array, " d"]:
+    """Where a body or the end of a line is (m, the scene's own coordinates)."""
+    line, _, side = name.rpartition(".")
+    if line:
+        return model.lines[line].reference[:, NODES[side]]
+    members = next(joint.members for joint in layout.joints if joint.body == name)
+    line, node = members[0]
+    return model.lines[line].reference[:, node]
+
+
+def tension_at(line: Line, node: int) -> Float[Array, ""]:
+    """Tension (N) at the start (0) or end (-1) of a line at rest, as results show it."""
+    forces = line.forces(jnp.zeros_like(line.reference), None)
+    return end_tension(line, forces.tension, node, forces.shape)
+
+
+def sag_of(nodes: Float[Array, "d nodes"], up: Float[Array, " d"]) -> Float[Array, ""]:
+    """Depth (m) of a line's nodes (m) under the middle of its chord, a parabola between nodes."""
+    chord = nodes[:, -1] - nodes[:, 0]
+    across = chord - jnp.dot(chord, up) * up
+    along = across @ (nodes - nodes[:, :1]) / jnp.dot(across, across)
+    k = jnp.clip(jnp.searchsorted(along, 0.5), 1, nodes.shape[1] - 2)
+    s, z = (jax.lax.dynamic_slice(v, (k - 1,), (3,)) for v in (along, up @ nodes))
+    shares = [
+        jnp.prod((0.5 - s[jnp.array(others)]) / (s[i] - s[jnp.array(others)]))
+        for i, others in enumerate(((1, 2), (0, 2), (0, 1)))
+    ]
+    middle = 0.5 * jnp.dot(up, nodes[:, 0] + nodes[:, -1])
+    return middle - jnp.dot(jnp.stack(shares), z)

@@ -1,0 +1,101 @@
+"""What a results file holds of bodies on lines, winches and measures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import winch_name
+from lumpedcable.results import Variable
+from lumpedcable.scene import Scene
+from lumpedcable.scene.carried import CarriedBody, HeightMeasure, WinchEnd
+from lumpedcable.solve.observe import Sample
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = [
+    "carried_bodies",
+    "carried_histories",
+    "carried_variables",
+    "measure_outcome",
+    "rider_fields",
+]
+
+
+def carried_bodies(scene: Scene) -> list[str]:
+    """Names of the bodies that run on lines."""
+    return [name for name, body in scene.bodies.items() if isinstance(body, CarriedBody)]
+
+
+def winch_lines(scene: Scene) -> list[str]:
+    """Names of the lines with nodes that a winch pays out."""
+    return [
+        name
+        for name, line in scene.lines.items()
+        if line.model == "lumped" and any(isinstance(e, WinchEnd) for e in (line.start, line.end))
+    ]
+
+
+def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
+    """The datasets of measures and winches."""
+    found = []
+    for name, part in scene.measures.items():
+        if isinstance(part, HeightMeasure):
+            unit, text, best = "m", f"height of {part.height}", "least"
+            if part.over is not None:
+                text = f"height of {part.height} over the deck of {part.over}"
+        else:
+            unit, text, best = "m/s", f"vertical speed of {part.climb}", "largest"
+        attributes = {} if part.limit is None else {"limit": part.limit}
+        found.append(
+            Variable(f"summary/{name}", ("run",), "f8", unit, f"{best} {text}", attributes)
+        )
+        if histories:
+            path = f"measures/{name}"
+            found.append(Variable(path, ("run", "time"), "f8", unit, text, attributes))
+    for name in winch_lines(scene) if histories else ():
+        path, text = f"lines/{name}/payout", "unstretched length that the winch has paid out"
+        found.append(Variable(path, ("run", "time"), "f8", "m", text))
+        path, text = f"lines/{name}/payout_speed", "speed at which the winch pays out"
+        found.append(Variable(path, ("run", "time"), "f8", "m/s", text))
+    return found
+
+
+def carried_histories(scene: Scene, samples: Sample) -> dict[str, NDArray[np.float64]]:
+    """Measures, and length (m) and speed (m/s) of payout, (runs, times), by dataset."""
+    found = {}
+    for name in winch_lines(scene):
+        q, v = np.moveaxis(np.asarray(samples.bodies[winch_name(name)], float), 2, 0)
+        found[f"lines/{name}/payout"], found[f"lines/{name}/payout_speed"] = q[..., 0], v[..., 0]
+    for name, values in samples.measures.items():
+        found[f"measures/{name}"] = np.asarray(values, float)
+    return found
+
+
+def measure_outcome(scene: Scene, name: str, history: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What histories (runs, times) of a measure come down to; NaN where it never counted."""
+    least = isinstance(scene.measures[name], HeightMeasure)
+    none = np.inf if least else -np.inf
+    kept = np.where(np.isfinite(history), history, none)
+    best = kept.min(axis=1) if least else kept.max(axis=1)
+    return np.where(np.isfinite(best), best, np.nan)
+
+
+def rider_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
+    """Places of trolleys (m), roll, pitch and yaw of what hangs under them (rad), and their rates."""
+    d = coordinates.dimensions
+    found = {}
+    for places, angles, values in (("position", "attitude", q), ("velocity", "turning", v)):
+        found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
+        swing = values[..., d:]
+        turned = np.zeros((*values.shape[:-1], 3))
+        if swing.shape[-1] == 1:
+            # a swing towards the first axis turns from it towards the vertical one
+            turned = swing * np.cross(coordinates.axes[:, 0], coordinates.axes[:, 1])
+        elif swing.shape[-1] == 2:
+            turned[..., 0], turned[..., 1] = swing[..., 1], -swing[..., 0]
+        found[angles] = turned
+    return found

@@ -1,0 +1,129 @@
+"""A study's shards on the workers of dask.distributed, its own or a cluster's.
+
+A worker computes a shard as one process does alone, from the same file, with the same program, and
+puts it into the folder, which all must see. A worker that dies loses the shard that it is at; another
+one computes it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from distributed import Client, LocalCluster, as_completed
+from distributed.scheduler import KilledWorker
+
+from lumpedcable.results import StudyFolder
+from lumpedcable.results.errors import OutputError
+from lumpedcable.scene import load_study
+from lumpedcable.study.laying import Laid, lay_out
+from lumpedcable.study.shards import Share, compute_shard, show_all
+
+__all__ = ["run_on_cluster"]
+
+PATIENCE = "10s"  # for a scheduler to answer
+ALLOWED_DEATHS = 3  # of workers, while one and the same shard was on them
+# one core each: what a worker computes must not depend on how many there are
+PINNED = {
+    "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false",
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+}
+
+
+def run_on_cluster(
+    folder: StudyFolder,
+    laid: Laid,
+    share: Share,
+    on_progress: Callable[[int, int], None],
+    scheduler: str | None = None,
+    workers: int = 2,
+) -> list[int]:
+    """Compute the missing shards of a share on dask workers.
+
+    Args:
+        folder, laid, share, on_progress: as of `run_here`.
+        scheduler: address of a scheduler; None starts a cluster of processes on this machine.
+        workers: processes of such a cluster.
+
+    Returns:
+        The shards that failed.
+
+    Raises:
+        OutputError: no scheduler answers at the address.
+        KeyboardInterrupt: interrupted; finished shards stay.
+    """
+    missing = share.among(folder.missing())
+    total = sum(len(folder.runs(shard)) for shard in missing) * laid.count
+    done, failed = 0, []
+    on_progress(done, total)
+    if not missing:
+        return failed
+    with _client(scheduler, workers) as client:
+        where = str(folder.path.resolve())
+        tasks = {
+            client.submit(
+                _shard, where, shard, key=f"{where}-{shard}", retries=1, pure=False
+            ): shard
+            for shard in missing
+        }
+        for task in as_completed(tasks):
+            shard = tasks[task]
+            error = task.exception()
+            if error is not None:
+                if isinstance(error, KilledWorker):
+                    error = f"{ALLOWED_DEATHS} workers died while they computed it"
+                folder.note_failure(shard, f"{error}")
+                failed.append(shard)
+            done += len(folder.runs(shard)) * laid.count
+            on_progress(done, total)
+    show_all(folder, laid)
+    return failed
+
+
+@contextmanager
+def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
+    """A client of the scheduler at an address, or of a cluster of its own."""
+    with ExitStack() as stack:
+        if scheduler is None:
+            stack.enter_context(_environment(PINNED))
+            # processes are spawned, never forked: jax has threads
+            options: dict[str, Any] = {"processes": True, "dashboard_address": None}
+            cluster = LocalCluster(n_workers=workers, threads_per_worker=1, **options)
+            client = stack.enter_context(Client(stack.enter_context(cluster)))
+        else:
+            try:
+                client = stack.enter_context(Client(scheduler, timeout=PATIENCE))
+            except (OSError, ValueError) as error:
+                reason = str(error).splitlines()[0]
+                raise OutputError(f"no dask scheduler at {scheduler}: {reason}") from None
+        yield client
+
+
+@contextmanager
+def _environment(changes: dict[str, str]) -> Iterator[None]:
+    """Variables that processes started meanwhile find set; what the user has set stays."""
+    added = {key: value for key, value in changes.items() if key not in os.environ}
+    os.environ.update(added)
+    try:
+        yield
+    finally:
+        for key in added:
+            del os.environ[key]
+
+
+_known: dict[str, tuple[StudyFolder, Laid]] = {}
+
+
+def _shard(where: str, shard: int) -> int:
+    """Compute a shard on a worker; the study is read and compiled once in its life."""
+    if where not in _known:
+        folder = StudyFolder.open(Path(where))
+        _known[where] = folder, lay_out(load_study(folder.scene))
+    folder, laid = _known[where]
+    if not folder.file(shard).exists():
+        compute_shard(folder, laid, shard)
+    return shard

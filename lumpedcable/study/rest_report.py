@@ -1,0 +1,160 @@
+"""What a person sees of a scene at rest: a table of its cables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from lumpedcable.results import ResultFile, open_result
+from lumpedcable.results.human import scale
+from lumpedcable.results.reader import OK
+from lumpedcable.scene import Study, format_quantity
+from lumpedcable.study.prescribed import MODELS
+from lumpedcable.study.report import MOST_FAILURES, MOST_ROWS, WIDE
+
+__all__ = ["rest_table"]
+
+# quantity -> (words over the column, unit)
+HEADS = {
+    "joint_length": ("length\nto joint", "m"),
+    "joint_x": ("joint\nx", "m"),
+    "joint_z": ("joint\nz", "m"),
+    "length": ("length\nS", "m"),
+    "sag": ("sag\nf", "m"),
+    "start_tension": ("start\ntension", "N"),
+    "end_tension": ("end\ntension", "N"),
+    "horizontal_tension": ("horizontal\ntension", "N"),
+}
+MARKS = {"exact": "*", "straight": "+"}
+STYLES = {"exact": "cyan", "straight": "dim"}
+
+Numbers = Mapping[str, NDArray[np.float64]]
+
+
+def rest_table(study: Study, target: Path) -> None:
+    """One table a cable, one row a run: computed, exact, and by straight segments.
+
+    A narrow terminal gets fewer columns.
+    """
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, markup=False, width=WIDE)
+    with open_result(target) as result:
+        if study.scene.title:
+            console.print(Text(study.scene.title, "bold"))
+        for cable in result.cables:
+            numbers = result.rest(cable)
+            models = [model for model in MODELS if f"{model}_sag" in numbers]
+            if len(result.cables) > 1:
+                console.print(Text(cable))
+            table, shown = _fitting(console, study, result, numbers, models)
+            console.print(table)
+            for note in _notes(numbers, models, shown, result.runs):
+                console.print(Text(note, "dim"))
+        _failures(console, result)
+    console.print(f"written: {target}", soft_wrap=True)
+
+
+def _fitting(
+    console: Console, study: Study, result: ResultFile, numbers: Numbers, models: Sequence[str]
+) -> tuple[Table, Sequence[str]]:
+    """The table with as many models beside the computed numbers as the console is wide enough for."""
+    boundless = console.options.update(max_width=10_000)
+    for count in range(len(models), 0, -1):
+        table = _table(study, result, numbers, models[:count])
+        if console.measure(table, options=boundless).maximum <= console.width:
+            return table, models[:count]
+    return _table(study, result, numbers, ()), ()
+
+
+def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[str]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+
+    def column(words: str, style: str = "") -> None:
+        table.add_column(Text(words), justify="right", style=style, vertical="bottom", no_wrap=True)
+
+    column("run")
+    for axis in study.axes:
+        column(axis.label.replace(" ", "\n"))
+    columns: list[list[str]] = []
+    for quantity, (words, unit) in HEADS.items():
+        if quantity not in numbers:
+            continue
+        factor, shown = _unit(numbers[quantity], unit)
+        column(f"{words}\n({shown})")
+        columns.append(_texts(numbers[quantity] * factor))
+        for model in models if _compared(numbers, quantity) else ():
+            told = numbers[f"{model}_{quantity}"]
+            if _same(numbers, model, quantity):
+                continue  # prescribed
+            column(f"{model}{MARKS[model]}", STYLES[model])
+            columns.append(_texts(told * factor))
+    table.add_column(Text("status"), vertical="bottom", no_wrap=True)
+    for run in range(min(result.runs, MOST_ROWS)):
+        values = study.runs.values(run) if study.axes else {}  # type: ignore[attr-defined]
+        cells = [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
+        cells += [texts[run] for texts in columns]
+        table.add_row(*(Text(cell) for cell in (*cells, result.status[run].replace("_", " "))))
+    return table
+
+
+def _compared(numbers: Numbers, quantity: str) -> bool:
+    """Whether models have something to say of a number: a joint's place only where it is not given."""
+    if quantity == "joint_length":
+        return False
+    return not quantity.startswith("joint") or not _same(numbers, "exact", "joint_x")
+
+
+def _same(numbers: Numbers, model: str, quantity: str) -> bool:
+    told = numbers.get(f"{model}_{quantity}", np.nan)
+    return np.allclose(told, numbers[quantity], rtol=1e-9, atol=0.0, equal_nan=True)
+
+
+def _unit(values: NDArray[np.float64], unit: str) -> tuple[float, str]:
+    """Factor and unit for a column: lengths in m, forces in what suits the largest."""
+    finite = np.abs(values[np.isfinite(values)])
+    return (1.0, unit) if unit == "m" or not finite.size else scale(float(finite.max()), unit)
+
+
+def _texts(values: NDArray[np.float64]) -> list[str]:
+    """A column: six digits of its largest value."""
+    finite = np.abs(values[np.isfinite(values)])
+    top = float(finite.max()) if finite.size else 0.0
+    digits = 5 - int(np.floor(np.log10(top))) if top > 0.0 else 0
+    form = f"{{:.{min(max(digits, 0), 6)}f}}"
+    return [form.format(value) if np.isfinite(value) else "-" for value in values]
+
+
+def _notes(numbers: Numbers, models: Sequence[str], shown: Sequence[str], runs: int) -> list[str]:
+    notes = []
+    if runs > MOST_ROWS:
+        notes.append(f"{MOST_ROWS} of {runs} rows shown; the file holds all.")
+    notes += [f"{MARKS[model]} {model}: {MODELS[model]}." for model in shown]
+    if len(shown) < len(models):
+        notes.append(f"A wider terminal shows {' and '.join(models[len(shown) :])} as well.")
+    if "straight" in models:
+        told = []
+        for quantity, words in (("start_tension", "start tension"), ("sag", "sag")):
+            error = numbers[f"straight_{quantity}"] / numbers[f"exact_{quantity}"] - 1.0
+            if np.isfinite(error).any():
+                low, high = 100.0 * np.nanmin(error), 100.0 * np.nanmax(error)
+                told.append(f"{words} {low:+.2f} to {high:+.2f} %")
+        if told:
+            notes.append(f"Straight segments against exact: {', '.join(told)}.")
+    return notes
+
+
+def _failures(console: Console, result: ResultFile) -> None:
+    failed = [run for run, status in enumerate(result.status) if status != OK]
+    messages = result.status_message
+    for run in failed[:MOST_FAILURES]:
+        console.print(Text(f"run {run}: {messages[run]}", "red"))
+    if len(failed) > MOST_FAILURES:
+        console.print(Text(f"and {len(failed) - MOST_FAILURES} more runs went wrong", "red"))

@@ -1,0 +1,107 @@
+"""The start states of many runs: those that start alike are brought to rest together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.study.compiled import Ready, Structure, number, prepare_batch
+from lumpedcable.study.laying import Laid
+from lumpedcable.study.plan import lanes
+
+__all__ = ["batched", "filled", "rows_of", "starts"]
+
+CELL = 128  # runs that start alike, at most, in one cell of a batch
+CELLS = 4  # cells of a batch
+FEWEST = 4  # runs in a cell on average for which cells are worth their lanes
+
+
+def starts(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
+    """Models at rest for runs of one structure, in their order.
+
+    Numbers that most often do not move the equilibrium (when and how fast something breaks, drag)
+    go beside the others: the compiled program then seeks the equilibrium once for all runs that
+    differ in these alone. Where they do move it, it does so for each.
+    """
+    numbers = laid.study.runs.numbers(runs)
+    beside = {key: v for key, v in numbers.items() if _is_late(key)}
+    own = np.array([v for key, v in numbers.items() if key not in beside])
+    cells = _cells(own.reshape(len(numbers) - len(beside), len(runs)).T) if beside else []
+    if not cells or len(runs) < FEWEST * len(cells):
+        found = [
+            rows_of(_prepare(laid, structure, runs[filled(mine, size)], ()), np.arange(len(mine)))
+            for mine, size in batched(np.arange(len(runs)), laid.sizes)
+        ]
+        return _joined(found)
+    found, order = [], []
+    for first in range(0, len(cells), CELLS):
+        group = cells[first : first + CELLS]
+        table = np.array([filled(cell, CELL) for cell in group])
+        table = np.pad(table, ((0, CELLS - len(group)), (0, 0)), mode="edge")
+        ready = _prepare(laid, structure, runs[table], tuple(sorted(beside)))
+        used = np.concatenate([k * CELL + np.arange(len(c)) for k, c in enumerate(group)])
+        found.append(rows_of(ready, used))
+        order += group
+    return rows_of(_joined(found), np.argsort(np.concatenate(order), kind="stable"))
+
+
+def _is_late(key: str) -> bool:
+    """Whether a number, most often, says nothing about the equilibrium."""
+    event = key.startswith("events.") and not key.endswith(".place")
+    return event or ".drag." in key or ".added_mass." in key or key.startswith("solver.")
+
+
+def _cells(table: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+    """Rows of equal numbers, at most CELL in each cell."""
+    _, inverse = np.unique(table, axis=0, return_inverse=True)
+    order = np.argsort(inverse.ravel(), kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(inverse.ravel()[order])) + 1)
+    return [g[k : k + CELL] for g in groups for k in range(0, len(g), CELL)]
+
+
+def _prepare(
+    laid: Laid, structure: Structure, runs: NDArray[np.int64], late: tuple[str, ...]
+) -> Ready:
+    """Static equilibria of a batch of runs (runs,), or with late numbers of cells (cells, runs)."""
+    scene = structure.scene
+    numbers = {
+        key: values.reshape(runs.shape)
+        for key, values in laid.study.runs.numbers(runs.ravel()).items()
+    }
+    numbers["output.duration"] = np.full(runs.shape, scene.output.duration)
+    beside = {key: numbers[key] for key in late}
+    swept = {
+        key: values if runs.ndim == 1 else values[:, 0]
+        for key, values in numbers.items()
+        if key not in beside
+    }
+    shared = {key: number(v) for key, v in scene.numbers().items() if key not in numbers}
+    axes, origin = laid.coordinates.axes, laid.coordinates.origin
+    return prepare_batch(structure, scene.solver.dtype, axes, origin, shared, swept, beside)
+
+
+def _joined(found: list[Ready]) -> Ready:
+    return jax.tree.map(lambda *x: np.concatenate(x), *found) if len(found) > 1 else found[0]
+
+
+def rows_of(ready: Ready, rows: NDArray[np.int64]) -> Ready:
+    """Chosen rows of a batch."""
+    return jax.tree.map(lambda x: np.asarray(x)[rows], ready)
+
+
+def batched(
+    rows: NDArray[np.int64], sizes: tuple[int, ...]
+) -> Iterator[tuple[NDArray[np.int64], int]]:
+    """Rows cut into batches, each with the lanes of its batch."""
+    first = 0
+    for size in lanes(len(rows), sizes):
+        yield rows[first : first + size], size
+        first += size
+
+
+def filled(rows: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+    """Rows, and the last one again up to `size`."""
+    return np.pad(rows, (0, size - len(rows)), mode="edge")

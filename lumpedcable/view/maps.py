@@ -1,0 +1,135 @@
+"""Maps of a study: a number of its runs over every pair of the swept numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from lumpedcable.results.human import scale
+from lumpedcable.results.reader import Axis, ResultFile
+from lumpedcable.view import style
+from lumpedcable.view.groups import file_tag
+
+Array = NDArray[Any]
+
+FEWEST = 3  # values that a swept number must have to be drawn along
+MOST_CELLS = 40  # of a map along an axis; of more values, such as draws, as many bins as BINS
+BINS = 12
+MOST_PANELS = 6
+# quantity of a recoiling end or of the run -> which run of a cell is shown
+SHOWN = {
+    "peak_end_speed": "largest",
+    "reach": "largest",
+    "front_arrival": "earliest",
+    "peak_kinetic_energy": "largest",
+    "peak_tension": "largest",
+}
+
+
+class Along(NamedTuple):
+    """One axis of a map: its label, edges of its cells, the cell of each run, whether it is log."""
+
+    label: str
+    edges: Array
+    cells: Array
+    log: bool
+
+
+def map_figures(result: ResultFile) -> Iterator[tuple[str, Any]]:
+    """Names and makers of the maps of a study, where at least two numbers have enough values."""
+    axes = [axis for axis in result.axes if len(np.unique(axis.values)) >= FEWEST]
+    if len(axes) < 2 or not _fills(axes):
+        return
+    for end, numbers in result.summary().items():
+        for quantity, values in numbers.items():
+            if quantity in SHOWN and np.isfinite(values).any():
+                which = "" if end == "run" or len(result.ends) < 2 else f"_{file_tag(end)}"
+                yield f"map_{quantity}{which}", partial(map_figure, result, end, quantity, axes)
+
+
+def _fills(axes: list[Axis]) -> bool:
+    """Whether some pair of numbers takes more combinations than either has values."""
+    return any(
+        len(np.unique(np.column_stack([a.values, b.values]), axis=0))
+        >= min(len(np.unique(a.values)) * len(np.unique(b.values)), 4 * BINS)
+        for a, b in combinations(axes, 2)
+    )
+
+
+def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis]) -> Figure:
+    """A map for each pair of swept numbers; a cell shows the largest or earliest of its runs."""
+    told = result.summary_attributes(end, quantity)
+    values = result.summary()[end][quantity]
+    unit = str(told.get("units", "1"))
+    factor, shown = scale(style.largest(values), "" if unit == "1" else unit)
+    pairs = list(combinations(axes, 2))[:MOST_PANELS]
+    title = str(result.attributes.get("title", ""))
+    whose = "" if end == "run" else f"{end}: "
+    heading = "\n".join(filter(None, [title, f"{whose}{told.get('long_name', quantity)}"]))
+    figure, panels = style.panel_figure([""] * len(pairs), heading, height=2.2)
+    tables = [_table(_along(a), _along(b), values * factor, SHOWN[quantity]) for a, b in pairs]
+    known = np.concatenate([table[np.isfinite(table)] for table in tables])
+    colours = Normalize(float(known.min()), float(known.max()))
+    for ax, (a, b), table in zip(panels, pairs, tables, strict=True):
+        _draw(ax, _along(a), _along(b), table, colours)
+    bar = figure.colorbar(
+        ScalarMappable(colours, "viridis"), ax=panels, aspect=30, pad=0.01, fraction=0.05
+    )
+    words = quantity.replace("_", " ")
+    bar.set_label(style.with_unit(words, shown))
+    failed = sum(word != "ok" for word in result.status)
+    note = f"Each cell: the {SHOWN[quantity]} of the runs in it, over all other swept numbers."
+    if failed:
+        note += f" {failed} of {result.runs} runs went wrong; what they came to before counts."
+    style.foot(figure, note)
+    return figure
+
+
+def _along(axis: Axis) -> Along:
+    """Cells along a swept number: one for each value, or bins."""
+    factor, unit = scale(style.largest(axis.values), axis.unit)
+    values = axis.values * factor
+    label = style.with_unit(axis.words, unit)
+    known = np.unique(values)
+    log = bool(known[0] > 0 and known[-1] / known[0] > 20)
+    place = np.log if log else np.asarray
+    if len(known) > MOST_CELLS:
+        ends = place(known[[0, -1]])
+        edges = np.linspace(ends[0], ends[1], BINS + 1)
+        cells = np.clip(np.searchsorted(edges, place(values), side="right") - 1, 0, BINS - 1)
+    else:
+        middles = place(known)
+        half = np.diff(middles) / 2
+        edges = np.concatenate(
+            [middles[:1] - half[:1], middles[:-1] + half, middles[-1:] + half[-1:]]
+        )
+        cells = np.searchsorted(known, values)
+    return Along(label, np.exp(edges) if log else edges, cells, log)
+
+
+def _table(x: Along, y: Along, values: Array, which: str) -> Array:
+    """The chosen value of each cell, shape (y, x), NaN where no run has one."""
+    best = np.fmin if which == "earliest" else np.fmax
+    table = np.full((len(y.edges) - 1, len(x.edges) - 1), np.nan)
+    best.at(table, (y.cells, x.cells), values)
+    return table
+
+
+def _draw(ax: Axes, x: Along, y: Along, table: Array, colours: Normalize) -> None:
+    ax.grid(False)
+    ax.pcolormesh(x.edges, y.edges, table, norm=colours, cmap="viridis", rasterized=True)
+    ax.set_xlabel(x.label)
+    ax.set_ylabel(y.label)
+    if x.log:
+        ax.set_xscale("log")
+    if y.log:
+        ax.set_yscale("log")

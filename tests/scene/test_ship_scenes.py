@@ -1,0 +1,123 @@
+"""Ships in the scene language: what reads well, and what is wrong with what does not."""
+
+import numpy as np
+import pytest
+
+from lumpedcable.scene import SceneError, load_study
+
+SHIPS = """\
+gravity = "9.81 m/s2"
+
+[sea]
+height = "2 m"
+period = "8 s"
+
+[materials.wire]
+law = "linear"
+EA = "57 MN"
+
+[bodies.supply]
+position = [0, 0, "1 m"]
+motion.heave = { amplitude = "1 m", period = "8 s" }
+motion.roll = { amplitude = "5 deg", period = "10 s" }
+points = { post = [0, "5 m", "12 m"] }
+
+[bodies.receiver]
+position = [0, "60 m", 0]
+motion = { file = "ship.csv" }
+points = { post = [0, "-5 m", "10 m"] }
+
+[bodies.third]
+position = [0, "90 m", 0]
+motion = { rao = "rao.csv" }
+points = { bow = [0, 0, 0] }
+
+[lines.highline]
+material = "wire"
+length = "53 m"
+segments = 20
+mass = "3 kg/m"
+start = "supply.post"
+end = "receiver.post"
+
+[output]
+duration = "2 s"
+every = "0.1 s"
+"""
+RECORD = "t,heave,roll\n0,0,0\n1,0.5,0.01\n2,0.1,0.02\n"
+RAO = "omega,heave,heave_phase\n0.4,1,0\n0.8,0.5,0.3\n"
+
+
+def study(folder, *edits, record=RECORD, rao=RAO):
+    text = SHIPS
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (folder / "scene.toml").write_text(text)
+    (folder / "ship.csv").write_text(record)
+    (folder / "rao.csv").write_text(rao)
+    return load_study(folder / "scene.toml")
+
+
+def test_ships_are_read_in_si(tmp_path):
+    found = study(tmp_path)
+    supply, receiver, third = found.scene.bodies.values()
+    assert supply.motion.roll.amplitude == pytest.approx(np.deg2rad(5.0))
+    assert supply.points["post"] == (0.0, 5.0, 12.0)
+    assert receiver.motion.heave == (0.0, 0.5, 0.1)
+    assert receiver.motion.names() == ("heave", "roll")
+    assert third.motion.response == {"heave": ((1.0, 0.0), (0.5, 0.3))}
+    numbers = found.scene.numbers()
+    assert numbers["bodies.supply.motion.heave.period"] == 8.0
+    assert not any(key.startswith("bodies.receiver.motion") for key in numbers)
+
+
+def test_the_record_of_a_run_stands_alone(tmp_path):
+    found = study(tmp_path)
+    (tmp_path / "copy").mkdir()
+    (tmp_path / "copy" / "scene.toml").write_text(found.effective_text)
+    again = load_study(tmp_path / "copy" / "scene.toml").scene
+    assert again.bodies["receiver"].motion.heave == (0.0, 0.5, 0.1)
+    assert again.bodies["third"].motion.response == {"heave": ((1.0, 0.0), (0.5, 0.3))}
+
+
+def test_another_record_is_another_structure(tmp_path):
+    bones = study(tmp_path).scene.skeleton()
+    assert study(tmp_path, record=RECORD.replace("0.5", "0.6")).scene.skeleton() != bones
+    assert study(tmp_path, ('"1 m", period', '"2 m", period')).scene.skeleton() == bones
+
+
+@pytest.mark.parametrize(
+    ("edits", "files", "key", "words"),
+    [
+        ([('start = "supply.post"', 'start = "supply.pots"')], {}, "lines.highline.start",
+         'expected a point of the moved body "supply", found "supply.pots"; did you mean "supply.post"'),
+        ([('start = "supply.post"', 'start = "supply"')], {}, "lines.highline.start",
+         "expected a point of the moved body"),
+        ([("motion.roll = {", "motion.rol = {")], {}, "bodies.supply.motion.rol", 'did you mean "roll"'),
+        ([('"5 deg"', '"5 m"')], {}, "bodies.supply.motion.roll.amplitude", "expected an angle (rad)"),
+        ([("motion = { file", "motion = { fiel")], {}, "bodies.receiver.motion", 'did you mean "file"'),
+        ([('[sea]\nheight = "2 m"\nperiod = "8 s"\n', "")], {}, "bodies.third.motion.rao",
+         "expected [sea] for a motion in waves, found none"),
+        ([], {"record": "t,heave\n0,0\n1,\n2,1\n"}, "bodies.receiver.motion.file",
+         "expected a finite number in column heave, found nothing in ship.csv:3"),
+        ([], {"record": "t,heave\n" + "".join(f"{t},0\n" for t in (0, 1, 2, 3, 20, 21))},
+         "bodies.receiver.motion.file",
+         "expected a record without gaps, a value about every 1 s, found none between 3 s and 20 s"),
+        ([], {"record": "t,heave\n0,0\n1,0\n1,0\n"}, "bodies.receiver.motion.file",
+         "expected times that increase"),
+        ([], {"record": "t,x,y\n0,0,0\n"}, "bodies.receiver.motion.file",
+         "expected the columns t and any of surge, sway, heave"),
+        ([], {"rao": "omega,heave\n0.4,1\n"}, "bodies.third.motion.rao", "heave_phase"),
+        ([], {"rao": RAO.replace("0.8", "0.3")}, "bodies.third.motion.rao",
+         "expected frequencies that increase"),
+        ([('position = [0, 0, "1 m"]\n', 'position = [0, 0, "1 m"]\nmass = 3\n')], {},
+         "bodies.supply.mass", "mass"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_fault_where_it_is(tmp_path, edits, files, key, words):
+    with pytest.raises(SceneError) as caught:
+        study(tmp_path, *edits, **files)
+    (fault,) = caught.value.faults
+    assert fault.key == key
+    assert words in fault.message

@@ -1,0 +1,100 @@
+"""Maps of a study: cells stand where their values do and show the largest or earliest run."""
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+
+from lumpedcable.results import ResultWriter, Variable, open_result, sweep_coordinates
+from lumpedcable.view import plot_result
+from lumpedcable.view.maps import map_figures
+
+TENSIONS, TIMES, DRAGS = np.array([1e3, 2e3, 3e3]), np.array([1e-3, 1e-2, 1e-1]), np.arange(4.0)
+KEYS = ("lines.rope.end.held.pretension", "events.break.time", "lines.rope.drag.tangential")
+
+
+def study(path, tensions, times, drags):
+    """Speeds T/1000 + t - drag, which is largest where the drag is least; arrivals the other way."""
+    speed = tensions / 1e3 + times - drags
+    with ResultWriter(
+        path,
+        dims={"run": len(speed), "time": 2},
+        variables=[
+            Variable(
+                "status", ("run",), "i1", attributes={"flag_values": [0], "flag_meanings": "ok"}
+            ),
+            Variable("summary/rope.end/peak_end_speed", ("run",), units="m/s", long_name="speed"),
+            Variable("summary/rope.end/front_arrival", ("run",), units="s", long_name="arrival"),
+        ],
+        coordinates=sweep_coordinates(
+            list(zip(KEYS, ("N", "s", ""), (tensions, times, drags), strict=True))
+        ),
+    ) as writer:
+        writer.write("status", np.zeros(len(speed), int))
+        writer.write("summary/rope.end/peak_end_speed", speed)
+        writer.write("summary/rope.end/front_arrival", -speed)
+    return path
+
+
+def maps(path):
+    """By name: the panels of each figure, as (x label, y label, cells)."""
+    found = {}
+    with open_result(path) as result:
+        for name, draw in map_figures(result):
+            found[name] = []
+            for ax in draw().axes:
+                meshes = [c for c in ax.collections if isinstance(c, QuadMesh)]
+                if meshes and ax.get_label() != "<colorbar>":
+                    cells = np.asarray(meshes[0].get_array()).reshape(
+                        meshes[0]._coordinates.shape[0] - 1, -1
+                    )
+                    found[name].append(
+                        (ax.get_xlabel(), ax.get_ylabel(), cells, meshes[0]._coordinates)
+                    )
+    return found
+
+
+def test_a_cell_is_the_largest_or_earliest_of_its_runs(tmp_path):
+    grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
+    shuffled = np.random.default_rng(1).permutation(36)
+    path = study(tmp_path / "a.h5", *(g[shuffled] for g in grid))
+    found = maps(path)
+    assert set(found) == {"map_peak_end_speed", "map_front_arrival"}
+    speed = found["map_peak_end_speed"]
+    assert [(x, y) for x, y, _, _ in speed] == [
+        ("pretension (kN)", "break time (ms)"),
+        ("pretension (kN)", "drag tangential (-)"),
+        ("break time (ms)", "drag tangential (-)"),
+    ]
+    np.testing.assert_allclose(speed[0][2], [[t + s for t in (1, 2, 3)] for s in TIMES])
+    np.testing.assert_allclose(speed[2][2], [[3 + s - d for s in TIMES] for d in DRAGS])
+    # seconds here, milliseconds there; the earliest of minus the speeds is minus the largest
+    early = found["map_front_arrival"][0][2]
+    np.testing.assert_allclose(early, -speed[0][2] * (early[0, 0] / -speed[0][2][0, 0]))
+
+
+def test_cells_stand_where_their_values_do(tmp_path):
+    grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
+    corners = maps(study(tmp_path / "a.h5", *grid))["map_peak_end_speed"][0][3]
+    np.testing.assert_allclose(corners[0, :, 0], [0.5, 1.5, 2.5, 3.5])
+    np.testing.assert_allclose(corners[:, 0, 1], 10 ** np.array([-0.5, 0.5, 1.5, 2.5]))
+
+
+def test_draws_are_put_into_bins(tmp_path):
+    rng = np.random.default_rng(2)
+    tensions, times, drags = (rng.uniform(1.0, 4.0, 3000) for _ in range(3))
+    found = maps(study(tmp_path / "a.h5", tensions * 1e3, times, drags))["map_peak_end_speed"]
+    cells = found[0][2]
+    assert cells.shape == (12, 12)
+    # the largest of some twenty runs: near T + t - 1, the least drag
+    middle = np.linspace(1.0, 4.0, 25)[1::2]
+    assert cells == pytest.approx(middle[None] + middle[:, None] - 1.0, abs=1.5)
+    assert np.corrcoef(cells.ravel(), (middle[None] + middle[:, None]).ravel())[0, 1] > 0.97
+
+
+def test_few_values_make_no_map_and_maps_are_files(tmp_path):
+    two = study(tmp_path / "two.h5", np.array([1e3, 2e3]), np.array([1.0, 2.0]), np.zeros(2))
+    with open_result(two) as result:
+        assert list(map_figures(result)) == []
+    grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
+    made = plot_result(study(tmp_path / "a.h5", *grid), tmp_path)
+    assert [p.name for p in made] == ["map_front_arrival.png", "map_peak_end_speed.png"]
