@@ -48,7 +48,11 @@ def test_the_tables_of_the_language_are_those_of_the_code():
     script = runpy.run_path(str(ROOT / "docs" / "reference.py"))
     for path, least in zip(script["PAGES"], (20, 8), strict=True):
         page = path.read_text()
-        assert page.count("keys of ") == len(script["BLOCK"].findall(page)) >= least
+        assert (
+            len(re.findall("<!-- (?:own )?keys of ", page))
+            == len(script["BLOCK"].findall(page))
+            >= least
+        )
         assert script["filled"](page) == page, "run: python docs/reference.py"
     page = script["PAGE"].read_text()
     # an old table is found

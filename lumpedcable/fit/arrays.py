@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from lumpedcable.fit.data import Problem, Record, Smooth
 from lumpedcable.fit.observe import Grid, Watched, grid_of
@@ -72,43 +72,43 @@ class Spec:
 class TableArrays(NamedTuple):
     """Numbers of the scene by key; strains (-), tensions (N) and weights (1/N), each (points,)."""
 
-    numbers: dict[str, Float[Array, ""]]
-    strain: Float[Array, " points"]
-    data: Float[Array, " points"]
-    weight: Float[Array, " points"]
+    numbers: dict[str, Float[Any, ""]]
+    strain: Float[Any, " points"]
+    data: Float[Any, " points"]
+    weight: Float[Any, " points"]
 
 
 class GroupArrays(NamedTuple):
     """Numbers of the runs, their grids, and what was measured.
 
-    `shared` are the same in all runs, `own` differ (runs,). every (runs,) in s; index, mix
+    `shared` are the same in all runs, `own` differ (runs,). every (runs,) in s; near, mix
     (runs, points, 4), and `less` those of a parabola; data and weight (runs, observed, points), the
     weight 0 where there is nothing.
     `steps` is the least number of steps between outputs.
     """
 
-    shared: dict[str, Float[Array, ""]]
-    own: dict[str, Float[Array, " runs"]]
-    axes: Float[Array, "3 d"]
-    origin: Float[Array, " 3"]
-    shares: Float[Array, "runs observed"]
-    every: Float[Array, " runs"]
-    index: Array
-    mix: Float[Array, "runs points 4"]
-    less: Float[Array, "runs points 4"]
-    data: Float[Array, "runs observed points"]
-    weight: Float[Array, "runs observed points"]
-    steps: Array
-    courant: Float[Array, ""]
-    rtol: Float[Array, ""]
-    atol: Float[Array, ""]
+    shared: dict[str, Float[Any, ""]]
+    own: dict[str, Float[Any, " runs"]]
+    axes: Float[Any, "3 d"]
+    origin: Float[Any, " 3"]
+    shares: Float[Any, "runs observed"]
+    every: Float[Any, " runs"]
+    near: Any
+    mix: Float[Any, "runs points 4"]
+    less: Float[Any, "runs points 4"]
+    data: Float[Any, "runs observed points"]
+    weight: Float[Any, "runs observed points"]
+    steps: Any
+    courant: Float[Any, ""]
+    rtol: Float[Any, ""]
+    atol: Float[Any, ""]
 
 
 class SmoothArrays(NamedTuple):
     """Strains of a table's points, and the size (N) of a usual change of slope times one over it."""
 
-    strain: Float[Array, " points"]
-    weight: Float[Array, ""]
+    strain: Float[Any, " points"]
+    weight: Float[Any, ""]
 
 
 class Arrays(NamedTuple):
@@ -118,7 +118,7 @@ class Arrays(NamedTuple):
     tables: tuple[TableArrays, ...]
     groups: tuple[GroupArrays, ...]
     smooth: tuple[SmoothArrays, ...]
-    threshold: Float[Array, ""]
+    threshold: Float[Any, ""]
 
 
 class Member(NamedTuple):
@@ -216,7 +216,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
         shared, own, np.asarray(coordinates.axes), np.asarray(coordinates.origin),
         np.array([member.record.shares for member in members]),
         np.array([grid.every for grid in grids]),
-        np.stack([_padded(grid.index, points, 0) for grid in grids]),
+        np.stack([_padded(grid.near, points, 0) for grid in grids]),
         np.stack([_padded(grid.weight, points, 0) for grid in grids]),
         np.stack([_padded(grid.less, points, 0) for grid in grids]),
         np.stack([_rows(member.record, points, "values") for member in members]),
@@ -224,7 +224,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
         jnp.asarray(1, int), number(solver.courant if solver.step is None else 1.0),
         number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
     )  # fmt: skip
-    count = max(grid.count for grid in grids)
+    count = max(grid.outputs for grid in grids)
     if solver.step is not None:
         steps = max(rounded_steps_of(scenes[0], grid.every, solver.step) for grid in grids)
         arrays = arrays._replace(steps=jnp.asarray(steps, int))

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from lumpedcable.fit.columns import check_times, noise_of, read_data
 from lumpedcable.fit.data import Problem as FitProblem
 from lumpedcable.fit.data import Record, Series, Smooth, Table
-from lumpedcable.fit.language import FitFile, Free, RecordExperiment, TableExperiment
+from lumpedcable.fit.language import Column, FitFile, Free, RecordExperiment, TableExperiment
 from lumpedcable.fit.observe import UNITS, watched
 from lumpedcable.fit.parameters import Parameter, read_parameters
 from lumpedcable.model.layout import make_layout
@@ -185,7 +185,7 @@ class _Reader:
 
     def record(self, name: str, one: RecordExperiment, study: Study | None, path: Path):
         """The record of an experiment, as a list of one or none."""
-        wanted = [((*path, "time"), one.time, "s")]
+        wanted: list[tuple[Path, Column, str]] = [((*path, "time"), one.time, "s")]
         for k, seen in enumerate(one.observe):
             wanted.append(((*path, "observe", k), seen, UNITS[seen.quantity]))
         columns, wrong = read_data(self.folder / one.file, path, wanted)

@@ -20,6 +20,12 @@ FIRST_STEP_SIZE = 100.0
 """One over the first damping, relative to the curvature of the sum of squares."""
 LEAST = 0.1
 """Least norm of a column in the damping, over that of the longest."""
+LINEAR, FREER = 1e-3, 1e3
+"""Predicted gain over the loss below which damping falls so much faster."""
+FREE = 1e12
+"""One over a damping that holds nothing back: a step that small is no end before."""
+NOTHING = 1e-6
+"""Predicted gain over the loss that is not worth another step, far below what the noise leaves open."""
 MOST_REFUSED = 8
 """Steps refused one after the other, each a twentieth of the one before, at which a search ends."""
 REVERSE_FROM = 9
@@ -34,18 +40,19 @@ class Found(NamedTuple):
     derivatives by z, `flat` the model's answer, all at the end.
     """
 
-    z: Float[Array, " p"]
-    residual: Float[Array, " n"]
-    slope: Float[Array, "n p"]
-    flat: Float[Array, " m"]
-    steps: Int[Array, ""]
-    failed: Int[Array, ""]
-    converged: Bool[Array, ""]
+    z: Float[Any, " p"]
+    residual: Float[Any, " n"]
+    slope: Float[Any, "n p"]
+    flat: Float[Any, " m"]
+    steps: Int[Any, ""]
+    failed: Int[Any, ""]
+    converged: Bool[Any, ""]
 
 
 class _Counted(eqx.Module):
     inner: Any
     failed: Int[Array, ""]
+    gained: Bool[Array, ""]
 
 
 class TrustRegion(optx.AbstractSearch):
@@ -64,7 +71,7 @@ class TrustRegion(optx.AbstractSearch):
         """No run has failed."""
         inner = self.inner.init(y, f_info_struct)
         inner = eqx.tree_at(lambda s: s.step_size, inner, jnp.asarray(FIRST_STEP_SIZE))
-        return _Counted(inner, jnp.zeros((), int))
+        return _Counted(inner, jnp.zeros((), int), jnp.ones((), bool))
 
     def step(self, first_step, y, y_eval, f_info, f_eval_info, state):
         """Accept or refuse a step, as the inner search says unless nothing is left to gain."""
@@ -76,9 +83,13 @@ class TrustRegion(optx.AbstractSearch):
         floor = 1e-13 * now + 1e-17
         settled = ~first_step & (gain <= floor) & (after <= now + 10.0 * floor)
         size = jnp.where(settled & ~accept, state.inner.step_size, size)
+        # what is left is linear: damping would only keep the parameters that do little from moving
+        linear = accept & ~first_step & (gain <= LINEAR * now)
+        size = jnp.where(linear & (size < FREE), size * FREER, size)
         inner = eqx.tree_at(lambda s: s.step_size, inner, size)
         failed = state.failed + failed_runs(self.runs, f_eval_info.residual)
-        return size, accept | settled, result, _Counted(inner, failed)
+        gained = first_step | (gain > NOTHING * now)
+        return size, accept | settled, result, _Counted(inner, failed, gained)
 
 
 class Scaled(optx.AbstractDescent):
@@ -120,15 +131,17 @@ class Marquardt(optx.AbstractGaussNewton):
 
     rtol: float
     atol: float
-    search: TrustRegion
+    search: Any
     norm: Any = optx.max_norm
-    descent: Scaled = Scaled()
+    descent: Any = Scaled()
     verbose: Any = eqx.field(default=lambda **kwargs: None, static=True)
 
     def terminate(self, fn, y, args, options, state, tags):
         """Whether the values have settled, or too many steps were refused."""
         refused = state.num_steps_since_acceptance >= MOST_REFUSED
-        return state.terminate | refused, state.result
+        free = state.search_state.inner.step_size >= FREE
+        done = state.terminate | ~state.search_state.gained
+        return (done & free) | refused, state.result
 
 
 @partial(jax.jit, static_argnames=("spec", "solver", "tolerance", "max_steps"))
@@ -156,8 +169,9 @@ def _search(spec, arrays, z, solver: str, tolerance: float, max_steps: int) -> F
     z = jnp.asarray(z, float)
     runs = sum(group.every.shape[0] for group in arrays.groups)
     if solver == "levenberg-marquardt":
+        rule = Marquardt(tolerance, tolerance, TrustRegion(runs))  # pyright: ignore[reportCallIssue]
         solution = optx.least_squares(
-            lambda z, a: residual(spec, a, z), Marquardt(tolerance, tolerance, TrustRegion(runs)),
+            lambda z, a: residual(spec, a, z), rule,
             z, arrays, max_steps=max_steps, throw=False, has_aux=True,
         )  # fmt: skip
         found = solution.state.f_info
@@ -166,7 +180,7 @@ def _search(spec, arrays, z, solver: str, tolerance: float, max_steps: int) -> F
     else:
         kind = {"bfgs": optx.BFGS, "l-bfgs": optx.LBFGS}[solver]
         solution = optx.minimise(
-            lambda z, a: loss(spec, a, z), kind(tolerance, tolerance), z, arrays,
+            lambda z, a: loss(spec, a, z), kind(tolerance, tolerance), z, arrays,  # pyright: ignore[reportCallIssue]
             max_steps=max_steps, throw=False,
         )  # fmt: skip
         r, flat, slope = value_and_jacobian(spec, arrays, solution.value)

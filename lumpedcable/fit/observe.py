@@ -30,14 +30,14 @@ _PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
 class Watched(NamedTuple):
     """One observed quantity, as far as it is structure.
 
-    `node` is 0 or -1 at an end of the piece; elsewhere None, and `index` the first of the two nodes
+    `node` is 0 or -1 at an end of the piece; elsewhere None, and `after` the first of the two nodes
     (of a tension: the two segments) that it lies between.
     """
 
     quantity: str
     piece: str
     node: int | None
-    index: int
+    after: int
     component: int | None
 
 
@@ -72,7 +72,7 @@ def watched(
             f"expected a distance from 0 to the line's length, {format_quantity(length, 'm')}, "
             f"found {format_quantity(place, 'm')}"
         )
-    before = 0.0
+    before, piece, own = 0.0, pieces[0], np.zeros(0)
     for piece in pieces:
         own = np.broadcast_to(np.asarray(segment_lengths(scene, piece)), (piece.segments,))
         if place <= before + own.sum() or piece is pieces[-1]:
@@ -99,11 +99,11 @@ def look(
     if what.quantity == "tension":
         if what.node is not None:
             return seen.ends[what.piece][what.node]
-        return _between(fields["tension"], what.index, share)
+        return _between(fields["tension"], what.after, share)
     field = fields["velocity" if what.quantity == "velocity" else "position"]
     if what.quantity == "position":
         field = field + model.lines[what.piece].reference
-    here = field[:, what.node] if what.node is not None else _between(field, what.index, share)
+    here = field[:, what.node] if what.node is not None else _between(field, what.after, share)
     if what.component is None:
         return _size(here)
     value = jnp.asarray(coordinates.axes)[what.component] @ here
@@ -124,15 +124,15 @@ def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, .
 
 
 class Grid(NamedTuple):
-    """Output times k every (s), k = 0 to count, and each data time as a sum of four of them.
+    """Output times k every (s), k = 0 to outputs, and each data time as a sum of four of them.
 
-    index, weight: (times, 4); `less` are the weights of a parabola through three of the four.
+    near, weight: (times, 4); `less` are the weights of a parabola through three of the four.
     `exact` says that every data time is an output time.
     """
 
     every: float
-    count: int
-    index: NDArray[np.int64]
+    outputs: int
+    near: NDArray[np.int64]
     weight: NDArray[np.float64]
     less: NDArray[np.float64]
     exact: bool

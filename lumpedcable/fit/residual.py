@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from itertools import accumulate
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -46,11 +46,11 @@ class Prediction(NamedTuple):
     (runs, observed) that a parabola between outputs would make instead of the cubic.
     """
 
-    tables: tuple[Float[Array, " points"], ...]
-    groups: tuple[Float[Array, "runs observed points"], ...]
-    status: tuple[Int[Array, " runs"], ...]
-    steps: tuple[Array, ...]
-    rough: tuple[Float[Array, "runs observed"], ...]
+    tables: tuple[Float[Any, " points"], ...]
+    groups: tuple[Float[Any, "runs observed points"], ...]
+    status: tuple[Int[Any, " runs"], ...]
+    steps: tuple[Any, ...]
+    rough: tuple[Float[Any, "runs observed"], ...]
 
 
 def predict(spec: Spec, arrays: Arrays, values: Float[Array, " p"]) -> Prediction:
@@ -100,7 +100,7 @@ def run_group(spec: GroupSpec, arrays: GroupArrays, values):
     steps = _steps(spec, arrays, bound)
 
     def run(model, every, shares, index, mix, less):
-        numbers = Numbers(every, steps, arrays.rtol, arrays.atol)
+        numbers = Numbers(every, steps, arrays.rtol, arrays.atol)  # pyright: ignore[reportArgumentType]
         kept, status = history(model, spec, numbers, coordinates, shares)
         near = kept[index]
         cubic = jnp.einsum("pk,pko->op", mix, near)
@@ -108,7 +108,7 @@ def run_group(spec: GroupSpec, arrays: GroupArrays, values):
         return cubic, status, change
 
     found, status, rough = jax.vmap(run)(
-        models, arrays.every, arrays.shares, arrays.index, arrays.mix, arrays.less
+        models, arrays.every, arrays.shares, arrays.near, arrays.mix, arrays.less
     )
     status = jnp.where(converged, status, int(Status.STATICS_NOT_CONVERGED))
     return found, status, steps, rough

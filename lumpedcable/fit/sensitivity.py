@@ -32,7 +32,7 @@ from lumpedcable.study.plan import (
 )
 from lumpedcable.study.summary import recoil_name
 
-__all__ = ["Scalar", "Sensitivity", "read_scalar", "sensitivity_of", "usual_scalar"]
+__all__ = ["Scalar", "Sensitivity", "read_scalar", "sensitivity_of", "setting_of", "usual_scalar"]
 
 Array = NDArray[np.float64]
 AT_ONCE = 8  # directions that go through time together
@@ -129,7 +129,7 @@ def sensitivity_of(
     keys = tuple(key for key, _, _ in named)
     values = np.array([scene.numbers()[key] for key in keys])
     back = len(keys) >= REVERSE_FROM if reverse is None else reverse
-    spec, arrays = _setting(scene, scalar, keys, back)
+    spec, arrays = setting_of(scene, scalar, keys, back)
     found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
     value = float(found)
     shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
@@ -155,7 +155,7 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
     return [(k, k if labels.count(label) > 1 else label, u) for k, label, u in found]
 
 
-def _setting(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
+def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
     """One run of a scene as a group of one, looked at at its own output times."""
     layout, coordinates = make_layout(scene), coordinates_of([scene])
     what, share = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from lumpedcable.fit.parameters import Parameter
 
@@ -22,11 +22,11 @@ class Transform(NamedTuple):
     low + scale / (1 + exp(-z)) between two. All (parameters,); low and high are 0 where not used.
     """
 
-    low: Float[Array, " p"]
-    high: Float[Array, " p"]
-    scale: Float[Array, " p"]
-    has_low: Array
-    has_high: Array
+    low: Float[Any, " p"]
+    high: Float[Any, " p"]
+    scale: Float[Any, " p"]
+    has_low: Any
+    has_high: Any
 
 
 def transform_of(parameters: Sequence[Parameter]) -> Transform:
@@ -45,7 +45,7 @@ def transform_of(parameters: Sequence[Parameter]) -> Transform:
     )
 
 
-def to_values(t: Transform, z: Float[Array, " p"]) -> Float[Array, " p"]:
+def to_values(t: Transform, z: Float[Any, " p"]) -> Float[Any, " p"]:
     """x of z."""
     # exp of what is not used must not overflow: its derivative would be undefined
     power = jnp.exp(jnp.clip(z, -700.0, 700.0))

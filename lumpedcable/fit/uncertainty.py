@@ -128,12 +128,11 @@ def _signed(parts: Array) -> Array:
 
 def words(combination: Combination, names: Sequence[str]) -> str:
     """A combination for people: "0.71 d(p1)/p1 - 0.70 d(p4)/p4"."""
-    top = np.max(np.abs(combination.parts))
+    top, text = np.max(np.abs(combination.parts)), ""
     order = [k for k in np.argsort(-np.abs(combination.parts)) if
              abs(combination.parts[k]) >= NAMED * top]  # fmt: skip
     if len(order) == 1:
-        return names[order[0]]
-    text = ""
+        return str(names[int(order[0])])
     for k in order:
         part = combination.parts[k]
         sign = ("-" if part < 0 else "+") if text else ("-" if part < 0 else "")

@@ -1,0 +1,105 @@
+"""Records of tests: what the fit sees is what a run gives; numbers come back; exact shares."""
+
+import numpy as np
+import pytest
+from engine_runs import HOOKE, run_text, study_of
+from fit_files import fit_of
+
+from lumpedcable.fit.observe import grid_of
+from lumpedcable.fit.run import fit_problem
+from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar
+
+# Hooke's law without weight or drag: c = sqrt(EA/m) = 1000 m/s, speed of the end F0/sqrt(EA m) = 50 m/s
+LINE = HOOKE.replace("segments = 50", "segments = 10").replace('"100 ms"', '"60 ms"')
+LINE += '[solver]\nwaves = "plain"\n'
+RECORD = """
+[experiments.{name}]
+file = "{name}.csv"
+set = {{ pretension = "{pull} kN" }}
+time = {{ column = "t", unit = "ms" }}
+observe = [
+    {{ quantity = "velocity", at = "rope.end", component = "x", column = "v" }},
+    {{ quantity = "tension", at = "rope@35 m", column = "T", unit = "kN" }},
+    {{ quantity = "position", at = "rope.end", component = "x", column = "x" }},
+]
+"""
+FREE = """scene = "scene.toml"
+[free]
+"materials.hooke.EA" = { start = "1.3 MN" }
+"lines.rope.mass" = { start = "0.8 kg/m" }
+"events.break.time" = { start = "4 ms", private = true }
+"""
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    """Two break tests, run by the engine as a user would, written as data and fitted."""
+    folder = tmp_path_factory.mktemp("records")
+    text = LINE.replace("time = 0", 'time = "5 ms"')
+    runs = {}
+    for name, pull, time in (("low", 50, 5), ("high", 80, 6)):
+        ran = run_text(folder, text, f"pretension={pull} kN", f"break.time={time} ms")
+        # 35 m is the middle of the fourth segment
+        tension = ran["tension"][0, :, 3]
+        place = ran["position"][0, :, -1, 0]
+        runs[name] = (ran.time, ran["velocity"][0, :, -1, 0], tension, place)
+        columns = zip(ran.time, runs[name][1], tension, place, strict=True)
+        rows = [f"{1e3 * t:.6g},{v!r},{s / 1e3!r},{x!r}" for t, v, s, x in columns]
+        rows = [row.replace("np.float64(", "").replace(")", "") for row in rows]
+        (folder / f"{name}.csv").write_text("t,v,T,x\n" + "\n".join(rows) + "\n")
+    records = RECORD.format(name="low", pull=50) + RECORD.format(name="high", pull=80)
+    return fit_problem(fit_of(folder, FREE + records, text).problem), runs
+
+
+def test_what_is_compared_is_what_a_run_gives(fitted):
+    found, runs = fitted
+    told = [column for name in ("low", "high") for column in runs[name][1:]]
+    for model, column in zip(found.predicted, told, strict=True):
+        assert model == pytest.approx(column, abs=1e-6 * np.max(np.abs(column)))
+
+
+def test_shared_and_private_numbers_come_back(fitted):
+    found, _ = fitted
+    names = [p.name for p in found.problem.parameters]
+    assert names == ["materials.hooke.EA", "lines.rope.mass", "events.break.time [low]",
+                     "events.break.time [high]"]  # fmt: skip
+    assert found.converged
+    assert found.values == pytest.approx([1e6, 1.0, 5e-3, 6e-3], rel=1e-6)
+
+
+def test_times_between_steps_are_met_by_a_cubic():
+    for x in (0.2, 1.3, 2.7):
+        times = np.array([0.5, 1.1 + 1e-3 * x, 2.0])
+        grid = grid_of(times, 0.2)
+        assert not grid.exact
+        at = grid.every * np.arange(grid.outputs + 1)
+        for power in range(4):
+            met = np.sum(grid.weight * at[grid.near] ** power, axis=1)
+            assert met == pytest.approx(times**power)
+
+
+@pytest.mark.parametrize("reverse", [False, True], ids=["forward", "reverse"])
+def test_shares_of_the_exact_speed(tmp_path, reverse):
+    # by dimensions, and for the lumped line in time steps as well: v = F0/sqrt(EA m) g(EA/m), whatever
+    # g does, so that the shares of EA and m add up to -1 and that of F0 is 1
+    study = study_of(tmp_path, LINE.replace("time = 0", 'time = "20 ms"'))
+    assert str(usual_scalar(study.scene)) == "max velocity at rope.end"
+    found = sensitivity_of(study, read_scalar("max velocity at rope.end"), reverse=reverse)
+    share = dict(zip(found.keys, found.shares, strict=True))
+    assert share["lines.rope.end.held.pretension"] == pytest.approx(1.0, rel=1e-9)
+    assert share["materials.hooke.EA"] + share["lines.rope.mass"] == pytest.approx(-1.0, rel=1e-9)
+    assert share["materials.hooke.EA"] < 0.0 > share["lines.rope.mass"]
+    assert list(np.abs(found.shares)) == sorted(np.abs(found.shares), reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("peak speed", "expected \"max velocity at LINE.end\""), ("mox velocity at a.end", '"max"'),
+     ("max speed at rope.end", "tension, displacement, velocity, position"),
+     ("max position at rope.end", "expected a component"),
+     ("max tension at rope.end in x", "none for a tension")],
+)  # fmt: skip
+def test_a_scalar_that_is_none(text, said):
+    with pytest.raises(ValueError, match="expected") as told:
+        read_scalar(text)
+    assert said in str(told.value)
