@@ -51,6 +51,7 @@ __all__ = ["assemble", "make_line", "segment_lengths", "wave_scheme"]
 STANDARD_GRAVITY = 9.80665  # m/s2
 # m; an inextensible line at rest stretches by its tension over this and its weight per metre
 REST_STIFFNESS = 1e7
+REST_SHARE = 1e7  # and by its tension over this and the pretensions and points that it may carry
 CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
 
 
@@ -121,9 +122,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
     scheme = wave_scheme(scene)
     bed = _seabed(scene, name, coordinates)
     return Line(
-        law=Linear(REST_STIFFNESS * STANDARD_GRAVITY * _number(part.mass))
-        if inextensible
-        else law_of(material),
+        law=Linear(_rest_stiffness(scene, name)) if inextensible else law_of(material),
         mass=_number(part.mass),
         segment_length=length,
         node_length=node_lengths(length, segments),
@@ -140,6 +139,19 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
         inextensible=inextensible,
     )
+
+
+def _rest_stiffness(scene: Scene, name: str) -> Float[Array, ""]:
+    """EA (N) of an inextensible line while its shape at rest is found, from what it may carry."""
+    stiff = REST_STIFFNESS * STANDARD_GRAVITY * _number(scene.lines[name].mass)
+    for line in scene.lines.values():
+        for end in (line.start, line.end):
+            if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
+                stiff = stiff + REST_SHARE * _number(end.held.pretension)
+    for body in scene.bodies.values():
+        if not body.rigid:
+            stiff = stiff + REST_SHARE * STANDARD_GRAVITY * _number(body.mass)
+    return stiff
 
 
 def _loads(
@@ -280,7 +292,9 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
         return Driven(path, release)
     if (tied := scene.body_point(own)) is not None:
         body, point = tied
-        offset = (0.0, 0.0, 0.0) if point is None else scene.bodies[body].points[point]
+        part = scene.bodies[body]
+        assert isinstance(part, Body)
+        offset = (0.0, 0.0, 0.0) if point is None else part.points[point]
         return Attached(body, coordinates.vector(offset), release)
     if own is None or isinstance(own, str | JoinedEnd):
         return Loaded()
@@ -311,6 +325,7 @@ def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinat
     load = mass = None
     if joint.body is not None:
         body = scene.bodies[joint.body]
+        assert isinstance(body, Body)  # lines are tied to no other
         mass = _number(body.mass)
         if scene.gravity is not None:
             weight = mass

@@ -211,11 +211,14 @@ def _measure(scene: Scene, part: HeightMeasure | SpeedMeasure) -> AbstractMeasur
         bounds = [None if b is None else _number(b) for b in (part.within, part.beyond)]
         near = Near(point_of_body(scene, *carried, space), *bounds)
     if isinstance(part, SpeedMeasure):
-        return measures.ClimbMeasure(near)
+        return measures.ClimbMeasure(near=near)
     if part.over is None:
-        return measures.HeightMeasure(_number(part.level), near=near)
+        return measures.HeightMeasure(level=_number(part.level), near=near)
     ship = scene.bodies[part.over]
     assert isinstance(ship, MovedBody)  # the scene was checked
     return measures.HeightMeasure(
-        _number(part.level), motion_of(scene, ship), _vector(ship.position), near
+        level=_number(part.level),
+        motion=motion_of(scene, ship),
+        mean=_vector(ship.position),
+        near=near,
     )

@@ -14,7 +14,7 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.riders import Rider, Winch
 from lumpedcable.physics.coupling import AbstractCoupling, CableState, Pull
 from lumpedcable.physics.load import Shape
-from lumpedcable.physics.motion import mean_velocity_of, velocity_of
+from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
 from lumpedcable.physics.weight import Weight
 
 __all__ = [
@@ -215,7 +215,7 @@ def body_powers(
             power[kind] = -jnp.dot(mine, v[: body.dimensions])
             power[kind] -= jnp.sum(line * velocity[coupled.line])
         total = {kind: total.get(kind, 0.0) + value for kind, value in power.items()}
-    if isinstance(body, Rider) and body.path is not None:
+    if isinstance(body, Rider) and body.path is not None and body.free is not None:
         pull = body_force(model, name, found)
         force = body.force(q, v) if pull is None else body.force(q, v) + pull
         total["hauling"] = jnp.dot((body.mass(q) @ gain - force) * (1.0 - body.free), v)
@@ -232,30 +232,30 @@ def body_powers(
 # --- coordinates whose motion is given ------------------------------------------------------
 
 
-def _hauled(model) -> Iterator[tuple[str, Rider]]:
+def _hauled(model) -> Iterator[tuple[str, AbstractMotion, Array]]:
     for name, body in model.bodies.items():
-        if isinstance(body, Rider) and body.path is not None:
-            yield body_key(name), body
+        if isinstance(body, Rider) and body.path is not None and body.free is not None:
+            yield body_key(name), body.path, body.free
 
 
 def steered(model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
     """The same velocities, but hauled bodies as they are hauled: at t (s), or over the dt (s) after."""
     moved = dict(velocity)
-    for key, body in _hauled(model):
+    for key, path, free in _hauled(model):
         own = velocity[key]
-        given = velocity_of(body.path, t) if dt is None else mean_velocity_of(body.path, t, dt)
-        moved[key] = jnp.where(body.free > 0.0, own, given.astype(own.dtype))
+        given = velocity_of(path, t) if dt is None else mean_velocity_of(path, t, dt)
+        moved[key] = jnp.where(free > 0.0, own, given.astype(own.dtype))
     return moved
 
 
 def steered_gain(model, t, gains: Values) -> Values:
     """The same accelerations, but of hauled coordinates those of their paths."""
     moved = dict(gains)
-    for key, body in _hauled(model):
+    for key, path, free in _hauled(model):
 
-        def speed(s, path=body.path):
+        def speed(s, path=path):
             return velocity_of(path, s)
 
         given = jax.jvp(speed, (t,), (jnp.ones_like(t),))[1].astype(gains[key].dtype)
-        moved[key] = jnp.where(body.free > 0.0, gains[key], given)
+        moved[key] = jnp.where(free > 0.0, gains[key], given)
     return moved

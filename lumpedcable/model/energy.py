@@ -45,7 +45,7 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     if line.inextensible:
         stepping = False
     present = {
-        "ends": not line.inextensible,
+        "ends": True,
         "added_mass": line.added_mass is not None and line.dimensions > 1,
         "drag": line.drag is not None,
         **{resistance.work_name: True for resistance in line.resistances},
@@ -89,7 +89,8 @@ def powers(
 
     `before` and `after` are the velocities half a step to either side of a kick of length dt (s); an
     integrator without steps of its own gives accelerations (m/s2) as `after` and dt None. `friction`
-    are the forces (N) on bodies that rest on a bed.
+    are the forces (N) on bodies that rest on a bed and, by inextensible line, the power (W) of what
+    moves its ends.
     """
     result = {}
     for name in model.lines:
@@ -97,6 +98,8 @@ def powers(
         e, v = found[name], middle[name]
         if line.inextensible:
             result[name] = _rod_powers(line, e, v)
+            moved = (friction or {}).get(name, jnp.zeros((), v.dtype))
+            result[name]["ends"] = result[name]["ends"] + moved
             continue
         kinds = works_of(line, dt is not None)
         gain = after[name] if dt is None else (after[name] - before[name]) / dt
@@ -134,7 +137,9 @@ def powers(
 
 def _rod_powers(line: Line, e: Evaluation, v) -> dict[str, Array]:
     """The powers (W) of an inextensible line, one number each."""
-    shape, power = e.line.shape, {}
+    shape = e.line.shape
+    pulled = [(n, f) for n, f in zip((0, -1), e.ends, strict=True) if f is not None]
+    power = {"ends": sum((jnp.dot(f, v[:, n]) for n, f in pulled), jnp.zeros((), v.dtype))}
     if line.added_mass is not None:
         # v . (dM/dt) v / 2, its rods turning as their ends move
         def energy(step):

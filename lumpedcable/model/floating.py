@@ -30,6 +30,7 @@ def make_body(
 ) -> RigidBody:
     """A rigid body of the model, at its place and attitude of the start."""
     body = scene.bodies[name]
+    assert isinstance(body, Body)
     assert body.position is not None
     d = coordinates.dimensions
     mass = jnp.asarray(body.mass, float)

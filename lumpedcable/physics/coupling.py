@@ -140,7 +140,7 @@ class Trolley(AbstractCoupling):
         if self.friction is None:
             return Pull(-touch.push, line, energy, {}, {})
         rub = jnp.zeros_like(place)
-        if velocity is not None and cable.velocity is not None:
+        if velocity is not None and cable.velocity is not None and self.fade is not None:
             slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
             size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
             rub = -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent

@@ -144,7 +144,7 @@ class SeaBody(AbstractBodyMotion):
             imaginary = values[:, 0] * jnp.sin(values[:, 1])
             both = [jnp.interp(omega, table, v, left=0.0, right=0.0) for v in (real, imaginary)]
             cosine, sine = cosine.at[freedom].set(both[0]), sine.at[freedom].set(both[1])
-        phase = angle - omega**2 / GRAVITY * way
+        phase = jnp.asarray(angle) - omega**2 / GRAVITY * way
         return cls(omega, amplitude, phase, cosine, sine)
 
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:

@@ -92,6 +92,8 @@ def _swept(axis: Axis) -> str:
 
 def _line(result: ResultFile, name: str) -> str:
     line = result.line(name)
+    if not line.has("unstretched_position"):
+        return f"{name}: {line.nodes} nodes, nothing kept along it"
     lengths = [np.nanmax(line.unstretched_position(run)) for run in (0, result.runs - 1)]
     text = " to ".join(dict.fromkeys(quantity(float(length), "m") for length in lengths))
     return f"{name}: {line.nodes} nodes, {text} unstretched; {', '.join(line.fields)}"

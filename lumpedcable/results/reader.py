@@ -227,6 +227,17 @@ class ResultFile:
         return _read(_dataset(self._file, f"bodies/{name}/{quantity}"), pick)
 
     @property
+    def measures(self) -> list[str]:
+        """Names of the measures with a history."""
+        return self._names("measures", h5py.Dataset)
+
+    def measure(self, name: str) -> tuple[Array, dict[str, Any]]:
+        """A measure (run, time), NaN where it does not count, and its units, long_name and limit."""
+        self._check("measure", name, self.measures)
+        dataset = _dataset(self._file, f"measures/{name}")
+        return _read(dataset, ()), _attributes(dataset)
+
+    @property
     def energy_terms(self) -> list[str]:
         """Names of the energy terms."""
         return self._names("energy", h5py.Dataset)

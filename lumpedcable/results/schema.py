@@ -54,6 +54,9 @@ RESERVED = frozenset(
 _STRUCTURAL = frozenset({"held", "fixed", "motion", "solver", "output", "statics"})
 """Parts of a key that say where a number stands in the scene, not what it is."""
 
+_VECTORS = frozenset({"fixed", "position", "direction", "velocity", "amplitude"})
+"""Keys that hold three components, x, y, z."""
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -140,6 +143,10 @@ def axis_names(keys: Sequence[str]) -> list[str]:
 
 def axis_words(key: str) -> str:
     """The words that stand for a swept key in a label, e.g. "break time" or "pretension"."""
+    *parents, last = key.split(".")
+    if last.isdecimal():  # a component of a vector, or an item of a list
+        vector = parents[-1] in _VECTORS and int(last) < 3
+        return f"{parents[-1]} {'xyz'[int(last)] if vector else last}".replace("_", " ")
     parts = key.split(".")[-2:]
     words = [part for part in parts[:-1] if part not in _STRUCTURAL] + parts[-1:]
     return " ".join(words).replace("_", " ")

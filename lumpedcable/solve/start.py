@@ -73,6 +73,8 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
     given = {}
     for name, line in scene.lines.items():
         pieces = layout.of_line(name)
+        if not pieces:
+            continue  # an ideal line
         for end, (piece, node) in (
             (line.start, (pieces[0].name, 0)),
             (line.end, (pieces[-1].name, -1)),
@@ -96,10 +98,8 @@ def _stiffening(model: Model, tolerance: Float[Array, ""], max_iterations: int) 
     def stage(places, share):
         lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
         for name in stiff:
-            lines[name] = placed(
-                eqx.tree_at(lambda x: x.law.EA, lines[name], share * lines[name].law.EA),
-                places[name],
-            )
+            law = jax.tree.map(lambda EA: share * EA, model.lines[name].law)
+            lines[name] = placed(eqx.tree_at(lambda x: x.law, lines[name], law), places[name])
         at = eqx.tree_at(lambda m: m.lines, model, lines)
         found = equilibrium(at, tolerance, max_iterations)
         after = {name: line.reference for name, line in found.model.lines.items()}

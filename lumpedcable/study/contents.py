@@ -205,7 +205,7 @@ class Contents:
         if runs.named:
             names = np.array([runs.name(int(run)) for run in self.runs], object)
             found["case"] = Coordinate(names, "1", "name of the case", ("run",))
-        for name in self.segments:
+        for name in self.segments if self.histories else ():
             found |= self._places(name)
         for reference, part in self.scene.references.items():
             for quantity, values in part.values.items():

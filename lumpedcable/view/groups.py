@@ -44,12 +44,12 @@ def groups(result: ResultFile) -> list[Group]:
     """The groups of a result: one per value of the last swept number where several are swept.
 
     A last number of more than `MOST_PANELS` values does not make groups: so many figures would help
-    nobody.
+    nobody. Nor does one that is another in every run, as where numbers move together.
     """
     axes = result.axes
     last = axes[-1] if len(axes) > 1 else None
     values = np.unique(last.values) if last else np.zeros(0)
-    if last is None or not 1 < len(values) <= MOST_PANELS:
+    if last is None or not 1 < len(values) <= min(MOST_PANELS, result.runs - 1):
         return [_group(result, list(range(result.runs)), "")]
     made: list[Group] = []
     for value in dict.fromkeys(last.values.tolist()):

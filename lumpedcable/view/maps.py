@@ -89,7 +89,7 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis]) ->
     failed = sum(word != "ok" for word in result.status)
     note = f"Each cell: the {SHOWN[quantity]} of the runs in it, over all other swept numbers."
     if failed:
-        note += f" {failed} of {result.runs} runs did not reach their end; they count up to there."
+        note += f" {failed} of {result.runs} runs went wrong; what they came to before counts."
     style.foot(figure, note)
     return figure
 

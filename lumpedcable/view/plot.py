@@ -16,6 +16,7 @@ from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, shape_figure
 from lumpedcable.view.groups import Group, file_tag, groups
 from lumpedcable.view.maps import map_figures
+from lumpedcable.view.measures import measure_figure
 from lumpedcable.view.recoil import (
     end_speed_figure,
     tension_figure,
@@ -124,5 +125,7 @@ def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
         yield "end_tension", partial(end_tension_figure, result, group)
     if not ends and any(line.has("position") for line in lines):
         yield "shape", partial(shape_figure, result, group)
+    for name in result.measures:
+        yield f"measure_{file_tag(name)}", partial(measure_figure, result, name, group)
     if result.energy_terms:
         yield "energy", partial(energy_figure, result, group)

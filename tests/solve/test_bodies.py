@@ -90,6 +90,7 @@ def test_leapfrog_is_of_second_order_with_a_body(tmp_path):
     assert ran.outcomes[0].energy_closure < 1e-3
 
 
+@pytest.mark.slow  # three compilations
 def test_a_rod_in_an_upright_plane_askew_moves_as_in_xz(tmp_path):
     plain = run_text(tmp_path, ROD)
     turned = ROD.replace(f"position = [{START[0]}, 0,", f"position = [0, {START[0]},").replace(

@@ -141,3 +141,32 @@ def test_a_transfer_between_moving_ships_meets_its_equation(tmp_path):
     assert outcome.measures["v_z"] == pytest.approx(np.max(np.abs(climb)), abs=2e-6)
     # the posts, the winch and what hauls the cargo do all the work that there is
     assert outcome.energy_closure < 1e-6
+
+
+def test_the_robust_claims_of_the_paper_hold_over_periods_and_phases(tmp_path):
+    # an independent calculation finds them in 96 to 100 % of 4000 draws of periods; here phases are drawn as well
+    text = (HIGHLINE / "transfer-chances.toml").read_text().replace("count = 256", "count = 16")
+    text = text.replace('every = "0.1 s"', 'every = "0.25 s"')
+    (tmp_path / "chances.toml").write_text(text)
+    study = load_study(tmp_path / "chances.toml")
+    outcomes = run_study(study, tmp_path / "chances.h5")
+    with open_result(tmp_path / "chances.h5") as found:
+        table = found.summary()["run"]
+    cases = [study.runs.name(run) for run in range(len(outcomes))]
+
+    def of(case, measure):
+        return table[measure][[name == case for name in cases]]
+
+    def share(holds):
+        return float(np.mean(holds))
+
+    classes = [f"class {k}" for k in range(1, 6)]
+    tensions = ["70 m, 60 kN", "70 m, 70 kN", "70 m", "70 m, 90 kN", "70 m, 100 kN"]
+    assert share(of("class 5", "h_d") < 3.0) == 1.0
+    assert share(of("70 m", "h_d") < 3.0) >= 0.95
+    over = np.array([of(case, "h_d") for case in tensions[2:]])
+    assert share(np.all(over < 3.0, axis=0)) >= 0.85
+    water = np.array([of(case, "h_w") for case in tensions])
+    assert share(np.argmin(water, axis=0) == 0) >= 0.95
+    climb = np.array([of(case, "v_z") for case in classes])
+    assert share(np.all(np.diff(climb, axis=0) > 0.0, axis=0)) >= 0.95

@@ -94,23 +94,25 @@ def test_the_spline_is_exact_where_it_must_be():
 
 @pytest.mark.parametrize("place", [2.5, 2.55, 1.0])
 def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place):
-    # two arcs of a catenary that meet under the load, inextensible: w per stretched length, H and the
+    # two inextensible arcs of a catenary that meet under a sheave, w per stretched length; their H and the
     # slope at the start from the height of the far post and the tension that the winch keeps there
     T, w = 40e3, 3.0 * 9.81 / (1 + 40e3 / 57.1e6)
 
     def shape(x):
         H, u = x[0] * T, x[1]
         middle = u + w * place / H
-        after = np.arcsinh(np.sinh(middle) + 9810.0 / H)
-        end = after + w * (5.0 - place) / H
+        V, t = H * np.sinh(middle) + 9810.0, H * np.cosh(middle)
+        K = np.sqrt(t**2 - V**2)  # the sheave rolls: one tension on both sides, another H
+        after = np.arcsinh(V / K)
+        end = after + w * (5.0 - place) / K
         drop = H / w * (np.cosh(middle) - np.cosh(u))
-        rise = H / w * (np.cosh(end) - np.cosh(after))
-        return drop, drop + rise, H * np.cosh(end) / T - 1.0
+        rise = K / w * (np.cosh(end) - np.cosh(after))
+        return drop, drop + rise, K * np.cosh(end) / T - 1.0
 
     ideal = IdealHighline(5.0, T, 1000.0, 9.81, place=place).height()
     guess = (np.cos(np.arctan(ideal / place)), np.arcsinh(ideal / place))
-    found = fsolve(lambda x: shape(x)[1:], guess, xtol=1e-13)
-    assert np.max(np.abs(shape(found)[1:])) < 1e-11
+    found = fsolve(lambda x: shape(x)[1:], guess, xtol=1e-10)
+    assert np.max(np.abs(shape(found)[1:])) < 1e-9
     scene = scene_of(tmp_path, SPAN.replace("height = 0\n", ""), f"cargo.on.place={place}")
     rest, _ = equilibrium_of(scene)
     assert bool(rest.converged)
@@ -165,16 +167,18 @@ def test_the_measure_of_ripple_sees_ripple():
 
 
 def test_a_winch_keeps_its_tension_while_its_post_moves(folder):
-    run = ran(folder, "fix.motion.surge.amplitude=0.3", "cargo.height=-0.31", "output.duration=1")
+    run = ran(folder, "fix.motion.surge.amplitude=0.3", "fix.motion.surge.phase=90 deg",
+              "cargo.height=-0.31", "output.duration=1")  # fmt: skip
     assert run.outcome.status.name == "OK"
-    # the post starts at 0.63 m/s, at once: the line, which starts at rest, rings by rho c v of the payout
-    later = run.time > 0.2
-    assert np.mean(run.ends["end"][later]) == pytest.approx(40e3, rel=5e-3)
+    # the post goes out and back by 0.3 m; what moves the line's 15 kg and its cargo is small beside 40 kN
+    assert np.max(np.abs(run.ends["end"] - 40e3)) < 5e-3 * 40e3
     # what is paid out is the length between post, trolley and post
-    post = 5.0 + 0.3 * np.sin(2 * np.pi * run.time / 3.0)
+    post = 5.0 + 0.3 * np.cos(2 * np.pi * run.time / 3.0)
     x, z = run.place[:, 0], run.place[:, 2]
     length = np.hypot(x, z) + np.hypot(post - x, z)
     np.testing.assert_allclose(run.payout * (1 + 40e3 / 57.1e6), length, rtol=2e-3)
     # continuous all the way: speed is the slope of payout
-    np.testing.assert_allclose(np.gradient(run.payout, run.time)[5:-5], run.speed[5:-5], atol=0.05)
-    assert run.outcome.energy_closure < 0.01
+    slope = np.gradient(run.payout, run.time)
+    np.testing.assert_allclose(slope[1:-1], run.speed[1:-1], atol=0.01)
+    # the work of post and winch and what friction takes close the account
+    assert run.outcome.energy_closure < 1e-5

@@ -1,0 +1,44 @@
+"""Figures of the numbers that a scene asks for, against time."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from lumpedcable.results.human import scale
+from lumpedcable.results.reader import ResultFile
+from lumpedcable.view import style
+from lumpedcable.view.groups import Group
+
+__all__ = ["measure_figure"]
+
+
+def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
+    """One measure against time, a curve for each run of the group, and its limit."""
+    table, attributes = result.measure(name)
+    to_time, time_unit = scale(float(result.time[-1]), "s")
+    figure, (ax,) = style.panel_figure([""], group.heading(result, name), height=3.0)
+    entries, drawn = [], []
+    for index, (run, title) in enumerate(zip(group.runs, group.titles, strict=True)):
+        look = {
+            "color": style.COLOURS[index % len(style.COLOURS)],
+            "linestyle": style.DASHES[index % len(style.DASHES)],
+        }
+        ax.plot(result.time * to_time, table[run], **look)
+        entries.append(Line2D([], [], label=title.replace("\n", ", "), **look))
+        drawn.append(table[run])
+    limit = attributes.get("limit")
+    if limit is not None:
+        ax.axhline(float(limit), color=style.NEUTRAL, linewidth=0.8)
+        entries.append(Line2D([], [], label="limit", color=style.NEUTRAL, linewidth=0.8))
+        drawn.append(np.asarray([float(limit)]))
+    values = np.concatenate(drawn)
+    if np.isfinite(values).any():
+        ax.set_ylim(style.limits(values))
+    else:
+        style.say_empty(ax)
+    text, unit = attributes.get("long_name", name), attributes.get("units", "1")
+    style.label_outer([ax], style.with_unit("time", time_unit), style.with_unit(str(text), unit))
+    style.foot(figure, group.note, entries)
+    return figure
