@@ -11,7 +11,7 @@ import numpy as np
 from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.controls import Control, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
-from lumpedcable.scene import Scene, Study
+from lumpedcable.scene import Body, Scene, Study
 from lumpedcable.scene.quantities import Quantity
 from lumpedcable.scene.tree import Spot, numeric, spot_at
 from lumpedcable.scene.writer import to_toml
@@ -132,7 +132,9 @@ def _bodies(scene: Scene, lines: dict[str, RestingLine]) -> list[dict[str, Any]]
                 at = lines[piece].position[node]
                 found.setdefault(end, {"name": end, "at": at.tolist()})
     for name, body in scene.bodies.items():
-        if body.rigid and body.position is not None:  # held where the scene puts it
+        if (
+            isinstance(body, Body) and body.rigid and body.position is not None
+        ):  # held where the scene puts it
             turn = quaternion(body.attitude or (0.0, 0.0, 0.0)).tolist()
             size = None if body.size is None else list(body.size)
             found[name] = {"name": name, "at": list(body.position), "size": size, "turn": turn}

@@ -12,7 +12,7 @@ from lumpedcable.exact import STAGES, StageShape, stage_shape
 from lumpedcable.exact.stages import UNITS
 from lumpedcable.page.controls import Control, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
-from lumpedcable.scene import Scene
+from lumpedcable.scene import Body, Scene
 
 __all__ = ["highline_of", "stage_models"]
 
@@ -40,6 +40,9 @@ def highline_of(scene: Scene) -> dict[str, float] | None:
         and place (m) where there is a body; time (s), speed (m/s) and traction_weight (N/m) where
         another line is joined to it.
     """
+    bodies = [body for body in scene.bodies.values() if isinstance(body, Body)]
+    if len(bodies) < len(scene.bodies):  # moved or carried along a line
+        return None
     fluid = scene.fluid
     if scene.gravity is None or scene.water is not None or scene.seabed is not None:
         return None
@@ -76,7 +79,7 @@ def highline_of(scene: Scene) -> dict[str, float] | None:
         np.linalg.norm(way)
     ):  # a first guess, whose targets change it, need not reach
         found["length"] = length
-    for body in scene.bodies.values():
+    for body in bodies:
         found["load"] = body.mass * scene.gravity
         found["place"] = 0.5 * span
     return found
