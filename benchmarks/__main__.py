@@ -17,7 +17,7 @@ os.environ["LUMPEDCABLE_CACHE"] = "off"
 
 from rich.console import Console
 
-from benchmarks import cost, figures, held_out, reference, report, work_precision
+from benchmarks import cost, figures, held_out, reference, report, studies, work_precision
 from benchmarks.machine import describe
 from benchmarks.native import compare as native
 from benchmarks.peers import compare
@@ -30,6 +30,7 @@ PARTS: dict[str, Callable[[bool, Tell], dict[str, Any]]] = {
     "peers": compare.run,
     "cost": cost.run,
     "native": native.run,
+    "study": studies.run,
 }
 # other programs' pages, which know how to run themselves: `run(quick)` and `table(data)`
 GUESTS = {"hard": "benchmarks.hard", "chain": "benchmarks.peers.moordyn_chain"}

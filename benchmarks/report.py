@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks import cost, headline, held_out, reference, targets, work_precision
+from benchmarks import cost, headline, held_out, reference, studies, targets, work_precision
 from benchmarks.cases import MAIN
 from benchmarks.machine import sentence
 from benchmarks.native import compare as native
@@ -51,6 +51,8 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
         found["readme"] = compare.table(others, "at once", targets.SEGMENTS)
     if "cost" in parts:
         found |= {f"cost-{k}": v for k, v in cost.tables(parts["cost"]).items()}
+    if "study" in parts:
+        found["study"] = studies.table(parts["study"])
     if "native" in parts:
         found["native"] = native.table(parts["native"])
     for name, part in parts.items():

@@ -21,6 +21,7 @@ from lumpedcable.scene import (
     moved,
     run,
     scene,
+    targets,
 )
 from lumpedcable.scene.part import Expected, Part, either
 from lumpedcable.scene.quantities import Count, Quantity
@@ -28,7 +29,19 @@ from lumpedcable.scene.tree import fields
 
 PAGE = Path(__file__).with_name("scene-language.md")
 PAGES = (PAGE, Path(__file__).with_name("fitting.md"))
-MODULES = (bodies, carried, environment, events, lines, materials, moved, run, scene, language)
+MODULES = (
+    bodies,
+    carried,
+    environment,
+    events,
+    lines,
+    materials,
+    moved,
+    run,
+    scene,
+    targets,
+    language,
+)
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 BLOCK = re.compile(r"(<!-- (own )?keys of (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 

@@ -2,7 +2,46 @@
 
 A vectorised lumped-mass engine on JAX, integrated by diffrax and checked against exact answers.
 Importing this package is cheap: jax is loaded only by the parts that compute.
+
+    import lumpedcable as lc
+
+    result = lc.run("configs/snapback.toml", pretension=[45e3, 90e3])
 """
 
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
-__all__ = ["__version__"]
+__all__ = [
+    "OutputError",
+    "Page",
+    "Result",
+    "ResultError",
+    "SceneError",
+    "__version__",
+    "open",
+    "run",
+]
+
+if TYPE_CHECKING:
+    from lumpedcable.api import (
+        OutputError,
+        Page,
+        Result,
+        ResultError,
+        SceneError,
+        open,
+        run,
+    )
+
+
+def __getattr__(name: str) -> Any:
+    # loaded when first asked for, so that `lumpedcable --help` need not wait for it
+    if name in __all__:
+        from lumpedcable import api
+
+        return getattr(api, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -12,14 +12,14 @@ from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
+from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
-
-if TYPE_CHECKING:
-    from lumpedcable.scene import Study
+from lumpedcable.commands import fit, show
+from lumpedcable.commands.console import Set, fail, study_of
+from lumpedcable.commands.console import told as _told
 
 __all__ = ["app", "main"]
 
@@ -29,37 +29,7 @@ app = App(
     version=lumpedcable.__version__,
 )
 
-Set = Annotated[
-    list[str] | None,
-    Parameter(
-        name="--set",
-        help='KEY=VALUE: another value for any key of the scene, e.g. --set "break.time=50 ms". '
-        "A dotted path or its unmistakable end; may be given several times.",
-        negative="",
-    ),
-]
-
 CHECKED_RUNS = 1000  # of a sweep are laid out by `check`
-
-
-def fail(message: str, code: int = 2) -> NoReturn:
-    """Print what is wrong and leave."""
-    print(message, file=sys.stderr)
-    raise SystemExit(code)
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """What a user can mend ends in a message and exit code 2, not in a traceback."""
-    from lumpedcable.results.errors import OutputError, ResultError
-    from lumpedcable.scene import SceneError
-
-    try:
-        yield
-    except (SceneError, OutputError, ResultError) as error:
-        fail(str(error))
-    except MemoryError as error:
-        fail(f"not enough memory for so many runs, nodes and output times: {error}".rstrip(": "))
 
 
 @contextmanager
@@ -253,19 +223,6 @@ def plot(
             print(path)
 
 
-def _one_run(scene: Path, set_: list[str] | None, run_: int) -> Study:
-    """The study of a scene, of which one run is meant."""
-    from lumpedcable.scene import load_study
-
-    with _told():
-        study = load_study(scene, set_ or [])
-    if not 0 <= run_ < len(study.runs):
-        runs = len(study.runs)
-        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
-        fail(f"--run: expected {expected}, found {run_}")
-    return study
-
-
 @app.command
 def modes(
     scene: Path,
@@ -297,9 +254,9 @@ def modes(
     format_
         png (default), svg or pdf; may be given several times.
     """
-    study = _one_run(scene, set_, run_)
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
+    study = study_of(scene, set_, run_)
 
     from lumpedcable.results.modes import write_modes
     from lumpedcable.study.modes import NoEquilibriumError, find_modes
@@ -323,112 +280,8 @@ def modes(
         print(path)
 
 
-@app.command
-def fit(
-    file: Path,
-    /,
-    *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
-) -> None:
-    """Find numbers of a scene from measurements, and say how sure they are.
-
-    Prints a table, writes the fitted scene (ready for run), the numbers (fit.json) and pictures. The
-    exit code is 1 where no search came to its end.
-
-    Parameters
-    ----------
-    file
-        Fit file (TOML): a scene, its free numbers, experiments with their data.
-    output
-        Folder for what is made; the file's name in this folder if not given.
-    format_
-        png (default), svg or pdf; may be given several times.
-    """
-    from lumpedcable.fit.load import load_fit
-
-    with _told():
-        study = load_fit(file)
-
-    from lumpedcable.fit.report import print_fit
-    from lumpedcable.fit.run import fit_problem
-    from lumpedcable.fit.write import pictures_of, write_fit
-    from lumpedcable.view import plot_fit
-    from lumpedcable.view.fit import pictures_from
-
-    folder = output or Path(file.stem)
-    with _told():
-        fitted = fit_problem(study.problem)
-        others = {name: fit_problem(problem) for name, problem in study.choices.items()}
-        print_fit(fitted, others)
-        made, wrong = write_fit(fitted, others, folder)
-        made += plot_fit(pictures_from(pictures_of(fitted)), folder, tuple(format_ or ["png"]))
-    for message in wrong:
-        print(f"the fitted scene cannot be run as it is: {message}")
-    for path in made:
-        print(path)
-    if not fitted.converged:
-        raise SystemExit(1)
-
-
-@app.command
-def sensitivity(
-    scene: Path,
-    /,
-    *,
-    of: str | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    set_: Set = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
-) -> None:
-    """Tell what a result depends on: its derivative by every number of the scene.
-
-    Prints a table, draws bars (sensitivity.png) and writes the numbers (sensitivity.json). The exit
-    code is 1 where the run fails.
-
-    Parameters
-    ----------
-    scene
-        Scene file (TOML).
-    of
-        The result: max, min, first or last; tension, velocity, displacement or position; at a place;
-        in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is taken where
-        that end breaks.
-    output
-        Folder for picture and numbers; the scene's name in this folder if not given.
-    set_
-        KEY=VALUE: another value for any key of the scene.
-    run_
-        Which run of a sweep, from 0.
-    format_
-        png (default), svg or pdf; may be given several times.
-    """
-    study = _one_run(scene, set_, run_)
-
-    from lumpedcable.fit.report import print_sensitivity, slopes_contents
-    from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar
-    from lumpedcable.results.numbers import write_numbers
-    from lumpedcable.study.modes_report import heading
-    from lumpedcable.view import plot_sensitivity
-
-    folder, title = output or Path(scene.stem), heading(study, run_)
-    with _told():
-        try:
-            scalar = usual_scalar(study.runs[run_]) if of is None else read_scalar(of)
-            found = sensitivity_of(study, scalar, run_)
-        except ValueError as error:
-            fail(f"--of: {error}")
-        made = plot_sensitivity(
-            f"{title}: {found.scalar}", found.labels, found.shares, folder / "sensitivity",
-            tuple(format_ or ["png"]),
-        )  # fmt: skip
-        write_numbers(folder / "sensitivity.json", slopes_contents(title, found))
-    print_sensitivity(title, found)
-    for path in (*made, folder / "sensitivity.json"):
-        print(path)
-    if found.status != 0:
-        raise SystemExit(1)
+for command in (fit.fit, fit.sensitivity, show.view, show.animate, show.export):
+    app.command(command)
 
 
 @app.command

@@ -17,6 +17,7 @@ class Status(IntEnum):
     INTERRUPTED = 6
     ENERGY_NOT_CLOSED = 7
     SCENE_IMPOSSIBLE = 8
+    STILL_MOVING = 9
 
 
 MEANING = {
@@ -31,13 +32,15 @@ MEANING = {
         "energy came from nowhere or was lost, so that the motion is not to be trusted"
     ),
     Status.SCENE_IMPOSSIBLE: "the numbers of this run do not go together",
+    Status.STILL_MOVING: "the body that should come to rest was still moving at the end",
 }
 
 ADVICE = {
     Status.OK: "",
     Status.STATICS_NOT_CONVERGED: (
-        "check that the ends and forces can balance (a slack line needs gravity to have a shape), "
-        "or raise statics.max_iterations"
+        "check that the ends and forces can balance (a slack line needs gravity to have a shape) and "
+        "that targets can be met (not a tension too low to hold up the line, nor a body beyond the "
+        "ends), or raise statics.max_iterations"
     ),
     Status.NON_FINITE: (
         "lower solver.courant; if strains can go beyond max_strain of the material, raise it; check "
@@ -58,4 +61,5 @@ ADVICE = {
         "method that takes longer steps than its accuracy allows needs a smaller step or tolerance"
     ),
     Status.SCENE_IMPOSSIBLE: "change the bounds of the sweep",
+    Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
 }

@@ -70,21 +70,22 @@ def snapback(
     sag=0.0,
     break_start=None,
     scene="title = 'made up'",
+    fields=("position", "velocity", "tension", "strain"),
     finish=True,
 ):
     """Write the file and return its path.
 
     Runs in `failed` are NaN from the middle on, those in `lost` wholly; `padded` nodes are NaN; the
     line swings up and down by `sag` (m), which is no mechanics, only something to look at.
-    Unless told to `finish`, the file stays a partial one.
+    Only the `fields` named are stored. Unless told to `finish`, the file stays a partial one.
     """
     runs = np.array([(p, b) for p in pretensions for b in break_times])
     node = np.linspace(0, LENGTH, segments + 1)
-    fields, energy = _computed(runs, node, times, sag)
-    for array in (*fields.values(), *energy.values()):
+    computed, energy = _computed(runs, node, times, sag)
+    for array in (*computed.values(), *energy.values()):
         array[list(failed), len(times) // 2 :] = np.nan
         array[list(lost)] = np.nan
-    numbers = _summary(runs, fields["velocity"], break_start) if broken else {}
+    numbers = _summary(runs, computed["velocity"], break_start) if broken else {}
     status = np.where(np.isin(np.arange(len(runs)), list(failed)), 2, 1).astype("i1")
 
     coordinates = {"time": Coordinate(times, "s", "time"), **_places(node, padded)}
@@ -104,13 +105,13 @@ def snapback(
             "lines/rope/node": segments + 1 + padded,
             "lines/rope/segment": segments + padded,
         },
-        variables=_variables(energy, numbers),
+        variables=_variables(fields, energy, numbers),
         coordinates=coordinates,
         attributes={**ATTRIBUTES, "scene": scene},
     ) as writer:
         for first in range(0, len(times), 50):  # piece by piece, as a study does
             part = slice(first, min(first + 50, len(times)))
-            for name, array in fields.items():
+            for name, array in ((name, computed[name]) for name in fields):
                 room = [(0, 0)] * array.ndim
                 room[2] = (0, padded)
                 whole = np.pad(array[:, part], room, constant_values=np.nan)
@@ -177,14 +178,13 @@ def _places(node, padded):
     }
 
 
-def _variables(energy, numbers):
+def _variables(fields, energy, numbers):
     meanings = {"flag_values": np.array([0, 1, 2], "i1"), "flag_meanings": "pending ok diverged"}
     nodes, segments = ("run", "time", "node", "xyz"), ("run", "time", "segment")
+    known = {"position": (nodes, "m"), "velocity": (nodes, "m/s"),
+             "tension": (segments, "N"), "strain": (segments, "1")}  # fmt: skip
     return [
-        Variable("lines/rope/position", nodes, "f4", "m"),
-        Variable("lines/rope/velocity", nodes, "f4", "m/s"),
-        Variable("lines/rope/tension", segments, "f4", "N"),
-        Variable("lines/rope/strain", segments, "f4", "1"),
+        *(Variable(f"lines/rope/{n}", known[n][0], "f4", known[n][1]) for n in fields),
         *(Variable(f"energy/{term}", ("run", "time"), "f8", "J") for term in energy),
         Variable("status", ("run",), "i1", "1", "outcome", meanings),
         Variable("status_time", ("run",), "f8", "s", "time of failure"),

@@ -14,6 +14,7 @@ from lumpedcable.study.run import run_study
 
 ROOT = Path(__file__).parents[1]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+PAGES = [path for path in PAGES if path.name != "gallery.md"]  # made by the build
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 # what the pages say will be written, where output goes, and placeholders

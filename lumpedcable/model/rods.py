@@ -1,4 +1,4 @@
-"""Inextensible lines as chains of rods: their masses, forces and directions along a path of the model."""
+"""Inextensible lines as chains of rods: their masses, forces and directions along a path."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,18 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.paths import Path
 from lumpedcable.physics.rod import rod_drag, rod_energy
 
-__all__ = ["RodEnds", "Spread", "along_path", "line_drag", "line_energy", "spread_of", "to_lines"]
+__all__ = [
+    "RodEnds",
+    "Spread",
+    "along_path",
+    "forces_along_path",
+    "line_drag",
+    "line_energy",
+    "path_spread",
+    "spread_of",
+    "to_lines",
+    "to_segments",
+]
 
 
 class RodEnds(NamedTuple):

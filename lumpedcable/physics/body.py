@@ -50,7 +50,7 @@ class BodyWeight(AbstractBodyLoad):
 
 
 class BedFriction(eqx.Module):
-    """Coulomb friction of a body that rests on a bed: |f| <= mu N, = mu N against the motion if it slides.
+    """Coulomb friction of a body on a bed: |f| <= mu N, and mu N against the motion if it slides.
 
     N is what the bed pushes up with (N): all that holds the body's height, so that a line that pulls
     up takes from it (Liu et al. 2018, eq. 36-37). `coefficient` is mu (-), `up` the vertical.

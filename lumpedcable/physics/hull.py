@@ -60,7 +60,7 @@ class HullResistance(AbstractBodyResistance):
     the International Towing Tank Conference of 1957, and C_A = (105 (k / L)^(1/3) - 0.64) / 1000 for
     the roughness k (m); v along the hull relative to the water (m/s), S the wetted area (m2), L the
     length (m), nu the kinematic viscosity (m2/s) (Liu et al. 2018, eq. 59-62; textbooks have f = 1/2).
-    `factor` is f rho S (kg/m). Below Re = 1e4, where the line has no meaning, C_F stays what it is there.
+    `factor` is f rho S (kg/m). Below Re = 1e4, where the line has no meaning, C_F stays it is there.
     """
 
     work_name: ClassVar[str] = "hull"

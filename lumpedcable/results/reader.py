@@ -18,6 +18,7 @@ from lumpedcable.results.errors import ResultError
 from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PARTIAL_SUFFIX, SCHEMA_VERSION, axis_words
+from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
 Index = int | slice | None
@@ -128,11 +129,13 @@ class ResultFile:
         complete: whether the study ran to its end.
         runs: number of runs.
         time: saved times in s, shape (time,).
+        series: everything along run and time by its path.
     """
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path = path
         self._file = file
+        self.series = Series(file)
         self.attributes = _attributes(file)
         self.complete = bool(self.attributes.get("complete", False))
         self.attributes["complete"] = self.complete
@@ -332,7 +335,7 @@ def open_result(path: str | Path) -> ResultFile:
     """Open a results file, finished or not.
 
     Args:
-        path: the file; one still being written (*.partial) is read as far as it was flushed; or a
+        path: the file; one still being written (NAME.partial) is read as far as it was flushed; or a
             study folder, whose shards are read as one file.
 
     Returns:

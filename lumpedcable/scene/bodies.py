@@ -31,7 +31,8 @@ _RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "
 class Resistance(Part):
     """Friction of the wetted skin by the line of ITTC 1957, with an allowance for roughness.
 
-    R = f rho S (C_F + C_A) v |v|, C_F = 0.075 / (log10 Re - 2)^2, C_A = (105 (k / L)^(1/3) - 0.64) / 1000.
+    R = f rho S (C_F + C_A) v |v| with C_F = 0.075 / (log10 Re - 2)^2 and
+    C_A = (105 (k / L)^(1/3) - 0.64) / 1000.
     """
 
     viscosity: KinematicViscosity

@@ -33,6 +33,7 @@ from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, 
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.stepping_checks import stepping_problems
 from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
@@ -111,6 +112,9 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield from _line(draft, name, line)
     gravity = draft.others.get("gravity")
     yield from carried_problems(draft.lines, draft.bodies, draft.measures, gravity)
+    yield from stepping_problems(
+        draft.lines, draft.bodies, draft.materials, draft.events, draft.others
+    )
     yield from _seabed(draft)
     yield from _events(draft)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
@@ -134,7 +138,7 @@ def _at_rest(draft: Draft) -> Iterator[Problem]:
         return
     if output.static and draft.events:
         yield Problem(("output",), "expected a duration where there are events, found none")
-    if not output.static and draft.targets:
+    if output.duration and output.every and draft.targets:
         yield Problem(
             ("output", "duration"),
             "expected no duration with targets, which are for scenes at rest, found "

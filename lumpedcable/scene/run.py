@@ -107,6 +107,9 @@ class Output(Part):
     keep: Literal["fields", "histories", "summaries"] = "fields"
     """How much of a run is kept: everything; tensions at the ends and energies over time, but no
     fields; or its numbers alone."""
+    stop: Text | None = None
+    """A rigid body that starts with a velocity: the run ends when its velocity along that one has
+    fallen to zero, and what would follow repeats its last state. Absent: at `duration`."""
     precision: Precision = "float64"
     """Floating-point type of the kept fields; scalars are always float64."""
 

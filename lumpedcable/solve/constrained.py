@@ -302,7 +302,7 @@ def _ends_after(model: Model, chain: Chain, displacement, gain, dt, ahead) -> Ro
 
 def _system(model: Model, chain: Chain, displacement, gain, grips, dt, ahead):
     """Blocks (lower, diagonal, upper) and right side of an iterate; nothing is pinned yet."""
-    d, rods = chain.tangent.shape
+    rods = chain.tangent.shape[1]
     places, size = chain.before.shape
     middle = chain.before + 0.5 * dt * gain
     whole = rod_mass(chain.spread.along, chain.spread.across, chain.tangent)
@@ -422,7 +422,7 @@ def _first_grip(model: Model, chain: Chain, place: int) -> Grip:
 
 
 def _needed(chain: Chain, place: int, matrix, right, x) -> Float[Array, " s"]:
-    """The force (N) on a place that its motion needs beyond the known ones: what holds what is pinned."""
+    """The force (N) on a place that its motion needs beyond the known ones: what pins it."""
     lower, diagonal, upper = matrix
     out = diagonal[place] @ x[place] - right[place]
     if place > 0:

@@ -72,6 +72,7 @@ class Plan:
     dtype: str
     max_steps: int
     outputs: int
+    stop: str | None = None
 
     @property
     def energy(self) -> bool:
@@ -80,12 +81,18 @@ class Plan:
 
 
 class Progress(NamedTuple):
-    """Where a run is: its state, what its solver keeps between steps, its watches."""
+    """Where a run is: its state, what its solver keeps between steps, its watches.
+
+    `stopped` is when its body came to rest (s), NaN before; `peaks` the largest tensions so far of the
+    segments of inextensible lines (N).
+    """
 
     y: State
     solver_state: PyTree
     seen: tuple[Watch, ...]
     exhausted: Bool[Array, ""]
+    stopped: Float[Array, ""]
+    peaks: dict[str, Float[Array, " n"]]
 
 
 class Numbers(NamedTuple):
@@ -146,7 +153,7 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     seen = watches(model, y, plan.recoils)
     never = jnp.zeros((), bool)
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
-    return Progress(y, solver_state, seen, never), first
+    return Progress(y, solver_state, seen, never, jnp.full((), jnp.nan), y.tension), first
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
@@ -172,7 +179,9 @@ def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> 
         seen = watch(model, y, run.seen, plan.recoils, t1, dt)
         # only an implicit method can fail to find its stages
         failed = result != diffrax.RESULTS.successful if implicit else False
-        return Progress(y, state, seen, run.exhausted | failed)
+        peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.peaks.items()}
+        after = Progress(y, state, seen, run.exhausted | failed, run.stopped, peaks)
+        return after if plan.stop is None else _halted(model, plan.stop, run, after, t0, dt)
 
     return jax.lax.fori_loop(0, numbers.steps, step, run)
 
@@ -194,7 +203,20 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     taken = jnp.maximum(solution.stats["num_accepted_steps"], 1)
     seen = watch(model, y, run.seen, plan.recoils, start + numbers.every, numbers.every)
     failed = solution.result != diffrax.RESULTS.successful
-    return Progress(y, numbers.every / taken, seen, run.exhausted | failed)
+    failed = run.exhausted | failed
+    return Progress(y, numbers.every / taken, seen, failed, run.stopped, run.peaks)
+
+
+def _halted(model: Model, name: str, run: Progress, after: Progress, t0, dt) -> Progress:
+    """A run after a step, or before it if its body has come to rest; the instant linear between."""
+    body, key = model.bodies[name], body_key(name)
+    assert body.start_velocity is not None
+    speeds = [jnp.dot(x.y.velocity[key], body.start_velocity) for x in (run, after)]
+    when = t0 + dt * (speeds[0] / (speeds[0] - speeds[1])).astype(dt.dtype)
+    done = ~jnp.isnan(run.stopped)
+    stopped = jnp.where(~done & (speeds[1] <= 0.0), when, run.stopped)
+    kept = jax.tree.map(lambda old, new: jnp.where(done, old, new), run, after)
+    return kept._replace(stopped=stopped)
 
 
 def _size(error: State) -> Float[Array, ""]:
@@ -221,7 +243,8 @@ def advance(
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
     def sample_at(run: Progress, t) -> Sample:
-        return sample(model, t, run.y, plan.quantities, dt, run.exhausted)
+        found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
+        return found._replace(stopped=~jnp.isnan(run.stopped))
 
     empty = jax.tree.map(
         lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),

@@ -61,6 +61,7 @@ class Sample(NamedTuple):
     exhausted: Bool[Array, ""]
     bodies: dict[str, Float[Array, "2 m"]]
     measures: dict[str, Float[Array, ""]]
+    stopped: Bool[Array, ""]
 
 
 def end_tension(
@@ -185,7 +186,10 @@ def sample(
     measures = {
         name: measure.value(model, t, place, y.velocity) for name, measure in model.measures.items()
     }
-    return Sample(fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures)
+    stopped = jnp.zeros((), bool)
+    return Sample(
+        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures, stopped
+    )
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

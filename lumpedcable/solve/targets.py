@@ -73,10 +73,12 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
         change = jnp.where(usable, jnp.clip(change, -0.5 * lengths, 0.5 * lengths), 0.0)
         worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
         moved = jnp.max(jnp.abs(change / lengths))
-        return lengths + change, _nodes(found.model), slope, worst, moved, count + 1
+        nodes = {name: _nodes(found.model)[name] for name in nodes}
+        return lengths + change, nodes, slope, worst, moved, count + 1
 
     guess = jnp.stack([jnp.asarray(frozen.lines[t.line].length) for t in frozen.targets.values()])
-    first = _nodes(start_of(frozen, layout, coordinates).model)
+    # lines without joints are laid out anew each time, and need no shape to begin from
+    first = _nodes(start_of(frozen, layout, coordinates).model) if layout.joints else {}
     far = jnp.full((), jnp.inf)
     carry = (guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
     lengths, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))

@@ -39,6 +39,8 @@ class Account:
         self.reached = -1
         self.watches: tuple[Any, ...] = ()
         self.displacement: dict[str, NDArray[np.float64]] = {}
+        self.stopped: NDArray[np.float64] = np.full(len(part.runs), np.nan)
+        self.peaks: dict[str, NDArray[np.float64]] = {}
         self._start: dict[str, NDArray[np.float64]] | None = None
 
     @property
@@ -66,6 +68,8 @@ class Account:
         """The state at the end of all outputs."""
         lived = len(self.part.runs)
         self.watches = jax.tree.map(lambda x: np.asarray(x)[:lived], run.seen)
+        self.stopped = np.asarray(run.stopped)[:lived]
+        self.peaks = {k: np.asarray(x)[:lived] for k, x in run.peaks.items()}
         self.displacement = {k: np.asarray(x)[:lived] for k, x in run.y.displacement.items()}
 
     def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:

@@ -107,6 +107,9 @@ class Contents:
         self.riders = carried_bodies(self.scene)
         rigid = [n for n, b in self.scene.bodies.items() if isinstance(b, Body) and b.rigid]
         self.bodies = [*rigid, *self.riders] if self.histories else []
+        pieces = [p for s in laid.structures for p in s.layout.pieces]
+        laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
+        self.rigid = [name for name, law in laws.items() if law == "inextensible"]
         kept = self.histories and "energy" in self.scene.output.quantities
         self.energy = energy_terms(laid) if kept else {}
 
@@ -159,7 +162,10 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
-        for name in self.bodies if self.histories else ():
+        for name in self.rigid:
+            path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
+            found.append(Variable(path, ("run", "segment"), "f8", "N", text))
+        for name in self.bodies:
             for quantity, (last, unit, text) in BODY_FIELDS.items():
                 path = f"bodies/{name}/{quantity}"
                 found.append(Variable(path, ("run", "time", last), precision, unit, text))

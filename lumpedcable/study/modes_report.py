@@ -33,7 +33,7 @@ def heading(study: Study, run: int) -> str:
 def _run_values(study: Study, run: int) -> str:
     if not study.axes:
         return ""
-    values = study.runs.values(run)  # type: ignore[attr-defined]
+    values = study.runs.values(run)
     return ", ".join(
         f"{axis.label} {format_quantity(values[axis.key], axis.unit)}" for axis in study.axes
     )
@@ -181,7 +181,7 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
         "scene": str(study.path),
         "overrides": list(study.overrides),
         "run": run,
-        "swept": study.runs.values(run) if study.axes else {},  # type: ignore[attr-defined]
+        "swept": study.runs.values(run),
         "lumpedcable_version": lumpedcable.__version__,
         "units": {
             "frequency": "Hz", "period": "s", "omega_squared": "rad2/s2", "modal_mass": "kg",

@@ -120,6 +120,7 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
         dtype=solver.dtype,
         max_steps=solver.max_steps or 1_000_000,
         outputs=_outputs_at_once(scene, layout, runs),
+        stop=scene.output.stop,
     )
 
 

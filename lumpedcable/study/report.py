@@ -112,6 +112,8 @@ def _table(
         table.add_column(Text(head), justify=justify, style=style, vertical="bottom", no_wrap=True)
 
     column("run")
+    if study.runs.named:
+        column("case", justify="left")
     for axis in study.axes:
         column(axis.label.replace(" ", "\n"))
     if len(ends) > 1:
@@ -124,6 +126,9 @@ def _table(
             column("exact*", style="cyan")
     for name, part in study.scene.measures.items():
         column(name, "m" if isinstance(part, HeightMeasure) else "m/s")
+    if study.scene.output.stop is not None:
+        column("stops\nafter", "s")
+        column("gone by\nthen", "m")
     column("energy\nclosure", "%")
     column("status", justify="left")
     rows = [(outcome, end) for outcome in outcomes for end in ends or [""]]
@@ -140,8 +145,10 @@ def _told(study: Study, quantity: str) -> list[str]:
 def _row(
     study: Study, outcome: Outcome, end: str, ends: Sequence[str], beside: Sequence[str]
 ) -> list[Text]:
-    values = study.runs.values(outcome.run) if study.axes else {}  # type: ignore[attr-defined]
+    values = study.runs.values(outcome.run)
     cells = [str(outcome.run)]
+    if study.runs.named:
+        cells.append(study.runs.name(outcome.run))
     cells += [format_quantity(values[axis.key], axis.unit) for axis in study.axes]
     if len(ends) > 1:
         cells.append(end)
@@ -154,6 +161,9 @@ def _row(
         if quantity in EXACT and "exact" in beside:
             cells.append(_cell(numbers.get(f"exact_{quantity}"), factor, form))
     cells += [_cell(outcome.measures.get(name), 1.0, "{:.3f}") for name in study.scene.measures]
+    if study.scene.output.stop is not None:
+        cells.append(_cell(outcome.stop_time, 1.0, "{:.3f}"))
+        cells.append(_cell(outcome.stop_distance, 1.0, "{:.3f}"))
     cells.append(_cell(outcome.energy_closure, 100.0, "{:.3f}"))
     cells.append(outcome.status.name.lower().replace("_", " "))
     return [Text(cell) for cell in cells]

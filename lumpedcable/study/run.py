@@ -232,7 +232,7 @@ def _run_part(
     account.add(sample, 0, 1)
     contents.write(writer, rows, sample, start, 0)
     if scene.output.static:
-        mine = [contents.study.runs[int(number)] for number in part.runs]
+        mine = [contents.study.runs[int(k)] for k in part.runs]
         write_rest(writer, mine, rows, rows_of(ready, np.arange(lived)), start, sample.ends)
     timings.mark("begin")
     done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
@@ -250,6 +250,15 @@ def _run_part(
         timings.mark("write")
         done += now
         tell(now * lived)
+        if samples.stopped[:, -1].all() and done < account.count:
+            # nothing moves any more: what is left repeats the last state
+            rest = account.count - done
+            samples = jax.tree.map(lambda x, n=rest: np.repeat(x[:, -1:], n, axis=1), samples)
+            account.add(samples, done + 1, rest)
+            if contents.histories:
+                contents.write(writer, rows, samples, start, done + 1)
+            tell(rest * lived)
+            break
         if clock.perf_counter() - asked < PACE:
             pace = min(2 * pace, part.plan.outputs)
     account.finish(run)

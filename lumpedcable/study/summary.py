@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lumpedcable.exact import release_wave
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import END_NAMES
@@ -70,6 +71,8 @@ SUMMARIES = {
     "static_imbalance": ("1", "largest force left by statics over the largest force"),
     "peak_tension": ("N", "largest tension of any segment, at the output times"),
     "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
+    "stop_time": ("s", "when the body of output.stop came to rest"),
+    "stop_distance": ("m", "distance from its start at which it did"),
     "solver_step": ("s", "time step"),
 }
 
@@ -93,6 +96,8 @@ class Outcome:
     residual: NDArray[np.float64]
     recoils: Mapping[str, Mapping[str, float]]
     measures: Mapping[str, float] = field(default_factory=dict)
+    stop_time: float = float("nan")
+    stop_distance: float = float("nan")
 
 
 def recoil_name(recoil: Recoil) -> str:
@@ -117,6 +122,8 @@ def empty_table(contents: Contents, runs: int) -> Table:
         if contents.exact:
             names += [f"summary/{end}/exact_{name}" for name in EXACT]
     table |= {name: np.full(runs, np.nan) for name in names}
+    for line in contents.rigid:
+        table[f"lines/{line}/peak_tension"] = np.full((runs, contents.segments[line]), np.nan)
     if contents.energy:
         table["energy/residual"] = np.full((runs, contents.laid.count + 1), np.nan)
     return table
@@ -155,6 +162,8 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
             residual=residual[k],
             recoils=recoils,
             measures={name: float(table[f"summary/{name}"][k]) for name in measured},
+            stop_time=own["stop_time"],
+            stop_distance=own["stop_distance"],
         )
         found.append(outcome)
     return found
@@ -184,6 +193,13 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     if not account.complete:
         cut = status == Status.OK
         status[cut], when[cut] = Status.INTERRUPTED, times[account.reached]
+    gone = np.full(lived, np.nan)
+    if part.plan.stop is not None and account.complete:
+        moving = np.isnan(account.stopped) & (status == Status.OK)
+        status[moving], when[moving] = Status.STILL_MOVING, times[-1]
+        d = contents.laid.coordinates.dimensions
+        moved = account.displacement[body_key(part.plan.stop)][:, :d]
+        gone = np.where(np.isnan(account.stopped), np.nan, np.linalg.norm(moved, axis=1))
     table["status"][rows], table["status_time"][rows] = status, when
     table["status_message"][rows] = [
         message_of(Status(int(s)), float(t)) for s, t in zip(status, when, strict=True)
@@ -198,12 +214,16 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         "released_energy": energy.released,
         "static_imbalance": np.asarray(ready.imbalance, float)[:lived],
         "peak_tension": _largest(account.largest["tension"], good),
+        "stop_time": account.stopped,
+        "stop_distance": gone,
         "peak_kinetic_energy": _largest(account.largest["kinetic"], good),
     }
     for name, history in account.measures.items():
         numbers[name] = measure_outcome(contents.scene, name, np.where(good, history, np.nan))
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
+    for line, peaks in account.peaks.items():
+        table[f"lines/{line}/peak_tension"][rows, : peaks.shape[1]] = peaks
     if contents.energy:
         table["energy/residual"][rows] = energy.residual
     for index, recoil in enumerate(part.plan.recoils):

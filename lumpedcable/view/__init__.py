@@ -1,8 +1,9 @@
 """Figures drawn from a results file, of natural modes or of a fit, for a screen or a printed page."""
 
+from lumpedcable.view.animation import animate_result
 from lumpedcable.view.fit import Compared, FitPictures, Law, plot_fit
 from lumpedcable.view.modes import ModeShapes, plot_modes
-from lumpedcable.view.plot import plot_result
+from lumpedcable.view.plot import figures_of, plot_result
 from lumpedcable.view.sensitivity import plot_sensitivity
 
 __all__ = [
@@ -10,6 +11,8 @@ __all__ = [
     "FitPictures",
     "Law",
     "ModeShapes",
+    "animate_result",
+    "figures_of",
     "plot_fit",
     "plot_modes",
     "plot_result",

@@ -16,7 +16,7 @@ from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
-from lumpedcable.view.sampling import node_count
+from lumpedcable.view.sampling import extent, node_count, side_view
 
 Array = NDArray[Any]
 
@@ -62,10 +62,10 @@ def shape_figure(result: ResultFile, group: Group) -> Figure:
     """All lines seen from the side at a few times, a panel for each run."""
     times = np.unique(np.linspace(0, len(result.time) - 1, _SHAPES).round().astype(int))
     shapes = {run: _shapes(result, run, times) for run in group.runs}
-    across, up = _view([shape for run in shapes.values() for shape in run])
+    across, up = side_view([shape for run in shapes.values() for shape in run])
     to_time, time_unit = scale(float(result.time[-1]), "s")
     everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
-    true = _extent(everything[:, across]) <= _TRUE_SHAPE * _extent(everything[:, up])
+    true = extent(everything[:, across]) <= _TRUE_SHAPE * extent(everything[:, up])
     note = "" if true else "Vertical scale stretched."
     heading = group.heading(result, "Shape")
     figure, axes = style.panel_figure(group.titles, heading)
@@ -103,17 +103,3 @@ def _draw(
     points = np.concatenate([shape.reshape(-1, 3) for shape in lines])
     if not np.isfinite(points).any():
         style.say_empty(ax)
-
-
-def _view(shapes: list[Array]) -> tuple[int, int]:
-    """Components to draw across and up: the longer horizontal one; z, or y where z is nothing."""
-    points = np.concatenate([shape.reshape(-1, 3) for shape in shapes])
-    extents = [_extent(points[:, component]) for component in range(3)]
-    across = 0 if extents[0] >= extents[1] else 1
-    flat = extents[2] <= 1e-9 * max(extents) and extents[1 - across] > 0
-    return (0, 1) if flat else (across, 2)
-
-
-def _extent(values: Array) -> float:
-    finite = values[np.isfinite(values)]
-    return float(np.ptp(finite)) if finite.size else 0.0

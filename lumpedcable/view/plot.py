@@ -77,6 +77,24 @@ def plot_result(
     return made
 
 
+def figures_of(path: str | Path) -> dict[str, Figure]:
+    """The figures of a results file by the names that `plot_result` gives their files.
+
+    Raises:
+        ResultError: the file cannot be read, or holds nothing to draw.
+    """
+    made: dict[str, Figure] = {}
+    with open_result(path) as result, style.styled():
+        for name, draw in map_figures(result):
+            made[name] = draw()
+        for group in groups(result) if _has_histories(result) else ():
+            for name, draw in _figures(result, group):
+                made["_".join(filter(None, [name, group.tag]))] = draw()
+    if not made:
+        raise ResultError(f"{path} holds neither histories nor a sweep to draw")
+    return made
+
+
 def _has_histories(result: ResultFile) -> bool:
     """Whether anything but numbers of whole runs is kept."""
     fields = any(result.line(name).fields for name in result.lines)

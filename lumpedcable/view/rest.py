@@ -105,8 +105,9 @@ def _joints(ax: Axes, numbers: Numbers, group: Group) -> None:
     for model, marker in (("exact", "o"), ("straight", "x")):
         if f"{model}_joint_x" in numbers:
             x, z = numbers[f"{model}_joint_x"][runs], numbers[f"{model}_joint_z"][runs]
-            look = {"color": _MODELS[model]["color"], "linestyle": "", "marker": marker}
-            ax.plot(x, z, **look, markersize=5, markerfacecolor="none", markeredgewidth=0.8)
+            look: dict[str, Any] = {"color": _MODELS[model]["color"], "linestyle": ""}
+            look |= {"marker": marker, "markersize": 5, "markerfacecolor": "none"}
+            ax.plot(x, z, **look, markeredgewidth=0.8)
 
 
 def _dots(colour: str) -> dict[str, Any]:
@@ -159,6 +160,8 @@ def _legend(numbers: Numbers, axis: Axis | None) -> list[Line2D]:
     for model, marker in (("exact", "o"), ("straight", "x")):
         if f"{model}_sag" in numbers:
             words = "exact, inextensible" if model == "exact" else "straight segments"
-            joints = {"marker": marker, "markerfacecolor": "none"} if "joint_x" in numbers else {}
-            entries.append(Line2D([], [], label=words, **_MODELS[model], **joints))
+            look: dict[str, Any] = {**_MODELS[model]}
+            if "joint_x" in numbers:
+                look |= {"marker": marker, "markerfacecolor": "none"}
+            entries.append(Line2D([], [], label=words, **look))
     return entries

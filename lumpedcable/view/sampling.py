@@ -66,6 +66,21 @@ def along(line: LineData, run: int) -> tuple[Array, Array]:
     return line.unstretched_position(run)[:nodes], np.sum(velocity * direction, axis=-1)
 
 
+def side_view(shapes: list[Array]) -> tuple[int, int]:
+    """Components to draw across and up: the longer horizontal one; z, or y where z is nothing."""
+    points = np.concatenate([shape.reshape(-1, 3) for shape in shapes])
+    extents = [extent(points[:, component]) for component in range(3)]
+    across = 0 if extents[0] >= extents[1] else 1
+    flat = extents[2] <= 1e-9 * max(extents) and extents[1 - across] > 0
+    return (0, 1) if flat else (across, 2)
+
+
+def extent(values: Array) -> float:
+    """Largest less smallest finite value, 0 if there is none."""
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0
+
+
 class RecoilingEnd:
     """An end of a line that breaks, found from its name in the summary.
 

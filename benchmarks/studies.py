@@ -1,0 +1,81 @@
+"""Whole studies from the command line: runs a second, node-steps a second, memory."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from benchmarks.engine import SCENE
+
+Tell = Callable[[str], None]
+
+RUNS = (256, 4096, 16384, 65536)
+DTYPES = ("float64", "float32")
+SEGMENTS, DURATION = 100, 0.2
+SWEEP = "pretension={{from='45 kN', to='450 kN', count={}}}"
+# the memory of the process and of all that it started, in kB, as the kernel counts it
+WATCH = """import resource, subprocess, sys
+code = subprocess.call(sys.argv[1:])
+print("peak", resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+sys.exit(code)
+"""
+
+
+def run(quick: bool, tell: Tell) -> dict[str, Any]:
+    """Every size in either precision, each a process of its own."""
+    sizes = RUNS[:1] if quick else RUNS
+    return {
+        "rows": [one(runs, dtype, tell) for dtype in DTYPES for runs in sizes],
+        "cores": os.cpu_count() or 1,
+    }
+
+
+def one(runs: int, dtype: str, tell: Tell) -> dict[str, Any]:
+    """A study of so many pretensions: seconds in all, steps taken, the largest memory of its process."""
+    import h5py
+
+    tell(f"a study of {runs} runs, {dtype}")
+    cores = os.cpu_count() or 1
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "study"
+        command = [
+            sys.executable, "-c", WATCH, sys.executable, "-m", "lumpedcable", "study", str(SCENE),
+            "-o", str(target), "--set", SWEEP.format(runs), "--set", 'output.keep="summaries"',
+            "--set", f'solver.dtype="{dtype}"', "--set", f"segments={SEGMENTS}",
+        ]  # fmt: skip
+        # a cache of programs of its own: what compiling costs belongs to it
+        flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={cores}"
+        own = {**os.environ, "LUMPEDCABLE_CACHE": str(Path(folder) / "cache"), "XLA_FLAGS": flags}
+        begin = time.perf_counter()
+        done = subprocess.run(command, env=own, capture_output=True, text=True, check=True)
+        seconds = time.perf_counter() - begin
+        with h5py.File(target / "study.h5") as file:
+            steps = DURATION / file["summary/solver_step"][:]
+            bad = int((file["status"][:] != 0).sum())
+    peak = next(int(x.split()[1]) for x in done.stdout.splitlines() if x.startswith("peak"))
+    return {
+        "runs": runs, "dtype": dtype, "seconds": seconds, "peak": 1024 * peak, "failed": bad,
+        "node_steps": float(steps.sum()) * (SEGMENTS + 1),
+    }  # fmt: skip
+
+
+def table(data: dict[str, Any]) -> str:
+    """Time, rates and memory of each study."""
+    rows = [
+        "| runs | precision | time, s | runs a second | million node-steps a second "
+        "| peak memory, MB | not ok |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in data["rows"]:
+        rate, speed = row["runs"] / row["seconds"], row["node_steps"] / row["seconds"] / 1e6
+        rows.append(
+            f"| {row['runs']} | {row['dtype']} | {row['seconds']:.1f} | {rate:.0f} | {speed:.0f} "
+            f"| {row['peak'] / 1e6:.0f} | {row['failed']} |"
+        )
+    return "\n".join(rows)

@@ -1,0 +1,36 @@
+"""Settings of the documentation: `sphinx-build -W docs docs/_build/html`."""
+
+import importlib.metadata
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+project = "lumpedcable"
+release = version = importlib.metadata.version("lumpedcable")
+author = "the lumpedcable authors"
+copyright = "the lumpedcable authors, Apache License 2.0"
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "gallery"]
+myst_enable_extensions = ["fieldlist"]
+myst_heading_anchors = 4
+# pages are also read on GitHub, where a link may lead to any file of the repository
+exclude_patterns = ["_build", "images/*.md"]
+suppress_warnings = ["myst.strikethrough"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+autodoc_typehints_format = "short"
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+nitpicky = False
+
+html_theme = "furo"
+html_title = f"lumpedcable {version}"
+html_static_path: list[str] = []
+pygments_style = "friendly"
+pygments_dark_style = "native"
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#0072B2", "color-brand-content": "#0072B2"},
+    "dark_css_variables": {"color-brand-primary": "#56B4E9", "color-brand-content": "#56B4E9"},
+}

@@ -1,0 +1,293 @@
+"""The package from Python: run a scene, look at what came out.
+
+    import lumpedcable as lc
+
+    result = lc.run("configs/snapback.toml", pretension=[45e3, 90e3])
+    result.line("rope").tension.isel(run=0, time=-1)
+    result.view()
+
+Everything that takes time to import is imported when it is used.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+import weakref
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.reader import open_result
+from lumpedcable.scene import SceneError, load_study
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+__all__ = ["OutputError", "Page", "Result", "ResultError", "SceneError", "open", "run"]
+
+
+class Page:
+    """A page that shows itself in a notebook, and can be written to a file."""
+
+    def __init__(self, text: str, height: int = 640) -> None:
+        self.text, self.height = text, height
+
+    def _repr_html_(self) -> str:
+        import html
+
+        return (
+            f'<iframe srcdoc="{html.escape(self.text, quote=True)}" '
+            f'style="width: 100%; height: {self.height}px; border: 0"></iframe>'
+        )
+
+    def save(self, path: str | Path) -> Path:
+        """Write it as one HTML file that works offline.
+
+        Raises:
+            OutputError: it cannot be written there.
+        """
+        from lumpedcable.page.document import save
+
+        save(self.text, Path(path))
+        return Path(path)
+
+
+class Result:
+    """A results file.
+
+    Attributes:
+        path: where it lies; in a temporary folder, gone with this object, where none was asked for.
+    """
+
+    def __init__(self, path: str | Path, folder: str | None = None) -> None:
+        """Look at a file; `folder` is a temporary one that goes with this object.
+
+        Raises:
+            ResultError: there is none, or it is not a results file.
+        """
+        self.path = Path(path)
+        if folder is not None:
+            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        with open_result(self.path) as file:
+            self._lines, self._labels = file.lines, [file.label(k) for k in range(file.runs)]
+            self._status, self._ends = file.status, file.ends
+
+    @property
+    def lines(self) -> list[str]:
+        """Names of the lines."""
+        return list(self._lines)
+
+    @property
+    def labels(self) -> list[str]:
+        """What sets each run apart, e.g. "pretension 45 kN"; "" without a sweep."""
+        return list(self._labels)
+
+    @property
+    def status(self) -> list[str]:
+        """How each run ended: "ok", or a word for what went wrong."""
+        return list(self._status)
+
+    def line(self, name: str) -> xarray.Dataset:
+        """The fields of a line with names, units and coordinates, read from the file when used.
+
+        Raises:
+            ResultError: there is no such line, or xarray is not installed.
+        """
+        with open_result(self.path) as file:
+            file.line(name)  # tells of a wrong name
+        return self._opened(f"lines/{name}")
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """What belongs to the runs as a whole: swept numbers, status."""
+        return self._opened(None)
+
+    @property
+    def energy(self) -> xarray.Dataset:
+        """The energies in J, (run, time)."""
+        return self._opened("energy")
+
+    def summary(self, end: str | None = None) -> xarray.Dataset:
+        """The numbers of the runs: those of the whole run, or of a recoiling end such as "rope.end"."""
+        if end is not None and end not in self._ends:
+            known = ", ".join(self._ends) or "none"
+            raise ResultError(f"{self.path}: no recoiling end {end!r}; there is {known}")
+        return self._opened("summary" if end is None else f"summary/{end}")
+
+    def plot(self, folder: str | Path | None = None, formats: Sequence[str] = ("png",)) -> Any:
+        """The figures that `lumpedcable plot` draws.
+
+        Args:
+            folder: where to write them; None gives them back instead, as a notebook shows them.
+            formats: any of "png", "pdf", "svg".
+
+        Returns:
+            The paths written, or the matplotlib figures by name.
+
+        Raises:
+            ResultError: there is nothing to draw.
+            OutputError: they cannot be written there.
+        """
+        if folder is not None:
+            from lumpedcable.view import plot_result
+
+            return plot_result(self.path, folder, formats)
+        return self.figures()
+
+    def figures(self) -> dict[str, Figure]:
+        """The figures that `lumpedcable plot` draws, by name."""
+        from lumpedcable.view import figures_of
+
+        return figures_of(self.path)
+
+    def view(self) -> Page:
+        """The moving scene as a page: a notebook shows it, `.save("page.html")` writes it.
+
+        Raises:
+            ResultError: the file holds no positions.
+        """
+        from lumpedcable.page.document import document
+        from lumpedcable.page.recorded import recorded
+
+        payload = recorded(self.path)
+        return Page(document(payload, payload.pack.text()))
+
+    def animate(self, path: str | Path, run: int = 0, seconds: float = 8.0) -> Path:
+        """Write a run as a GIF or MP4, see `lumpedcable.view.animate_result`."""
+        from lumpedcable.view import animate_result
+
+        return animate_result(self.path, path, run, seconds)
+
+    def export(self, kind: str, path: str | Path, run: int | None = None) -> list[Path]:
+        """Write it for another program, see `lumpedcable.export.export_result`."""
+        from lumpedcable.export import export_result
+
+        return export_result(self.path, kind, path, run)
+
+    def save(self, path: str | Path) -> Path:
+        """Copy the results file, and go on with the copy.
+
+        Raises:
+            OutputError: it cannot be written there.
+        """
+        target = Path(path)
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(self.path, target)
+        except (OSError, shutil.SameFileError) as error:
+            raise OutputError(f"cannot write {target}: {error}") from error
+        self.path = target
+        return target
+
+    def __repr__(self) -> str:
+        good = self._status.count("ok")
+        return (
+            f"Result({str(self.path)!r}: {len(self._status)} runs, {good} ok; lines {self._lines})"
+        )
+
+    def _opened(self, group: str | None) -> xarray.Dataset:
+        try:
+            import xarray
+        except ImportError:
+            raise ResultError(
+                'labelled arrays need the extra "xarray": pip install "lumpedcable[xarray]"'
+            ) from None
+        # HDF5 opens a file twice only if both times ask for locks alike, and the reader asks for none
+        how: dict[str, Any] = {"engine": "h5netcdf", "driver_kwds": {"locking": False}}
+        try:
+            found = xarray.open_dataset(self.path, group=group, **how)
+        except (OSError, KeyError, ValueError) as error:
+            raise ResultError(
+                f"{self.path}: {group or 'the file'} cannot be opened: {error}"
+            ) from error
+        if group is None or group.startswith("summary"):
+            return found
+        # times and swept numbers stand at the root of the file
+        root = xarray.open_dataset(self.path, **how)
+        shared = {name: root[name] for name in root.variables if set(root[name].dims) <= {"run"}
+                  and "key" in root[name].attrs}  # fmt: skip
+        if "time" in root.variables:
+            shared["time"] = root["time"]
+        return found.assign_coords(shared)
+
+
+def open(path: str | Path) -> Result:
+    """Look at a results file.
+
+    Raises:
+        ResultError: there is none, or it is not a results file.
+    """
+    return Result(path)
+
+
+def run(
+    scene: str | Path,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    output: str | Path | None = None,
+    **more: Any,
+) -> Result:
+    """Run a scene, with its sweep as one batch.
+
+    Args:
+        scene: scene file (TOML).
+        changes: other values by key, a dotted path or its unmistakable end:
+            {"break.time": "5 ms", "segments": 100}. A list makes the key an axis of the sweep.
+        output: results file to keep; None for a temporary one that goes with the result.
+        more: changes whose key is one word, e.g. pretension=[45e3, 90e3].
+
+    Returns:
+        The result. A run that failed is no error; `status` tells of it.
+
+    Raises:
+        SceneError: the scene or a change is wrong; the message lists every fault.
+        OutputError: the file cannot be written.
+    """
+    texts = [f"{key}={_text(value)}" for key, value in {**(changes or {}), **more}.items()]
+    study = load_study(scene, texts)
+    folder = None
+    if output is None:
+        folder = tempfile.mkdtemp(prefix="lumpedcable-")
+        output = Path(folder) / f"{Path(scene).stem}.h5"
+    from lumpedcable.study.run import run_study
+
+    try:
+        run_study(study, Path(output))
+        return Result(output, folder)
+    except BaseException:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def _text(value: Any) -> str:
+    """A value as `--set` takes it."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
+    return _toml(value)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool | str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, Mapping):
+        return _text(value)
+    if isinstance(value, int):
+        return repr(value)
+    if isinstance(value, float):
+        return repr(float(value))  # a NumPy number writes its type as well
+    if isinstance(value, Sequence | np.ndarray):
+        return f"[{', '.join(_toml(item) for item in value)}]"
+    if isinstance(value, np.generic):
+        return repr(value.item())
+    raise TypeError(f"expected a number, a text, a list or a table, found {type(value).__name__}")

@@ -1,0 +1,56 @@
+"""What the commands share: how they fail, what they take. Imports nothing that takes time."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+from cyclopts import Parameter
+
+__all__ = ["Set", "fail", "study_of", "told"]
+
+Set = Annotated[
+    list[str] | None,
+    Parameter(
+        name="--set",
+        help='KEY=VALUE: another value for any key of the scene, e.g. --set "break.time=50 ms". '
+        "A dotted path or its unmistakable end; may be given several times.",
+        negative="",
+    ),
+]
+
+
+def fail(message: str, code: int = 2) -> NoReturn:
+    """Print what is wrong and leave."""
+    print(message, file=sys.stderr)
+    raise SystemExit(code)
+
+
+@contextmanager
+def told() -> Iterator[None]:
+    """What a user can mend ends in a message and exit code 2, not in a traceback."""
+    from lumpedcable.results.errors import OutputError, ResultError
+    from lumpedcable.scene import SceneError
+
+    try:
+        yield
+    except (SceneError, OutputError, ResultError) as error:
+        fail(str(error))
+    except MemoryError as error:
+        fail(f"not enough memory for so many runs, nodes and output times: {error}".rstrip(": "))
+
+
+def study_of(scene: Path, changes: list[str] | None, run: int):
+    """A study that has a run of that number, or the end."""
+    from lumpedcable.scene import load_study
+
+    with told():
+        study = load_study(scene, changes or [])
+    runs = len(study.runs)
+    if not 0 <= run < runs:
+        expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
+        fail(f"--run: expected {expected}, found {run}")
+    return study

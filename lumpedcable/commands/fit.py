@@ -1,0 +1,118 @@
+"""Commands that learn from data and tell what depends on what: fit, sensitivity."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from lumpedcable.commands.console import Set, fail, study_of, told
+
+__all__ = ["fit", "sensitivity"]
+
+
+def fit(
+    file: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+) -> None:
+    """Find numbers of a scene from measurements, and say how sure they are.
+
+    Prints a table, writes the fitted scene (ready for run), the numbers (fit.json) and pictures. The
+    exit code is 1 where no search came to its end.
+
+    Parameters
+    ----------
+    file
+        Fit file (TOML): a scene, its free numbers, experiments with their data.
+    output
+        Folder for what is made; the file's name in this folder if not given.
+    format_
+        png (default), svg or pdf; may be given several times.
+    """
+    from lumpedcable.fit.load import load_fit
+
+    with told():
+        study = load_fit(file)
+
+    from lumpedcable.fit.report import print_fit
+    from lumpedcable.fit.run import fit_problem
+    from lumpedcable.fit.write import pictures_of, write_fit
+    from lumpedcable.view import plot_fit
+    from lumpedcable.view.fit import pictures_from
+
+    folder = output or Path(file.stem)
+    with told():
+        fitted = fit_problem(study.problem)
+        others = {name: fit_problem(problem) for name, problem in study.choices.items()}
+        print_fit(fitted, others)
+        made, wrong = write_fit(fitted, others, folder)
+        made += plot_fit(pictures_from(pictures_of(fitted)), folder, tuple(format_ or ["png"]))
+    for message in wrong:
+        print(f"the fitted scene cannot be run as it is: {message}")
+    for path in made:
+        print(path)
+    if not fitted.converged:
+        raise SystemExit(1)
+
+
+def sensitivity(
+    scene: Path,
+    /,
+    *,
+    of: str | None = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    set_: Set = None,
+    run_: Annotated[int, Parameter(name="--run")] = 0,
+    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+) -> None:
+    """Tell what a result depends on: its derivative by every number of the scene.
+
+    Prints a table, draws bars (sensitivity.png) and writes the numbers (sensitivity.json). The exit
+    code is 1 where the run fails.
+
+    Parameters
+    ----------
+    scene
+        Scene file (TOML).
+    of
+        The result: max, min, first or last; tension, velocity, displacement or position; at a place;
+        in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is taken where
+        that end breaks.
+    output
+        Folder for picture and numbers; the scene's name in this folder if not given.
+    set_
+        KEY=VALUE: another value for any key of the scene.
+    run_
+        Which run of a sweep, from 0.
+    format_
+        png (default), svg or pdf; may be given several times.
+    """
+    study = study_of(scene, set_, run_)
+
+    from lumpedcable.fit.report import print_sensitivity, slopes_contents
+    from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar
+    from lumpedcable.results.numbers import write_numbers
+    from lumpedcable.study.modes_report import heading
+    from lumpedcable.view import plot_sensitivity
+
+    folder, title = output or Path(scene.stem), heading(study, run_)
+    with told():
+        try:
+            scalar = usual_scalar(study.runs[run_]) if of is None else read_scalar(of)
+            found = sensitivity_of(study, scalar, run_)
+        except ValueError as error:
+            fail(f"--of: {error}")
+        made = plot_sensitivity(
+            f"{title}: {found.scalar}", found.labels, found.shares, folder / "sensitivity",
+            tuple(format_ or ["png"]),
+        )  # fmt: skip
+        write_numbers(folder / "sensitivity.json", slopes_contents(title, found))
+    print_sensitivity(title, found)
+    for path in (*made, folder / "sensitivity.json"):
+        print(path)
+    if found.status != 0:
+        raise SystemExit(1)

@@ -1,0 +1,117 @@
+"""Commands that show results to people and to other programs: view, animate, export."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from lumpedcable.commands.console import Set, fail, study_of, told
+
+__all__ = ["animate", "export", "view"]
+
+
+def view(
+    file: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    set_: Set = None,
+    run_: Annotated[int, Parameter(name="--run")] = 0,
+    port: int = 0,
+    browser: bool = True,
+) -> None:
+    """Open a page: the moving scene of a results file, or a scene at rest that follows its sliders.
+
+    Parameters
+    ----------
+    file
+        Results file (HDF5), finished or .partial, or scene file (TOML).
+    output
+        Of a results file: HTML file to write instead; it has everything in it and works offline.
+    set_
+        Of a scene: KEY=VALUE, another value for any key.
+    run_
+        Of a scene: which run of a sweep, from 0.
+    port
+        Of this machine's own address 127.0.0.1; a free one if not given.
+    browser
+        Open the page, or only say where it is.
+    """
+    from lumpedcable.page.open import serve_recorded, serve_scene, write_recorded
+
+    def say(url: str) -> None:
+        print(f"{url}  (Ctrl-C to end)", flush=True)
+
+    is_scene = file.suffix == ".toml"
+    if is_scene and output is not None:
+        fail(f"--output: expected a results file to write as a page, found the scene {file}")
+    if not is_scene and (set_ or run_):
+        fail(f"--set and --run: expected a scene (*.toml), found {file}")
+    with told():
+        if is_scene:
+            serve_scene(study_of(file, set_, run_), run_, port, browser, say)
+        elif output is not None:
+            print(write_recorded(file, output))
+        else:
+            serve_recorded(file, port, browser, say)
+
+
+def animate(
+    result: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    run_: Annotated[int, Parameter(name="--run")] = 0,
+    seconds: float = 8.0,
+    fps: int = 15,
+) -> None:
+    """Write a run as a film: the line coloured by tension, and its tension along it.
+
+    Parameters
+    ----------
+    result
+        Results file (HDF5), finished or .partial.
+    output
+        File to write, *.gif or (with the extra video) *.mp4; the results' name with .gif if not given.
+    run_
+        Which run, from 0.
+    seconds
+        How long the film lasts.
+    fps
+        Frames in a second.
+    """
+    from lumpedcable.view import animate_result
+
+    with told():
+        target = output or result.parent / f"{Path(result.name.removesuffix('.partial')).stem}.gif"
+        print(animate_result(result, target, run_, seconds, fps))
+
+
+def export(
+    result: Path,
+    /,
+    *,
+    to: str,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    run_: Annotated[int | None, Parameter(name="--run")] = None,
+) -> None:
+    """Write a results file in the format of other programs.
+
+    Parameters
+    ----------
+    result
+        Results file (HDF5), finished or .partial.
+    to
+        vtkhdf (ParaView), gltf (Blender, browsers), csv (histories), moordyn (text tables).
+    output
+        File to write; the results' name with the format's own end if not given.
+    run_
+        Which run, from 0; the first if not given, for csv all.
+    """
+    from lumpedcable.export import export_result
+
+    with told():
+        for path in export_result(result, to, output, run_):
+            print(path)

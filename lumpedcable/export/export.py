@@ -1,0 +1,62 @@
+"""One call for every format, with the checks that they share."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from lumpedcable.export.gltf import write_gltf
+from lumpedcable.export.moordyn import write_moordyn
+from lumpedcable.export.spreadsheet import write_csv
+from lumpedcable.export.vtkhdf import write_vtkhdf
+from lumpedcable.results import OutputError, ResultError, ResultFile, open_result
+
+__all__ = ["FORMATS", "export_result"]
+
+Write = Callable[[ResultFile, Path, int | None], list[Path]]
+
+FORMATS: dict[str, tuple[str, Write]] = {
+    "vtkhdf": (".vtkhdf", write_vtkhdf),
+    "gltf": (".glb", write_gltf),
+    "csv": (".csv", write_csv),
+    "moordyn": (".out", write_moordyn),
+}
+"""By name: the end of the file's name and what writes it."""
+
+
+def export_result(
+    path: str | Path, kind: str, target: str | Path | None = None, run: int | None = None
+) -> list[Path]:
+    """Write a results file in another format.
+
+    Args:
+        path: the results file, finished or not.
+        kind: a key of `FORMATS`.
+        target: the file to write; the results' name with the format's own end if not given.
+        run: which run, from 0. CSV takes all runs where none is given, the others the first.
+
+    Returns:
+        The files made.
+
+    Raises:
+        ResultError: the file cannot be read, has no such run, or lacks what the format needs.
+        OutputError: no such format, or it cannot be written there.
+    """
+    if kind not in FORMATS:
+        raise OutputError(f"expected a format, one of {', '.join(FORMATS)}, found {kind!r}")
+    suffix, write = FORMATS[kind]
+    with open_result(path) as result:
+        if run is not None and not 0 <= run < result.runs:
+            raise ResultError(f"{path}: expected a run from 0 to {result.runs - 1}, found {run}")
+        stem = Path(result.path.name.removesuffix(".partial")).stem
+        goal = Path(target) if target is not None else result.path.with_name(stem + suffix)
+        if goal.is_dir():
+            raise OutputError(f"expected a file name, found the folder {goal}")
+        if goal.exists() and os.path.samefile(goal, result.path):
+            raise OutputError(f"expected another file than the results, found {goal}")
+        try:
+            goal.parent.mkdir(parents=True, exist_ok=True)
+            return write(result, goal, run)
+        except OSError as error:
+            raise OutputError(f"cannot write {goal}: {error.strerror or error}") from error

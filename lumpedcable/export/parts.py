@@ -1,0 +1,67 @@
+"""What the formats share: files that appear whole, and the lines of one run without padding."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.results import ResultError, ResultFile
+
+__all__ = ["LineOfRun", "lines_of", "whole"]
+
+Array = NDArray[Any]
+
+
+class LineOfRun(NamedTuple):
+    """One line in one run.
+
+    Attributes:
+        name: its name.
+        position: m, shape (time, node, 3).
+        nodes: other fields of nodes by name, (time, node, 3).
+        segments: fields of segments by name, (time, segment).
+    """
+
+    name: str
+    position: Array
+    nodes: dict[str, Array]
+    segments: dict[str, Array]
+
+
+def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
+    """The lines of a run whose positions are stored, without the padding of shorter ones.
+
+    Raises:
+        ResultError: there is none.
+    """
+    found = []
+    for name in result.lines:
+        line = result.line(name)
+        if not line.has("position"):
+            continue
+        count = int(np.isfinite(line.unstretched_position(run)).sum())
+        nodes = {f: line.field(f, run)[:, :count] for f in ("velocity",) if line.has(f)}
+        segments = {
+            f: line.field(f, run)[:, : count - 1] for f in ("tension", "strain") if line.has(f)
+        }
+        found.append(LineOfRun(name, line.position(run)[:, :count], nodes, segments))
+    if not found:
+        raise ResultError(f"{result.path} holds no positions to export")
+    return found
+
+
+@contextmanager
+def whole(target: Path) -> Iterator[Path]:
+    """A name to write to; the file gets its own name only when it is complete."""
+    partial = target.with_name(f".{target.name}.partial")
+    try:
+        yield partial
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)

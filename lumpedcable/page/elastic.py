@@ -1,0 +1,164 @@
+"""Any static scene on the live page: its numbers as sliders through the engine's own statics."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from typing import Any
+
+import numpy as np
+
+from lumpedcable.page.bodies import quaternion
+from lumpedcable.page.controls import Control, Model
+from lumpedcable.page.drawn import drawn_line, shown_number
+from lumpedcable.scene import Scene, Study
+from lumpedcable.scene.quantities import Quantity
+from lumpedcable.scene.tree import Spot, numeric, spot_at
+from lumpedcable.scene.writer import to_toml
+from lumpedcable.study.resting import Resting, RestingLine
+
+__all__ = ["elastic_model"]
+
+# what a shape at rest does not depend on
+_MOVING = re.compile(
+    r"^(events|solver|statics|output)\.|\.(max_strain|damping|added_mass|velocity|amplitude|period"
+    r"|phase|ramp|grading)(\.|$)"
+)
+_LONG = re.compile(r"\.(segment_lengths|strain|tension|time)\.\d+$")  # tables of many numbers
+_FLOW = re.compile(r"\.drag\.|\.current\.|^water\.density|^air\.density")
+
+
+def elastic_model(study: Study, run: int = 0) -> Model:
+    """Run number `run` of a study as a model for the page.
+
+    Raises:
+        SceneError: the scene cannot be laid out.
+    """
+    resting = Resting(study, run)
+    kinds = _kinds(study, resting.scene)
+    controls = _controls(resting.scene, kinds)
+
+    def changed(values: dict[str, float]) -> dict[str, float]:
+        numbers = resting.scene.numbers()
+        return {k: _checked(k, v, kinds[k]) for k, v in values.items() if v != numbers[k]}
+
+    def solve(values: dict[str, float]) -> dict[str, Any]:
+        numbers = changed(values)
+        lines = resting.solve(numbers)
+        scene = resting.scene.with_numbers(numbers)
+        return {
+            "lines": [_drawn(scene, name, line) for name, line in lines.items()],
+            "points": _bodies(scene, lines),
+            "numbers": [row for name, line in lines.items() for row in _numbers(name, line)],
+            "equations": [],
+        }
+
+    def toml(values: dict[str, float]) -> str:
+        return to_toml(resting.scene.with_numbers(changed(values)))
+
+    return Model("scene", "This scene, elastic", controls, solve, toml)
+
+
+def _kinds(study: Study, scene: Scene) -> dict[str, Quantity]:
+    """What kind of number each key of the scene holds."""
+    root = Spot(Scene, tomllib.loads(study.effective_text))
+    found = {}
+    for key in scene.numbers():
+        spot = spot_at(root, tuple(key.split(".")))
+        kind = numeric(spot) if spot is not None else None
+        if isinstance(kind, Quantity):
+            found[key] = kind
+    return found
+
+
+def _controls(scene: Scene, kinds: dict[str, Quantity]) -> list[Control]:
+    """The numbers that a shape at rest depends on."""
+    flows = scene.fluid is not None and scene.fluid.current is not None
+    size = max((line.length for line in scene.lines.values()), default=1.0)
+    found = []
+    for key, value in scene.numbers().items():
+        if key not in kinds or _MOVING.search(key) or _LONG.search(key):
+            continue
+        if ".drag." in key and not flows:
+            continue
+        *above, last = key.split(".")
+        group = ".".join(above[:2])
+        words = key.removeprefix(group).lstrip(".") or last
+        low, high = _range(value, kinds[key], size)
+        found.append(Control(key, group, _words(words), kinds[key].unit, value, low, high))
+    return found
+
+
+def _words(tail: str) -> str:
+    """A key below its group in words: "end fixed x" for end.fixed.0."""
+    text = re.sub(r"\.([012])$", lambda m: " " + "xyz"[int(m[1])], tail)
+    return text.replace(".", " ").replace("_", " ")
+
+
+def _range(value: float, kind: Quantity, size: float) -> tuple[float, float]:
+    """A slider's range: from a third to three times a size, half a line's length about a place."""
+    if kind.unit == "m" and kind.sign == "any":
+        return value - 0.5 * size, value + 0.5 * size
+    if kind.sign == "any":
+        reach = abs(value) or 1.0
+        return value - reach, value + reach
+    high = 3.0 * value if value > 0.0 else 1.0
+    high = min(high, kind.maximum) if kind.maximum is not None else high
+    return (value / 3.0 if kind.sign == "positive" else 0.0), high
+
+
+def _checked(key: str, value: float, kind: Quantity) -> float:
+    try:
+        return kind.read(value)
+    except ValueError as error:
+        raise ValueError(f"{key}: {error}") from None
+
+
+def _drawn(scene: Scene, name: str, line: RestingLine) -> dict[str, Any]:
+    own = scene.lines.get(name) or scene.lines.get(name.rpartition("-")[0])
+    steps = np.linalg.norm(np.diff(line.position, axis=0), axis=1) / (1.0 + line.strain)
+    ends = np.cumsum(steps)
+    diameter = own.diameter or 0.0 if own is not None else 0.0
+    return drawn_line(name, line.position, line.tension, ends - 0.5 * steps, diameter)
+
+
+def _bodies(scene: Scene, lines: dict[str, RestingLine]) -> list[dict[str, Any]]:
+    """Point bodies at the end of a line that is tied to them, rigid ones where they are held."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, line in scene.lines.items():
+        for end, node in ((line.start, 0), (line.end, -1)):
+            piece = name if name in lines else f"{name}-{1 if node == 0 else 2}"
+            if isinstance(end, str) and end in scene.bodies and piece in lines:
+                at = lines[piece].position[node]
+                found.setdefault(end, {"name": end, "at": at.tolist()})
+    for name, body in scene.bodies.items():
+        if body.rigid and body.position is not None:  # held where the scene puts it
+            turn = quaternion(body.attitude or (0.0, 0.0, 0.0)).tolist()
+            size = None if body.size is None else list(body.size)
+            found[name] = {"name": name, "at": list(body.position), "size": size, "turn": turn}
+    return list(found.values())
+
+
+def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:
+    """Read-outs of a line."""
+    first, last = line.position[0], line.position[-1]
+    steps = np.diff(line.position, axis=0)
+    length = float(np.linalg.norm(steps, axis=1).sum())
+    chord = last - first
+    flat = float(chord[:2] @ chord[:2])
+    along = np.linalg.norm(steps[:, :2], axis=1) / np.linalg.norm(steps, axis=1)
+    rows = [
+        ("start_tension", "tension at the start", float(line.ends[0]), "N"),
+        ("end_tension", "tension at the end", float(line.ends[1]), "N"),
+        ("horizontal", "horizontal tension at the start", float(line.tension[0] * along[0]), "N"),
+        ("length", "length as stretched", length, "m"),
+    ]
+    if flat > 1e-12:
+        share = (line.position - first)[:, :2] @ chord[:2] / flat
+        below = first[2] + share * chord[2] - line.position[:, 2]
+        rows.append(("sag", "sag below the chord", float(below.max()), "m"))
+    rows.append(("strain", "largest strain", 100.0 * float(line.strain.max()), "%"))
+    return [
+        {**shown_number(f"{name}/{key}", words, value, unit), "group": name}
+        for key, words, value, unit in rows
+    ]

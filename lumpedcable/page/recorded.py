@@ -1,0 +1,314 @@
+"""What the page shows of a results file: fields thinned to a screen, read-outs as they are stored."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.page.bodies import moved_bodies
+from lumpedcable.page.pack import Pack
+from lumpedcable.page.surroundings import surroundings, tables
+from lumpedcable.results import ResultError, open_result
+from lumpedcable.results.human import quantity, scale
+from lumpedcable.results.reader import Axis, ResultFile
+
+__all__ = ["Payload", "recorded"]
+
+Array = NDArray[Any]
+
+MOST_RUNS = 40
+MOST_NODES = 150  # of a line: one every few pixels
+MOST_TIMES = 2000  # of the timeline
+MOST_NUMBERS = 400_000  # in all histories
+MOST_DRAWN = 2_000_000  # numbers of all fields, two bytes each before they are packed
+
+
+class Payload(dict[str, Any]):
+    """The page's head, JSON values, with the block of arrays that it points into."""
+
+    def __init__(self, head: dict[str, Any], pack: Pack) -> None:
+        super().__init__(head)
+        self.pack = pack
+
+
+def recorded(path: str | Path) -> Payload:
+    """Everything that the page of a results file shows.
+
+    Args:
+        path: the file, finished or not.
+
+    Returns:
+        The head of the page and its arrays. Histories hold the file's numbers as float32; where there
+        are more than fit, every so many are left out, and so are runs.
+
+    Raises:
+        ResultError: it cannot be read, or holds no positions to draw.
+    """
+    with open_result(path) as result:
+        names = [name for name in result.lines if result.line(name).has("position")]
+        if not names:
+            raise ResultError(
+                f"{path} holds no positions to draw; keep them with quantities = "
+                '["position", "tension", ...] in [output]'
+            )
+        return _Recorder(result, names).payload()
+
+
+def even(count: int, most: int) -> Array:
+    """Indices of at most `most` of `count` things, evenly spread, first and last among them."""
+    if count <= most:
+        return np.arange(count)
+    return np.unique(np.linspace(0, count - 1, most).round().astype(int))
+
+
+class _Recorder:
+    """Reads one file, run by run."""
+
+    def __init__(self, result: ResultFile, names: list[str]) -> None:
+        self.result, self.names, self.pack = result, names, Pack()
+        self.runs = even(result.runs, MOST_RUNS)
+        told = str(result.attributes.get("effective_scene", "")) or result.scene_text
+        self.scene = tables(told)
+        self.stored = result.series.histories
+        self.histories = _history_names(self.stored, names, result.bodies)
+        self.derived: dict[str, dict[str, list[Array]]] = {}
+        most = max(MOST_NUMBERS // (len(self.runs) * max(len(self.histories), 1)), 2)
+        self.times = even(len(result.time), min(MOST_TIMES, most))
+        self.nodes = {name: even(result.line(name).nodes, MOST_NODES) for name in names}
+        drawn = len(self.runs) * sum(5 * len(nodes) for nodes in self.nodes.values())
+        # frames are some of the timeline's times; what lies between is drawn between
+        self.frames = even(len(self.times), max(MOST_DRAWN // max(drawn, 1), 20))
+
+    def payload(self) -> Payload:
+        result = self.result
+        lines = [self._line(name) for name in self.names]
+        scene = self.scene
+        around = surroundings(scene)
+        bodies = moved_bodies(result, self.runs, self.times[self.frames], scene, self.pack)
+        moved = {body["name"] for body in bodies}
+        around["points"] = [p for p in around["points"] if p["name"] not in moved]
+        time = result.time[self.times]
+        factor, unit = scale(float(result.time[-1]), "s")
+        head = {
+            "kind": "recorded",
+            "title": str(result.attributes.get("title", "")) or result.path.stem,
+            "file": result.path.name,
+            "version": str(result.attributes.get("lumpedcable_version", "")),
+            "complete": result.complete,
+            "time": {"data": self.pack.exact(time), "factor": factor, "unit": unit},
+            "frames": self.frames.tolist(),
+            "runs": [self._run(int(run)) for run in self.runs],
+            "runs_in_file": result.runs,
+            "axes": [self._axis(axis) for axis in result.axes],
+            "lines": lines,
+            "histories": self._histories(lines),
+            "outputs": self._outputs(),
+            "surroundings": around,
+            "bodies": bodies,
+        }
+        return Payload(head, self.pack)
+
+    def _run(self, run: int) -> dict[str, Any]:
+        at = float(self.result.status_time[run])
+        when = f" at {quantity(at, 's')}" if np.isfinite(at) else ""
+        return {
+            "number": run,
+            "label": self.result.label(run) or f"run {run}",
+            "status": self.result.status[run].replace("_", " ") + when,
+            "message": self.result.status_message[run],
+        }
+
+    def _axis(self, axis: Axis) -> dict[str, Any]:
+        texts = [quantity(float(axis.values[run]), axis.unit) for run in self.runs]
+        return {"words": axis.words, "texts": texts}
+
+    # --- fields ----------------------------------------------------------------------------------
+
+    def _line(self, name: str) -> dict[str, Any]:
+        """What is drawn of a line: (run, frame, node, 3) places and the like, at its thinned nodes."""
+        line, nodes = self.result.line(name), self.nodes[name]
+        fields: dict[str, list[Array]] = {"tension": [], "speed": []}
+        drawn: list[Array] = []
+        own: dict[str, list[Array]] = {key: [] for key in _DERIVED}
+        segments = nodes[:-1] + np.diff(nodes) // 2  # one segment between two nodes that are kept
+        frames = self.times[self.frames]
+        for run in self.runs:
+            position = line.position(int(run))
+            drawn.append(position[frames][:, nodes])
+            own["length"].append(_length(position)[self.times])
+            own["sag"].append(_sag(position)[self.times])
+            if line.has("tension"):
+                fields["tension"].append(line.tension(int(run))[frames][:, segments])
+            if line.has("velocity"):
+                speed = np.linalg.norm(line.velocity(int(run)), axis=-1)
+                fields["speed"].append(speed[frames][:, nodes])
+                own["peak_speed"].append(_largest(speed)[self.times])
+        self.derived[name] = own
+        places = np.array([line.unstretched_position(int(run))[nodes] for run in self.runs])
+        middles = np.array([line.unstretched_segment(int(run))[segments] for run in self.runs])
+        return {
+            "name": name,
+            "diameter": self._diameter(name),
+            "place": self.pack.exact(places),
+            "middle": self.pack.exact(middles),
+            # each coordinate over its own range: a small sag of a long line stays smooth
+            "position": [self.pack.field(np.array(drawn)[..., k]) for k in range(3)],
+            **{key: self.pack.field(values) for key, values in fields.items() if values},
+            "scales": {
+                key: _scale(np.asarray(values), unit)
+                for key, unit, values in (
+                    ("tension", "N", fields["tension"]),
+                    ("speed", "m/s", fields["speed"]),
+                )
+                if values
+            },
+        }
+
+    def _diameter(self, name: str) -> float:
+        lines = self.scene.get("lines") or {}
+        line = lines.get(name) or lines.get(name.rpartition("-")[0]) or {}
+        value = line.get("diameter")
+        return float(value) if isinstance(value, int | float) else 0.0
+
+    # --- histories -------------------------------------------------------------------------------
+
+    def _histories(self, lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        """Every number against time: of the lines, of the file, energies."""
+        found = []
+        for key, (group, words, unit) in self.histories.items():
+            if key.startswith("bodies/") and key not in self.stored:
+                _, body, quantity, component = key.split("/")
+                whole = [self.result.body(body, quantity, int(run)) for run in self.runs]
+                values = [table[self.times, int(component)] for table in whole]
+                if not np.any(np.asarray(values)):
+                    continue  # it cannot move so
+                values = np.degrees(values) if quantity == "attitude" else values
+            elif key not in self.stored:  # worked out from the fields
+                values = self.derived[group].get(key.rpartition("/")[2])
+            else:
+                values = [self.result.series.read(key, int(run))[self.times] for run in self.runs]
+            if values is None or not len(values):
+                continue
+            table = np.asarray(values, float)
+            found.append(
+                {"key": key, "group": group, "words": words, **_scale(table, unit),
+                 "data": self.pack.exact(table)}
+            )  # fmt: skip
+        return _shared_tension(found, lines)
+
+    def _outputs(self) -> list[dict[str, Any]]:
+        """The summary's numbers in every run."""
+        found = []
+        summary = self.result.summary()
+        whole = {"run": summary.pop("run")} if "run" in summary else {}
+        for end, numbers in (summary | whole).items():
+            for name, values in numbers.items():
+                known = self.result.summary_attributes(end, name)
+                table = np.asarray(values, float)[self.runs]
+                words = str(known.get("long_name") or name).replace("_", " ")
+                source = known.get("source")
+                found.append(
+                    {"key": f"{end}/{name}", "end": "" if end == "run" else end,
+                     "name": name, "words": f"{words} ({source})" if source else words,
+                     "texts": [_text(value, str(known.get("units", "1"))) for value in table]}
+                )  # fmt: skip
+        return found
+
+
+_MEGA = 1e7  # N; below, the field says kN
+_DERIVED = {
+    "length": ("length as stretched", "m"),
+    "sag": ("sag below the chord", "m"),
+    "peak_speed": ("fastest node", "m/s"),
+}
+
+
+def _history_names(
+    stored: dict[str, tuple[str, str]], names: list[str], bodies: list[str]
+) -> dict[str, tuple[str, str, str]]:
+    """By key: the line or group it belongs to, words, SI unit; those of the lines first."""
+    found: dict[str, tuple[str, str, str]] = {}
+    for name in names:
+        for key, (words, unit) in stored.items():
+            if key.startswith(f"lines/{name}/"):
+                found[key] = (name, words.removesuffix(" of the line"), unit)
+        for key, (words, unit) in _DERIVED.items():
+            found[f"lines/{name}/{key}"] = (name, words, unit)
+    for body in bodies:
+        for k, words in enumerate("xyz"):
+            found[f"bodies/{body}/position/{k}"] = (body, f"{body}, {words}", "m")
+        for k, words in enumerate(("roll", "pitch", "yaw")):
+            found[f"bodies/{body}/attitude/{k}"] = (body, f"{body}, {words}", "deg")
+    others = {key: value for key, value in stored.items() if not key.startswith("lines/")}
+    # energies last: many, and looked at least
+    for key in sorted(others, key=lambda key: key.startswith("energy/")):
+        group = key.split("/")[-2] if "/" in key else ""
+        found[key] = (group, *others[key])
+    return found
+
+
+def _scale(values: Array, unit: str) -> dict[str, Any]:
+    """Factor and unit for display, and the largest magnitude, which says how many digits help."""
+    good = np.abs(values[np.isfinite(values)])
+    top = float(good.max(initial=0.0))
+    factor, text = scale(top, unit) if unit != "m" else (1.0, "m")
+    return {"factor": factor, "unit": text, "top": top * factor}
+
+
+def _shared_tension(
+    found: list[dict[str, Any]], lines: list[dict[str, Any]]
+) -> list[dict[str, Any]]:
+    """All tensions in one unit, so that they can be compared at a glance."""
+    tops = [h["top"] / h["factor"] for h in found if h["unit"].endswith("N")]
+    tops += [s["top"] / s["factor"] for li in lines for s in li["scales"].values()
+             if s["unit"].endswith("N")]  # fmt: skip
+    top = max(tops, default=0.0)
+    factor, unit = scale(min(top, 9e5) if top < _MEGA else top, "N")
+    for item in (*found, *(s for line in lines for s in line["scales"].values())):
+        if item["unit"].endswith("N"):
+            item["top"] *= factor / item["factor"]
+            item["factor"], item["unit"] = factor, unit
+    return found
+
+
+def _text(value: float, unit: str) -> str:
+    if not np.isfinite(value):
+        return "–"
+    text = quantity(value, unit if unit != "1" else "", 5)
+    return re.sub(r"e([+-])0?(\d+)", lambda m: f"·10{_raised(m[1] + m[2])}", text)
+
+
+def _raised(exponent: str) -> str:
+    return exponent.translate(str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")).removeprefix("⁺")
+
+
+def _length(position: Array) -> Array:
+    """Sum of distances between nodes (m), from (time, node, 3); surplus nodes (NaN) add nothing."""
+    steps = np.linalg.norm(np.diff(position, axis=1), axis=-1)
+    return np.where(np.isfinite(steps).any(axis=1), np.nansum(steps, axis=1), np.nan)
+
+
+def _sag(position: Array) -> Array:
+    """Largest vertical distance of the nodes below the straight line between the ends (m), (time,).
+
+    NaN where the ends stand above each other.
+    """
+    count = int(np.isfinite(position[0, :, 0]).sum()) or position.shape[1]
+    points = position[:, :count]
+    start, chord = points[:, :1], points[:, -1:] - points[:, :1]
+    flat = np.sum(chord[..., :2] ** 2, axis=-1)
+    along = np.sum((points - start)[..., :2] * chord[..., :2], axis=-1)
+    share = np.divide(along, flat, out=np.full_like(along, np.nan), where=flat > 1e-12)
+    below = start[..., 2] + share * chord[..., 2] - points[..., 2]
+    return _largest(below)
+
+
+def _largest(table: Array) -> Array:
+    """Largest of every row, NaN where there is none."""
+    good = np.isfinite(table)
+    top = np.max(table, axis=1, initial=-np.inf, where=good)
+    return np.where(good.any(axis=1), top, np.nan)

@@ -1,0 +1,64 @@
+"""What stands around the lines: water surface, bed and bodies, read from the scene that was run."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = ["surroundings", "tables"]
+
+
+def tables(text: str) -> dict[str, Any]:
+    """The tables of a scene's text; none where there is no text or it is not TOML."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
+def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Surface and bed heights (m), whether there is water, and point bodies with the ends they tie.
+
+    The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it
+    or something floats; water without any of these is everywhere.
+
+    Args:
+        scene: tables of the scene in SI numbers.
+
+    Returns:
+        {"water": bool, "surface": height or None, "bed": height or None, "points": [...]}, each
+        point {"name", "mass" in kg or None, "line", "at_end"}.
+    """
+    water, bed = scene.get("water"), scene.get("seabed")
+    surface = None
+    if isinstance(water, dict):
+        hulls = [body.get("hull") for body in (scene.get("bodies") or {}).values()]
+        tellers = [water, water.get("current"), *hulls]
+        told = [_number(t.get("surface")) for t in tellers if isinstance(t, dict)]
+        surface = next((height for height in told if height is not None), None)
+        if surface is None and (isinstance(bed, dict) or any(h is not None for h in hulls)):
+            surface = 0.0
+    return {
+        "water": isinstance(water, dict),
+        "surface": surface,
+        "bed": _number(bed.get("height")) if isinstance(bed, dict) else None,
+        "points": _points(scene),
+    }
+
+
+def _points(scene: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """One end of a line for each body that lines are tied to."""
+    found: dict[str, dict[str, Any]] = {}
+    bodies = scene.get("bodies") or {}
+    for name, line in (scene.get("lines") or {}).items():
+        for side in ("start", "end"):
+            body = line.get(side)
+            if isinstance(body, str) and body in bodies and body not in found:
+                mass = _number(bodies[body].get("mass"))
+                found[body] = {"name": body, "mass": mass, "line": name, "at_end": side == "end"}
+    return list(found.values())
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

@@ -1,0 +1,54 @@
+"""Whatever a results file follows through time, by its path."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.results.errors import ResultError
+
+__all__ = ["Series"]
+
+Array = NDArray[Any]
+
+
+class Series:
+    """The datasets of an open file along run and time, found by their dimensions."""
+
+    def __init__(self, file: h5py.File) -> None:
+        self._file = file
+
+    @property
+    def histories(self) -> dict[str, tuple[str, str]]:
+        """Every dataset of shape (run, time): what it is in words and its SI unit ("" if none)."""
+        found: dict[str, tuple[str, str]] = {}
+
+        def look(path: str, item: Any) -> None:
+            if isinstance(item, h5py.Dataset) and item.ndim == 2 and "time" in item.dims[1]:
+                words = _text(item.attrs.get("long_name", "")) or path.split("/")[-1]
+                unit = _text(item.attrs.get("units", ""))
+                found[path] = (words.replace("_", " "), "" if unit == "1" else unit)
+
+        self._file.visititems(look)
+        return found
+
+    def read(self, path: str, run: int) -> Array:
+        """One run of a dataset whose first dimension is run.
+
+        Raises:
+            ResultError: the file does not hold it, or it cannot be read.
+        """
+        found = self._file.get(path)
+        if not isinstance(found, h5py.Dataset):
+            raise ResultError(f"{self._file.filename}: no {path}")
+        try:
+            return np.asarray(found[run])
+        except (OSError, IndexError, ValueError) as error:
+            raise ResultError(f"{self._file.filename}: {path} cannot be read: {error}") from error
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)

@@ -1,0 +1,110 @@
+"""A scene at rest, again and again with other numbers: what a page with sliders asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+from numpy.typing import NDArray
+
+from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.model.layout import make_layout
+from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.solve.observe import end_tension
+from lumpedcable.solve.targets import rest_of
+from lumpedcable.status import ADVICE, MEANING, Status
+from lumpedcable.study.compiled import Structure, number
+
+__all__ = ["Resting", "RestingLine"]
+
+
+class RestingLine(NamedTuple):
+    """A line at rest.
+
+    Attributes:
+        position: places of its nodes (m), shape (node, 3).
+        tension: of its segments (N), shape (segment,).
+        strain: of its segments (-), shape (segment,).
+        ends: tension at its start and its end (N), shape (2,).
+    """
+
+    position: NDArray[np.float64]
+    tension: NDArray[np.float64]
+    strain: NDArray[np.float64]
+    ends: NDArray[np.float64]
+
+
+class _Found(NamedTuple):
+    lines: dict[str, tuple[Array, Array, Array, Array]]
+    converged: Bool[Array, ""]
+    imbalance: Float[Array, ""]
+
+
+@partial(jax.jit, static_argnames=("structure",))
+def _at_rest(
+    structure: Structure,
+    axes: Float[Array, "3 d"],
+    origin: Float[Array, " 3"],
+    numbers: Mapping[str, Float[Array, ""]],
+) -> _Found:
+    """Static equilibrium of one scene; keyed by structure alone."""
+    scene = structure.scene.with_numbers(numbers)
+    found = rest_of(scene, structure.layout, Coordinates(axes, origin))  # type: ignore[arg-type]
+    lines = {}
+    for name, line in found.model.lines.items():
+        shape = line.shape(jnp.zeros_like(line.reference))
+        tension = line.law.tension(shape.strain)
+        ends = jnp.stack([end_tension(line, tension, node, shape) for node in (0, -1)])
+        lines[name] = (shape.position, tension, shape.strain, ends)
+    return _Found(lines, found.converged, found.imbalance)
+
+
+class Resting:
+    """The static equilibrium of a scene as a function of its numbers; compiled once."""
+
+    def __init__(self, study: Study, run: int = 0) -> None:
+        """Take run number `run` of a study.
+
+        Raises:
+            SceneError: the scene cannot be laid out.
+        """
+        self.scene: Scene = study.runs[run]
+        try:
+            layout = make_layout(self.scene)
+        except ValueError as error:
+            raise SceneError([study.fault("lines", str(error))]) from None
+        self._structure = Structure(self.scene.skeleton(), layout, self.scene)
+
+    def solve(self, numbers: Mapping[str, float]) -> dict[str, RestingLine]:
+        """The lines at rest, by name.
+
+        Args:
+            numbers: by path, as in `Scene.numbers`; those left out are the scene's.
+
+        Raises:
+            ValueError: there is no equilibrium, or none was found; the message says so.
+        """
+        # floats, always: another type would be another program
+        every = self.scene.numbers() | {key: float(value) for key, value in numbers.items()}
+        scene = self.scene.with_numbers(every)
+        coordinates = coordinates_of([scene])
+        found = _at_rest(
+            self._structure,
+            jnp.asarray(coordinates.axes),
+            jnp.asarray(coordinates.origin),
+            {key: number(value) for key, value in every.items()},
+        )
+        if not bool(found.converged):
+            status = Status.STATICS_NOT_CONVERGED
+            raise ValueError(f"{MEANING[status]}: {ADVICE[status]}")
+        return {
+            name: RestingLine(
+                coordinates.expand(np.asarray(q), axis=0, place=True).T, *map(np.asarray, rest)
+            )
+            for name, (q, *rest) in found.lines.items()
+        }

@@ -1,0 +1,187 @@
+"""A run as a moving picture: the line's shape coloured by tension, and its tension along it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.human import scale
+from lumpedcable.results.reader import ResultFile, open_result
+from lumpedcable.view import style
+from lumpedcable.view.sampling import node_count, side_view
+
+__all__ = ["MOVIES", "animate_result"]
+
+Array = NDArray[Any]
+
+MOVIES = (".gif", ".mp4")
+_DPI = 100
+_TRUE_SHAPE = 6.0  # as in the figure of shapes: longer lines get a stretched vertical scale
+
+
+def animate_result(
+    path: str | Path, target: str | Path, run: int = 0, seconds: float = 8.0, fps: int = 15
+) -> Path:
+    """Write a run as a GIF, or as an MP4 with the extra `video`.
+
+    Args:
+        path: the results file, finished or not.
+        target: *.gif or *.mp4.
+        run: which run, from 0.
+        seconds: how long the film lasts; the text beside the clock says how much slower or faster
+            than real time that is.
+        fps: frames in a second.
+
+    Returns:
+        The file made.
+
+    Raises:
+        ResultError: the file cannot be read, has no such run, or holds no positions and tensions.
+        OutputError: the film cannot be written there, or not in that format.
+    """
+    target = Path(target)
+    if target.suffix not in MOVIES:
+        known = " or ".join(MOVIES)
+        raise OutputError(f"cannot write {target}: expected a name that ends in {known}")
+    if not (seconds > 0.0 and fps > 0):
+        raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
+    with open_result(path) as result, style.styled():
+        if not 0 <= run < result.runs:
+            raise ResultError(f"{path}: expected a run from 0 to {result.runs - 1}, found {run}")
+        film = _Film(result, run, seconds)
+        # the writers take the format from the name
+        partial = target.with_name(f".{target.stem}.partial{target.suffix}")
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            _write(film, _writer(target, fps), partial, max(2, round(seconds * fps)))
+            os.replace(partial, target)
+        except OSError as error:
+            raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
+        finally:
+            partial.unlink(missing_ok=True)
+    return target
+
+
+def _writer(target: Path, fps: int) -> AbstractMovieWriter:
+    if target.suffix == ".gif":
+        return PillowWriter(fps=fps)
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise OutputError(
+            f'cannot write {target}: MP4 needs the extra "video": pip install "lumpedcable[video]"; '
+            "a *.gif needs none"
+        ) from None
+    matplotlib.rcParams["animation.ffmpeg_path"] = imageio_ffmpeg.get_ffmpeg_exe()
+    # sizes must be even, and players want this pixel format
+    filters = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]
+    return FFMpegWriter(fps=fps, extra_args=filters)
+
+
+def _write(film: _Film, writer: AbstractMovieWriter, target: Path, frames: int) -> None:
+    times = film.result.time
+    wanted = np.linspace(times[0], times[-1], frames)
+    nearest = np.abs(times[None, :] - wanted[:, None]).argmin(axis=1)
+    with writer.saving(film.figure, str(target), _DPI):
+        for sample in nearest:
+            film.show(int(sample))
+            writer.grab_frame()
+
+
+class _Film:
+    """The figure, and how to bring it to a saved time."""
+
+    def __init__(self, result: ResultFile, run: int, seconds: float) -> None:
+        self.result, self.run = result, run
+        names = [n for n in result.lines if all(map(result.line(n).has, ("position", "tension")))]
+        if not names:
+            raise ResultError(f"{result.path} holds no positions with tensions to show")
+        lines = [result.line(name) for name in names]
+        counts = [node_count(line, run) for line in lines]
+        self.position = [li.position(run)[:, :n] for li, n in zip(lines, counts, strict=True)]
+        self.tension = [li.tension(run)[:, : n - 1] for li, n in zip(lines, counts, strict=True)]
+        self.middle = [
+            li.unstretched_segment(run)[: n - 1] for li, n in zip(lines, counts, strict=True)
+        ]
+        self.across, self.up = side_view(self.position)
+        everything = np.concatenate([t.ravel() for t in self.tension])
+        self.factor, self.unit = scale(style.largest(everything), "N")
+        self.limits = style.limits(everything * self.factor, zero=True)
+        self.to_time, self.time_unit = scale(float(result.time[-1]), "s")
+        span = float(result.time[-1] - result.time[0])
+        self.pace = _pace(span / seconds)
+        self.figure, (self.top, self.bottom) = self._laid_out()
+        self.shapes = [self._shape(self.top) for _ in names]
+        self.curves = [
+            self.bottom.plot([], [], **style.curve(k), label=name)[0]
+            for k, name in enumerate(names)
+        ]
+        if len(names) > 1:
+            self.bottom.legend(loc="upper right")
+        self.show(0)
+        self.figure.canvas.draw()
+        self.figure.set_layout_engine("none")  # nothing moves but the lines
+
+    def _laid_out(self) -> tuple[Figure, Array]:
+        title = "\n".join(
+            filter(
+                None, [str(self.result.attributes.get("title", "")), self.result.label(self.run)]
+            )
+        )
+        figure = style.new_figure(4.6, title)
+        top, bottom = axes = figure.subplots(2, 1, height_ratios=[3, 2])
+        points = np.concatenate([p.reshape(-1, 3) for p in self.position])
+        x, z = points[:, self.across], points[:, self.up]
+        top.set_xlim(style.limits(x))
+        top.set_ylim(style.limits(z, margin=0.15))
+        true = np.nanmax(x) - np.nanmin(x) <= _TRUE_SHAPE * (np.nanmax(z) - np.nanmin(z))
+        if true:
+            top.set_aspect("equal", adjustable="datalim")
+        stretched = "" if true else ", stretched"
+        top.set_xlabel(f"{'xyz'[self.across]} (m)")
+        top.set_ylabel(f"{'xyz'[self.up]} (m{stretched})")
+        bottom.set_xlabel("distance along the line, unstretched (m)")
+        bottom.set_ylabel(style.with_unit("tension", self.unit))
+        bottom.set_xlim(0.0, max(float(np.nanmax(m)) for m in self.middle) * 1.01)
+        bottom.set_ylim(self.limits)
+        self.clock = top.text(
+            0.99, 0.96, "", transform=top.transAxes, ha="right", va="top", color=style.NEUTRAL
+        )
+        return figure, axes
+
+    def _shape(self, ax: Axes) -> LineCollection:
+        colours = Normalize(*self.limits)
+        drawn = LineCollection([], cmap=style.time_colours(), norm=colours, linewidths=2.4)
+        ax.add_collection(drawn, autolim=False)
+        return drawn
+
+    def show(self, sample: int) -> None:
+        """Bring everything to one saved time."""
+        parts = zip(self.shapes, self.curves, self.position, self.tension, self.middle, strict=True)
+        for shape, curve, position, tension, middle in parts:
+            points = position[sample][:, [self.across, self.up]]
+            shape.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
+            shape.set_array(tension[sample] * self.factor)
+            curve.set_data(middle, tension[sample] * self.factor)
+        now = self.result.time[sample] * self.to_time
+        last = self.result.time[-1] * self.to_time
+        places = max(0, 2 - int(np.floor(np.log10(last)))) if last > 0 else 0
+        self.clock.set_text(f"{now:.{places}f} {self.time_unit}, {self.pace}")
+
+
+def _pace(rate: float) -> str:
+    """How fast the film runs, from simulated seconds in a second of it."""
+    if rate <= 0.0 or abs(rate - 1.0) < 0.01:
+        return "real time"
+    return f"{1 / rate:.3g}× slower" if rate < 1.0 else f"{rate:.3g}× faster"

@@ -1,0 +1,172 @@
+"""Exports, read by other programs' readers or by hand, hold the file's numbers."""
+
+import csv
+import json
+import struct
+
+import numpy as np
+import pytest
+import synthetic_result
+from command_line import refused, say
+
+from lumpedcable.export import FORMATS, export_result
+from lumpedcable.results import open_result
+
+RUN = 3
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("export") / "r.h5"
+    return synthetic_result.snapback(path, segments=8, sag=4.0, padded=1)
+
+
+@pytest.fixture(scope="module")
+def fields(file):
+    """Places, velocities and tensions of the run, without the padding."""
+    with open_result(file) as result:
+        rope = result.line("rope")
+        return rope.position(RUN)[:, :9], rope.velocity(RUN)[:, :9], rope.tension(RUN)[:, :8]
+
+
+def test_vtk_reads_it_step_by_step(file, fields, tmp_path):
+    vtk = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    (made,) = export_result(file, "vtkhdf", tmp_path / "r.vtkhdf", RUN)
+    reader = vtk.vtkHDFReader()
+    assert reader.CanReadFile(str(made))
+    reader.SetFileName(str(made))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == 201
+    position, velocity, tension = fields
+    for step in (0, 37, 200):
+        reader.SetStep(step)
+        reader.Update()
+        grid = reader.GetOutput()
+        assert reader.GetTimeValue() == pytest.approx(synthetic_result.TIMES[step])
+        assert (grid.GetNumberOfPoints(), grid.GetNumberOfCells()) == (9, 8)
+        assert np.allclose(vtk_to_numpy(grid.GetPoints().GetData()), position[step], rtol=1e-6)
+        found = vtk_to_numpy(grid.GetPointData().GetArray("velocity"))
+        assert np.allclose(found, velocity[step], rtol=1e-6)
+        found = vtk_to_numpy(grid.GetCellData().GetArray("tension"))
+        assert np.allclose(found, tension[step], rtol=1e-6)
+        # segment j lies between nodes j and j + 1
+        ends = [[grid.GetCell(j).GetPointId(k) for k in (0, 1)] for j in range(8)]
+        assert ends == [[j, j + 1] for j in range(8)]
+
+
+class Glb:
+    """A binary glTF, read by the book."""
+
+    def __init__(self, path):
+        data = path.read_bytes()
+        magic, version, size = struct.unpack_from("<4sII", data)
+        assert (magic, version, size) == (b"glTF", 2, len(data))
+        length, kind = struct.unpack_from("<I4s", data, 12)
+        assert kind == b"JSON"
+        self.head = json.loads(data[20 : 20 + length])
+        size, kind = struct.unpack_from("<I4s", data, 20 + length)
+        assert (kind, size) == (b"BIN\0", self.head["buffers"][0]["byteLength"])
+        self.blob = data[28 + length :]
+
+    def array(self, index):
+        accessor = self.head["accessors"][index]
+        view = self.head["bufferViews"][accessor["bufferView"]]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        count = accessor["count"] * width
+        values = np.frombuffer(self.blob, "<f4", count, view["byteOffset"])
+        return values.reshape(accessor["count"], width).astype(float)
+
+    def tracks(self, name):
+        """Times, translations, rotations and scales of a node by its name."""
+        (node,) = [k for k, n in enumerate(self.head["nodes"]) if n.get("name") == name]
+        (film,) = self.head["animations"]
+        found = {}
+        for channel in film["channels"]:
+            if channel["target"]["node"] == node:
+                sampler = film["samplers"][channel["sampler"]]
+                found["time"] = self.array(sampler["input"])[:, 0]
+                found[channel["target"]["path"]] = self.array(sampler["output"])
+        return found
+
+
+def test_gltf_moves_every_segment_between_its_nodes(file, fields, tmp_path):
+    (made,) = export_result(file, "gltf", tmp_path / "r.glb", RUN)
+    glb = Glb(made)
+    position = fields[0]
+    # 200 ms are stretched to 4 s
+    assert glb.head["animations"][0]["extras"]["seconds_per_second"] == pytest.approx(20)
+    for j in (0, 7):
+        track = glb.tracks(f"rope segment {j + 1}")
+        assert track["time"] == pytest.approx(20 * synthetic_result.TIMES, rel=1e-6)
+        turn, reach = track["rotation"], track["scale"][:, 1:2]
+        assert np.linalg.norm(turn, axis=1) == pytest.approx(np.ones(201), rel=1e-6)
+        # the mesh reaches from y = -1/2 to 1/2; y turned by q = (u, w) is y + 2 u x (u x y + w y)
+        u, w, y = turn[:, :3], turn[:, 3:], np.array([0.0, 1.0, 0.0])
+        half = 0.5 * reach * (y + 2.0 * np.cross(u, np.cross(u, y) + w * y))
+        for sign, node in ((-1, j), (1, j + 1)):
+            end = track["translation"] + sign * half
+            x, z, minus_y = end.T  # y is up there
+            assert np.allclose(np.stack([x, -minus_y, z], axis=1), position[:, node], atol=1e-4)
+    assert glb.tracks("rope node 4")["translation"][:, 0] == pytest.approx(position[:, 4, 0])
+
+
+def test_csv_holds_all_histories_of_all_runs(file, tmp_path):
+    (made,) = export_result(file, "csv", tmp_path / "r.csv")
+    with made.open(newline="") as text:
+        head, *rows = list(csv.reader(text))
+    assert head[:4] == ["run", "lines.rope.end.held.pretension [N]", "events.break.time [s]",
+                        "time [s]"]  # fmt: skip
+    table = np.array(rows, float)
+    assert table.shape == (8 * 201, len(head))
+    with open_result(file) as result:
+        kinetic = result.energy("kinetic")
+    column = head.index("energy/kinetic [J]")
+    assert (table[:, column].reshape(8, 201) == kinetic).all()
+    assert (table[:, 1].reshape(8, 201)[:, 0] == np.repeat(synthetic_result.PRETENSIONS, 2)).all()
+    assert len(export_result(file, "csv", tmp_path / "one.csv", RUN)) == 1
+    assert (tmp_path / "one.csv").read_text().count("\n") == 202
+
+
+def test_moordyn_tables_have_its_channels(file, fields, tmp_path):
+    main, line = export_result(file, "moordyn", tmp_path / "r.out", RUN)
+    assert (main.name, line.name) == ("r.out", "r_Line1.out")
+    position, _, tension = fields
+    names, units = (text.split("\t") for text in main.read_text().splitlines()[:2])
+    assert names == ["Time", "FairTen1", "AnchTen1"]
+    assert units == ["(s)", "(N)", "(N)"]
+    table = np.loadtxt(main, skiprows=2)
+    assert np.allclose(
+        table, np.column_stack([synthetic_result.TIMES, tension[:, [-1, 0]]]), rtol=1e-7
+    )
+    names = line.read_text().splitlines()[0].split("\t")
+    table = np.loadtxt(line, skiprows=2)
+    assert np.allclose(table[:, names.index("Node8px")], position[:, 8, 0], rtol=1e-7)
+    assert np.allclose(table[:, names.index("Node4pz")], position[:, 4, 2], rtol=1e-7)
+    assert np.allclose(table[:, names.index("Seg8Te")], tension[:, 7], rtol=1e-7)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_the_command_writes_beside_the_results(file, tmp_path, kind):
+    copy = tmp_path / "case.h5"
+    copy.write_bytes(file.read_bytes())
+    said = say(tmp_path, "export", "case.h5", "--to", kind, "--run", "1")
+    suffix = FORMATS[kind][0]
+    assert (said.code, said.err) == (0, "")
+    assert said.out.splitlines()[0] == f"case{suffix}"
+    made = {p.name for p in tmp_path.iterdir()} - {"case.h5"}
+    assert made == set(said.out.split())
+
+
+def test_what_cannot_be_exported_is_told(file, tmp_path):
+    said = refused(tmp_path, "export", file, "--to", "vtk")
+    assert "expected a format, one of vtkhdf, gltf, csv, moordyn, found 'vtk'" in said
+    assert "expected a run from 0 to 7, found 8" in refused(
+        tmp_path, "export", file, "--to", "gltf", "--run", "8"
+    )
+    assert "another file than the results" in refused(
+        tmp_path, "export", file, "--to", "csv", "-o", file
+    )
+    blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("tension",))
+    assert "no positions to export" in refused(tmp_path, "export", blind, "--to", "vtkhdf")

@@ -1,0 +1,244 @@
+"""The live page without a browser: sliders, answers, faults, and the scene that is given back."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from command_line import ROOT, refused
+from exact.highline_numbers import EXACT_SHORT, FROM_80_KN, PLACES, STRAIGHT_SHORT
+
+from lumpedcable.exact import STAGES, elastic_catenary
+from lumpedcable.page.live import live_page
+from lumpedcable.page.stages import highline_of
+from lumpedcable.scene import load_study
+from lumpedcable.study import resting
+from lumpedcable.study.resting import Resting
+
+HIGHLINE = """\
+title = "Highline with cargo"
+gravity = "10 m/s2"
+
+[materials.wire]
+law = "linear"
+EA = "57 MN"
+
+[bodies.cargo]
+mass = "2 t"
+
+[lines.left]
+material = "wire"
+length = "31.5 m"
+segments = 8
+mass = "4 kg/m"
+start = { fixed = [0, 0, 0] }
+end = "cargo"
+
+[lines.right]
+material = "wire"
+length = "31 m"
+segments = 8
+mass = "4 kg/m"
+start = "cargo"
+end = { fixed = [60, 0, -16] }
+
+[output]
+duration = "1 s"
+every = "1 s"
+"""
+CATENARY = """\
+gravity = 9.80665
+
+[materials.wire]
+law = "linear"
+EA = "20 MN"
+
+[lines.wire]
+material = "wire"
+length = "110 m"
+segments = 50
+mass = "3 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { fixed = [100, 0, 20] }
+
+[output]
+duration = "1 s"
+every = "1 s"
+"""
+
+
+class Asked:
+    """A live page, asked as the browser asks it."""
+
+    def __init__(self, folder, text):
+        path = folder / "scene.toml"
+        path.write_text(text)
+        self.study = load_study(path)
+        page, self.answers = live_page(self.study)
+        head = re.search(r'<script id="head"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
+        self.head = json.loads(head)
+
+    def solve(self, model, **values):
+        return self.answers["/solve"]({"model": model, "values": values})
+
+    def numbers(self, model, **values):
+        return {n["key"]: n["value"] for n in self.solve(model, **values)["numbers"]}
+
+    def toml(self, model, **values):
+        return self.answers["/toml"]({"model": model, "values": values})["text"]
+
+
+@pytest.fixture(scope="module")
+def highline(tmp_path_factory):
+    return Asked(tmp_path_factory.mktemp("highline"), HIGHLINE)
+
+
+@pytest.fixture(scope="module")
+def catenary(tmp_path_factory):
+    return Asked(tmp_path_factory.mktemp("catenary"), CATENARY)
+
+
+# --- a highline ----------------------------------------------------------------------------------
+
+
+def test_a_highline_has_its_stages_with_its_own_numbers(highline):
+    assert [m["key"] for m in highline.head["models"]] == [*STAGES, "scene"]
+    assert highline.head["first"] == "delivery"
+    delivery = next(m for m in highline.head["models"] if m["key"] == "delivery")
+    values = {c["key"]: c["value"] for c in delivery["controls"]}
+    assert values == {
+        "span": 60,
+        "drop": 16,
+        "weight": 40,
+        "load": 20e3,
+        "place": 30,
+        "length": 62.5,
+    }
+    assert all(c["low"] <= c["value"] <= c["high"] for c in delivery["controls"])
+
+
+@pytest.mark.parametrize("place", range(5))
+def test_delivery_is_the_known_one(highline, place):
+    """S is given; f, F_H, F_TA, F_TB of two exact catenaries, and of straight segments."""
+    found = highline.solve("delivery", place=PLACES[place])
+    rows = {n["key"]: n for n in found["numbers"]}
+    keys = ("f", "F_H", "F_TA", "F_TB")
+    assert [rows[k]["value"] for k in keys] == pytest.approx(EXACT_SHORT[place][1:], rel=1e-9)
+    assert [rows[k]["second"] for k in keys] == pytest.approx(STRAIGHT_SHORT[place][1:], rel=1e-9)
+    (cargo,) = found["points"]
+    assert cargo["at"] == pytest.approx([PLACES[place], 0, -EXACT_SHORT[place][0]], rel=1e-9)
+    # what is coloured along the line meets the tensions told at its ends
+    line = found["lines"][0]
+    assert line["tension"][0] == pytest.approx(rows["F_TA"]["value"], rel=1e-3)
+    assert line["tension"][-1] == pytest.approx(rows["F_TB"]["value"], rel=1e-3)
+
+
+def test_adjustment_is_the_known_one(highline):
+    found = highline.numbers("adjustment", tension=80e3)
+    assert list(found.values()) == pytest.approx(FROM_80_KN[:5], rel=1e-9)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_stage_is_given_back_as_a_scene_that_hangs_so(highline, tmp_path, stage):
+    changes = {"time": 20.0} if "time" in STAGES[stage].sliders else {"span": 58.0}
+    told = highline.numbers(stage, **changes)
+    path = tmp_path / "saved.toml"
+    path.write_text(highline.toml(stage, **changes))
+    study = load_study(path)
+    # one mesh for all stages, so that few programs are compiled
+    lines = list(Resting(study).solve({}).values())
+    # 50 segments a part: their own error is of the order of (1/50)^2
+    assert lines[0].ends[0] == pytest.approx(told["F_TA"], rel=4e-4)
+    assert lines[-1].ends[1] == pytest.approx(told["F_TB"], rel=4e-4)
+
+
+def test_numbers_without_a_line_are_told(highline):
+    with pytest.raises(ValueError, match="expected a length S over"):
+        highline.solve("stabilisation-length", length=62.0)
+    with pytest.raises(ValueError, match=r"expected a tension F_TA of .* N or more"):
+        highline.solve("adjustment", tension=100.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('gravity = "10 m/s2"', ""),
+        ('gravity = "10 m/s2"', 'gravity = "10 m/s2"\n[seabed]\nheight = -90\nstiffness = 1e5'),
+        ("{ fixed = [60, 0, -16] }", '"free"'),
+        ("{ fixed = [60, 0, -16] }", "{ fixed = [0, 0, -16] }"),
+    ],
+    ids=["no gravity", "a bed", "one end", "one above the other"],
+)
+def test_other_scenes_are_no_highline(tmp_path, old, new):
+    path = tmp_path / "scene.toml"
+    path.write_text(HIGHLINE)
+    assert highline_of(load_study(path).scene) is not None
+    path.write_text(HIGHLINE.replace(old, new))
+    assert highline_of(load_study(path).scene) is None
+
+
+# --- any scene -----------------------------------------------------------------------------------
+
+
+def test_any_scene_has_its_own_numbers_as_sliders(catenary):
+    own = next(m for m in catenary.head["models"] if m["key"] == "scene")
+    keys = {c["key"]: (c["value"], c["unit"], c["factor"]) for c in own["controls"]}
+    assert set(keys) == {
+        "gravity", "materials.wire.EA", "lines.wire.length", "lines.wire.mass",
+        *(f"lines.wire.{end}.fixed.{k}" for end in ("start", "end") for k in range(3)),
+    }  # fmt: skip
+    assert keys["materials.wire.EA"] == (20e6, "MN", 1e-6)
+    assert keys["lines.wire.end.fixed.0"] == (100.0, "m", 1.0)
+
+
+def test_sliders_lead_to_the_exact_catenary_and_compile_once(catenary):
+    catenary.solve("scene")
+    compiled = resting._at_rest._cache_size()
+    for span, length, weight, EA in ((100, 110, 3, 20e6), (90, 108, 5, 20e6), (100, 102.5, 3, 8e6)):
+        found = catenary.numbers(
+            "scene",
+            **{"lines.wire.end.fixed.0": span, "lines.wire.length": length,
+               "lines.wire.mass": weight, "materials.wire.EA": EA},
+        )  # fmt: skip
+        exact = elastic_catenary(span, 20.0, length, EA=EA, weight=weight * 9.80665)
+        for key, s in (("start", 0.0), ("end", float(length))):
+            # 50 segments: of the order of (1/50)^2
+            pull = np.hypot(exact.horizontal, exact.vertical_tension(s))
+            assert found[f"wire/{key}_tension"] == pytest.approx(float(pull), rel=1e-3)
+        assert found["wire/horizontal"] == pytest.approx(exact.horizontal, rel=1e-3)
+    assert resting._at_rest._cache_size() == compiled
+
+
+def test_a_scene_is_given_back_with_what_was_changed(catenary, tmp_path):
+    path = tmp_path / "saved.toml"
+    path.write_text(catenary.toml("scene", **{"lines.wire.length": 120.0}))
+    before, after = catenary.study.scene.numbers(), load_study(path).scene.numbers()
+    assert after == {**before, "lines.wire.length": 120.0}
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ([], 'expected {"model"'),
+        ({"model": "nix", "values": {}}, "expected a model, one of"),
+        ({"model": "scene", "values": {"lines.wire.lenght": 1}}, "nearest: lines.wire.length"),
+        ({"model": "scene", "values": {"gravity": "9.81"}}, "gravity: expected a number"),
+        ({"model": "scene", "values": {"gravity": float("nan")}}, "expected a number, found nan"),
+        ({"model": "scene", "values": {"lines.wire.mass": -1}}, "expected a positive mass"),
+        ({"model": "scene", "values": {"materials.wire.EA": 0}}, "expected a positive force"),
+    ],
+)
+def test_what_cannot_be_asked_is_told(catenary, asked, told):
+    with pytest.raises(ValueError, match=re.escape(told)):
+        catenary.answers["/solve"](asked)
+
+
+# --- the command ---------------------------------------------------------------------------------
+
+
+def test_what_the_command_cannot_do_is_told(tmp_path):
+    scene = ROOT / "configs" / "sagged-cable.toml"
+    assert "expected a results file" in refused(tmp_path, "view", scene, "-o", "page.html")
+    assert "--run: expected 0" in refused(tmp_path, "view", scene, "--run", "1", "--no-browser")
+    assert "expected a scene (*.toml)" in refused(tmp_path, "view", "r.h5", "--set", "a=1")
+    assert "none.toml" in refused(tmp_path, "view", "none.toml", "--no-browser")

@@ -1,0 +1,113 @@
+"""The page of a results file in a browser: it draws, it scrubs, it says what the file holds."""
+
+import numpy as np
+import pytest
+import synthetic_result
+from page.browser import LAPTOP, PHONE, chromium, picture, text_of, value_of, visit
+
+from lumpedcable.page.open import write_recorded
+from lumpedcable.results import open_result
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("shown") / "r.h5"
+    return synthetic_result.snapback(path, segments=20, sag=3.0, failed=(5,))
+
+
+@pytest.fixture(scope="module")
+def url(file):
+    return write_recorded(file, file.with_name("page.html")).as_uri()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+def test_it_draws_and_needs_nothing(browser, url, tmp_path, scheme, size):
+    with visit(browser, f"{url}#t=0.02", size, scheme) as page:
+        assert [address for address in page.asked if not address.startswith("data:")] == [url]
+        pixels = picture(page, tmp_path / "canvas.png")
+        ground = pixels[2, 2]
+        assert ground.mean() > 0.8 if scheme == "light" else ground.mean() < 0.2
+        # the line spans the canvas, in many colours
+        drawn = abs(pixels - ground).max(axis=2) > 0.25
+        columns = drawn.any(axis=0)
+        assert columns.mean() > 0.4
+        assert len(np.unique((pixels[drawn] * 15).round(), axis=0)) > 20
+        # nothing sticks out sideways
+        wide = page.evaluate("document.documentElement.scrollWidth")
+        assert wide <= size[0]
+
+
+def test_scrubbing_shows_the_file_s_values(browser, url, file):
+    with open_result(file) as result:
+        position = result.line("rope").position(2)
+        speed = np.linalg.norm(result.line("rope").velocity(2), axis=-1).max(axis=1)
+        kinetic = result.energy("kinetic", 2)
+    length = np.linalg.norm(np.diff(position, axis=1), axis=-1).sum(axis=1)
+    with visit(browser, f"{url}#t=0&run=2") as page:
+        for sample in (0, 60, 137, 200):
+            page.locator("input.track").fill(str(sample))
+            assert text_of(page, "time") == f"{sample:.1f} ms"
+            assert value_of(page, "lines/rope/length") == pytest.approx(length[sample], abs=0.00501)
+            assert value_of(page, "lines/rope/peak_speed") == pytest.approx(
+                speed[sample], abs=0.0501
+            )
+        page.locator("summary", has_text="Energies now").click()
+        row = page.locator("tr", has=page.locator('[data-key="energy/kinetic"]'))
+        assert row.locator(".unit").inner_text() == "MJ"  # of the largest of all runs
+        assert value_of(page, "energy/kinetic") == pytest.approx(kinetic[200] / 1e6, abs=0.000501)
+
+
+def test_runs_are_chosen_and_laid_over_each_other(browser, url, tmp_path):
+    with visit(browser, f"{url}#t=0.03") as page:
+        before = picture(page, tmp_path / "one.png")
+        # 45 kN and 180 kN pull 3 % and 12 % into the line; both leave at T/(m c)
+        page.get_by_label("pretension", exact=True).select_option("180 kN")
+        assert text_of(page, "rope.end/exact_end_speed") == "98.242 m/s"
+        page.get_by_label("Run laid over it").select_option("0")
+        page.wait_for_timeout(300)
+        assert value_of(page, "lines/rope/peak_speed+") == pytest.approx(24.56, abs=0.2)
+        both = picture(page, tmp_path / "both.png")
+        orange = (abs(both - np.array([0xD5, 0x5E, 0x00]) / 255).max(axis=2) < 0.25).sum()
+        assert orange > 50 > (abs(before - np.array([0xD5, 0x5E, 0]) / 255).max(axis=2) < 0.2).sum()
+
+
+def test_a_run_that_failed_says_so(browser, url):
+    with visit(browser, f"{url}#t=0.15&run=5") as page:
+        assert page.locator(".note").inner_text() == "diverged at 100 ms: too much strain"
+        assert text_of(page, "lines/rope/length") == "–"
+
+
+def test_it_plays_in_slow_motion_and_says_how_slow(browser, url):
+    with visit(browser, f"{url}#t=0") as page:
+        assert page.locator(".pace").inner_text() == "50× slower"
+        page.get_by_label("Slower").click()
+        assert page.locator(".pace").inner_text() == "100× slower"
+        page.get_by_label("Play").click()
+        page.wait_for_function(
+            "parseFloat(document.querySelector('[data-key=time]').textContent) > 1"
+        )
+        page.keyboard.press("Escape")
+        page.get_by_label("Pause").click()
+        now = text_of(page, "time")
+        page.wait_for_timeout(200)
+        assert text_of(page, "time") == now
+
+
+def test_dragging_in_the_history_moves_the_time(browser, url):
+    with visit(browser, f"{url}#t=0") as page:
+        plot = page.get_by_label("History of a quantity")
+        plot.scroll_into_view_if_needed()
+        box = plot.bounding_box()
+        page.mouse.move(box["x"] + 60, box["y"] + 40)
+        page.mouse.down()
+        # the plot's own margins: 50 px on the left, 10 on the right
+        page.mouse.move(box["x"] + 50 + (box["width"] - 60) / 2, box["y"] + 40, steps=3)
+        page.mouse.up()
+        assert float(text_of(page, "time").split()[0]) == pytest.approx(100, abs=1)

@@ -1,0 +1,173 @@
+"""The page of a results file: what it holds, how it is written and served."""
+
+import base64
+import gzip
+import json
+import re
+import signal
+import urllib.error
+import urllib.request
+
+import numpy as np
+import pytest
+import synthetic_result
+from command_line import process, refused, say
+
+from lumpedcable.page import recorded as module
+from lumpedcable.page.document import document
+from lumpedcable.page.recorded import recorded
+from lumpedcable.results import open_result
+
+
+def unpacked(block, how):
+    """An array of the page, decoded as the page does it."""
+    raw = gzip.decompress(base64.b64decode(block))
+    kind = {"f4": "<f4", "i2": "<i2"}[how["kind"]]
+    count = int(np.prod(how["shape"]))
+    array = np.frombuffer(raw, kind, count, how["start"]).reshape(how["shape"])
+    if how["kind"] == "f4":
+        return array
+    return np.where(array == -32768, np.nan, array * how["step"] + how["middle"])
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    return synthetic_result.snapback(folder / "r.h5", segments=20, sag=2.0, failed=(3,), padded=2)
+
+
+def test_fields_are_the_file_s_to_what_a_screen_shows(file):
+    head = recorded(file)
+    block = head.pack.text()
+    (line,) = head["lines"]
+    with open_result(file) as result:
+        position, tension = result.line("rope").position(), result.line("rope").tension()
+    pairs = [(line["position"][k], position[..., k]) for k in range(3)]
+    for how, right in (*pairs, (line["tension"], tension)):
+        told = unpacked(block, how)
+        assert told.shape == right.shape
+        # half a step of 64000 over the range, and float32's rounding in the file
+        room = np.nanmax(right) - np.nanmin(right)
+        assert np.nanmax(abs(told - right)) <= room / 128_000 + 1e-6
+        assert (np.isnan(told) == np.isnan(right)).all()
+    assert np.isnan(right[3, 150]).all()  # a run that failed half-way
+
+
+def test_read_outs_are_the_file_s_own_numbers(file):
+    head = recorded(file)
+    block = head.pack.text()
+    found = {h["key"]: unpacked(block, h["data"]) for h in head["histories"]}
+    with open_result(file) as result:
+        place = result.line("rope").position()[..., :21, :]
+        kinetic = result.energy("kinetic")
+    # z = -4 a (x - x^2), x in lengths, up to x = X: a X^2 below its chord, at x = X/2, from which
+    # the nearest of the nodes is at most X/40 away; where it curves upwards, nothing is below
+    a = 2.0 * np.cos(2 * np.pi * synthetic_result.TIMES / 0.3)
+    exact = a * (place[0, :, -1, 0] / synthetic_result.LENGTH) ** 2
+    off = found["lines/rope/sag"][0] - np.clip(exact, 0, None)
+    assert off.max() < 1e-6
+    assert off.min() > -2.0 * 4 / 40**2 * 1.1
+    chords = np.sqrt((np.diff(place, axis=2) ** 2).sum(-1)).sum(-1)
+    assert np.allclose(found["lines/rope/length"], chords, rtol=1e-6, equal_nan=True)
+    assert np.allclose(found["energy/kinetic"], kinetic, rtol=1e-6, equal_nan=True)
+
+
+def test_runs_and_numbers_are_told(file):
+    head = recorded(file)
+    assert head["runs"][1]["label"] == "pretension 45 kN, break time 50 ms"
+    assert head["runs"][3]["status"] == "diverged at 100 ms"
+    assert head["runs"][3]["message"] == "too much strain"
+    numbers = {o["key"]: o["texts"] for o in head["outputs"]}
+    # T/(m c), with c = sqrt(EA/m) = 818.7 m/s
+    assert numbers["rope.end/exact_end_speed"][0] == "24.56 m/s"
+    assert numbers["run/energy_closure"][0] == "1·10⁻⁶"
+
+
+def test_a_large_file_is_thinned(file, monkeypatch):
+    monkeypatch.setattr(module, "MOST_RUNS", 3)
+    monkeypatch.setattr(module, "MOST_NODES", 7)
+    monkeypatch.setattr(module, "MOST_TIMES", 50)
+    monkeypatch.setattr(module, "MOST_DRAWN", 3 * 5 * 7 * 25)
+    head = recorded(file)
+    block = head.pack.text()
+    (line,) = head["lines"]
+    assert [run["number"] for run in head["runs"]] == [0, 4, 7]
+    assert head["runs_in_file"] == 8
+    assert line["position"][0]["shape"] == [3, 25, 7]
+    assert line["tension"]["shape"] == [3, 25, 6]
+    time = unpacked(block, head["time"]["data"])
+    assert (time[0], time[-1], len(time)) == (0.0, pytest.approx(0.2), 50)
+    assert (head["frames"][0], head["frames"][-1]) == (0, 49)
+    # the places of the segments kept lie between those of the nodes kept
+    place, middle = unpacked(block, line["place"]), unpacked(block, line["middle"])
+    inside = np.isfinite(place[:, 1:])
+    assert (place[:, :-1] < middle)[inside].all()
+    assert (middle < place[:, 1:])[inside].all()
+
+
+@pytest.mark.parametrize(
+    ("scene", "surface", "bed"),
+    [
+        ("[water]\ndensity = 1025.0", None, None),
+        ("[water]\ndensity = 1025.0\n[seabed]\nheight = -20.0", 0.0, -20.0),
+        ('[water.current]\nprofile = "power"\nsurface = 2.5', 2.5, None),
+        ("[seabed]\nheight = -3", None, -3.0),
+        ("not TOML", None, None),
+    ],
+)
+def test_surface_and_bed_are_the_scene_s(tmp_path, scene, surface, bed):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, scene=scene)
+    around = recorded(path)["surroundings"]
+    assert (around["surface"], around["bed"]) == (surface, bed)
+
+
+def test_a_title_cannot_break_out_of_the_page():
+    head = {"kind": "recorded", "title": "</script><b>&", "value": float("nan")}
+    page = document(head, "AAAA")
+    script = re.search(r'<script id="head"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
+    assert json.loads(script) == {**head, "value": None}
+    assert "<title>&lt;/script&gt;&lt;b&gt;&amp;</title>" in page
+
+
+# --- commands ------------------------------------------------------------------------------------
+
+
+def test_the_page_is_written_whole(file, tmp_path):
+    said = say(tmp_path, "view", file, "-o", "out/page.html")
+    assert (said.code, said.out, said.err) == (0, "out/page.html\n", "")
+    text = (tmp_path / "out" / "page.html").read_text()
+    assert len(text) < 3e6
+    # nothing is fetched: no element has an address outside
+    assert re.findall(r'(?:src|href)="(?!data:)[^"]*"', text) == []
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["page.html"]
+
+
+def test_what_cannot_be_shown_is_told(file, tmp_path):
+    assert "no such file: none.h5" in refused(tmp_path, "view", "none.h5", "-o", "p.html")
+    (tmp_path / "page").mkdir()
+    assert "found the folder page" in refused(tmp_path, "view", file, "-o", "page")
+    said = refused(tmp_path, "view", file, "-o", file)
+    assert "expected another file than the results" in said
+    blind = synthetic_result.snapback(tmp_path / "blind.h5", segments=4, fields=("tension",))
+    assert "holds no positions to draw" in refused(tmp_path, "view", blind, "-o", "p.html")
+
+
+def test_the_page_is_served_to_this_machine_alone(file, tmp_path):
+    pytest.importorskip("uvicorn")
+    started = process(tmp_path, "view", file, "--no-browser")
+    try:
+        url = started.stdout.readline().split()[0]
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url)
+        with urllib.request.urlopen(url, timeout=20) as answer:
+            assert b"Linear line parting" in answer.read()
+        request = urllib.request.Request(url, headers={"Host": "elsewhere.example"})
+        with pytest.raises(urllib.error.HTTPError) as refusal:
+            urllib.request.urlopen(request, timeout=20)
+        assert refusal.value.code == 400
+        refusal.value.close()
+        taken = refused(tmp_path, "view", file, "--no-browser", "--port", url.split(":")[2][:-1])
+        assert "cannot be had" in taken
+    finally:
+        started.send_signal(signal.SIGINT)
+        _, err = started.communicate(timeout=20)
+    assert (started.returncode, err) == (0, "")

@@ -1,0 +1,232 @@
+"""Inextensible lines: pendulums of rigid rods against their equations; bodies that stick and slide."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from engine_runs import order_of, run_text, scene_of
+from scipy.integrate import solve_ivp
+
+from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.model.layout import make_layout
+from lumpedcable.scene import SceneError
+from lumpedcable.solve.constrained import Constrained
+from lumpedcable.solve.integrate import initial_state
+from lumpedcable.solve.leapfrog import CableTerm
+from lumpedcable.solve.start import start_of
+
+G = 9.81
+L1, L2, M1, M2 = 1.0, 0.7, 2.0, 1.5  # m, kg per m
+ANGLE = 1.2  # rad, of the first rod at the start
+PENDULUM = f"""
+gravity = {G}
+[materials.stiff]
+law = "inextensible"
+[lines.upper]
+material = "stiff"
+length = {L1}
+segments = 1
+mass = {M1}
+start = {{ fixed = [0, 0, 0] }}
+end = {{ joined = "lower.start", at = [{L1 * np.sin(ANGLE)}, 0, {-L1 * np.cos(ANGLE)}] }}
+[lines.lower]
+material = "stiff"
+length = {L2}
+segments = 1
+mass = {M2}
+start = "upper.end"
+end = "free"
+[output]
+duration = "1.5 s"
+every = "50 ms"
+"""
+
+
+def angles_exactly(times):
+    """Angles (rad) of two uniform rods from below, by Lagrange's equations."""
+    m1, m2 = M1 * L1, M2 * L2
+
+    def slope(_, y):
+        a, b, u, w = y
+        c, s = np.cos(a - b), np.sin(a - b)
+        mass = [
+            [(m1 / 3 + m2) * L1**2, m2 * L1 * L2 * c / 2],
+            [m2 * L1 * L2 * c / 2, m2 * L2**2 / 3],
+        ]
+        force = [
+            -m2 * L1 * L2 * s * w**2 / 2 - (m1 / 2 + m2) * G * L1 * np.sin(a),
+            m2 * L1 * L2 * s * u**2 / 2 - m2 * G * L2 * np.sin(b) / 2,
+        ]
+        return [u, w, *np.linalg.solve(mass, force)]
+
+    start = [ANGLE, 0, 0, 0]
+    found = solve_ivp(slope, (0, times[-1]), start, "DOP853", times, rtol=1e-11, atol=1e-12)
+    return found.y[:2].T
+
+
+def ends_exactly(times):
+    """Places of both rods' lower ends, x and z of each."""
+    a, b = angles_exactly(times).T
+    first = np.stack([L1 * np.sin(a), -L1 * np.cos(a)], axis=1)
+    return np.concatenate([first, first + L2 * np.stack([np.sin(b), -np.cos(b)], axis=1)], axis=1)
+
+
+def test_a_double_pendulum_moves_as_its_equations_say(tmp_path):
+    errors, drifts, closures = [], [], []
+    for step in ("5 ms", "2.5 ms", "1.25 ms"):
+        ran = run_text(tmp_path, PENDULUM + f'[solver]\nstep = "{step}"\n')
+        assert ran.statuses == ["OK"]
+        ends = [ran[f"{name}.position"][0, :, 1][:, [0, 2]] for name in ("upper", "lower")]
+        errors.append(np.max(np.abs(np.concatenate(ends, axis=1) - ends_exactly(ran.time))))
+        for name, length in (("upper", L1), ("lower", L2)):
+            rods = np.diff(ran[f"{name}.position"][0], axis=1)[:, 0]
+            kept = np.linalg.norm(rods, axis=1)
+            assert kept[0] == pytest.approx(length, rel=1e-6)
+            drifts.append(np.max(np.abs(kept - kept[0])))
+        closures.append(ran.outcomes[0].energy_closure)
+    assert order_of(errors, 2.0) == pytest.approx([2.0, 2.0], abs=0.1)
+    assert max(drifts) < 1e-10
+    assert order_of(closures, 2.0) == pytest.approx([2.0, 2.0], abs=0.3)
+
+
+def test_a_pendulum_pulls_at_its_pivot_as_it_should(tmp_path):
+    # the upper rod's tension is the pull along it in the middle of a rod of spread mass; at the start,
+    # all at rest: a_1, a_2 from the equations, and the force on the joint from the lower rod's motion
+    ran = run_text(
+        tmp_path,
+        PENDULUM + '[solver]\nstep = "0.1 ms"\n',
+        "output.duration=1 ms",
+        "output.every=0.1 ms",
+    )
+    m1, m2, s, c = M1 * L1, M2 * L2, np.sin(ANGLE), np.cos(ANGLE)
+    mass = [
+        [(m1 / 3 + m2) * L1**2, m2 * L1 * L2 * c / 2],
+        [m2 * L1 * L2 * c / 2, m2 * L2**2 / 3],
+    ]
+    turn, spin = np.linalg.solve(mass, [-(m1 / 2 + m2) * G * L1 * s, 0.0])
+    # acceleration of the lower rod's middle, x and z, and the joint's force on it
+    middle = np.array([L1 * c * turn + L2 / 2 * spin, L1 * s * turn])
+    pull = m2 * (middle + np.array([0, G]))
+    # along the upper rod: its own ends carry a third and a sixth of its mass, here at right angles
+    along = np.array([s, -c])
+    expected = -pull @ along + m1 / 2 * G * c
+    assert ran["upper.tension"][0, 1, 0] == pytest.approx(expected, rel=1e-3)
+
+
+def test_derivatives_through_the_constraints_are_those_of_differences(tmp_path):
+    scene = scene_of(tmp_path, PENDULUM + '[solver]\nstep = "4 ms"\n')
+    coordinates, layout = coordinates_of([scene]), make_layout(scene)
+    numbers = {key: jnp.asarray(value) for key, value in scene.numbers().items()}
+
+    def end(gravity):
+        mine = scene.with_numbers(numbers | {"gravity": gravity})
+        model = start_of(mine, layout, Coordinates(*coordinates)).model
+        solver, term, dt = Constrained(), CableTerm(jnp.zeros(())), jnp.asarray(4e-3)
+        y = initial_state(model, False, True)
+        kept = solver.init(term, jnp.zeros(()), dt, y, model)
+
+        def step(carry, i):
+            y, kept = carry
+            y, _, _, kept, _ = solver.step(term, i * dt, (i + 1) * dt, y, model, kept, False)
+            return (y, kept), None
+
+        (y, _), _ = jax.lax.scan(step, (y, kept), jnp.arange(100.0))
+        return y.displacement["lower"][0, 1]
+
+    end = jax.jit(end)
+    h = 1e-4
+    difference = (end(G + h) - end(G - h)) / (2 * h)
+    assert jax.jvp(end, (G,), (1.0,))[1] == pytest.approx(float(difference), rel=1e-6)
+    assert jax.grad(end)(G) == pytest.approx(float(difference), rel=1e-6)
+
+
+BLOCK = """
+gravity = 9.81
+{more}
+[seabed]
+height = 0
+stiffness = "100 kPa"
+[materials.stiff]
+law = "inextensible"
+[lines.tow]
+material = "stiff"
+length = "1 m"
+segments = 1
+mass = "1e-9 kg/m"
+diameter = "1 mm"
+start = "block.face"
+end = {end}
+[bodies.block]
+mass = "1 t"
+position = [0, 0, "0.5 m"]
+velocity = [{speed}, 0, 0]
+points = {{ face = [0.5, 0, 0] }}
+free = ["x"]
+friction = 0.4
+{volume}
+[solver]
+step = "1 ms"
+[output]
+duration = "1 s"
+every = "1 ms"
+quantities = ["position", "energy"]
+"""
+HELD = '{{ held = {{ pretension = "{force} N", direction = [{x}, 0, {z}] }} }}'
+
+
+def slid(folder, force, x=1.0, z=0.0, speed=0.0, more="", volume=""):
+    """Times and places (m) of a block that is pulled by a force."""
+    end = HELD.format(force=force, x=x, z=z)
+    ran = run_text(folder, BLOCK.format(end=end, speed=speed, more=more, volume=volume))
+    assert ran.statuses == ["OK"]
+    return ran, ran.bodies["block"]["position"][0, :, 0]
+
+
+def test_a_sliding_block_stops_where_coulomb_says_and_stays(tmp_path):
+    # in water: (m - rho V) g on the bed, and friction of 0.4 of it
+    more, volume = "[water]\ndensity = 1000\n", "volume = 0.4"
+    ran, x = slid(tmp_path, 1e-3, speed=1.0, more=more, volume=volume)
+    slow = 0.4 * (1000 - 1000 * 0.4) * G / 1000
+    stop = 1.0 / slow
+    moving = ran.time < stop
+    exact = np.where(moving, ran.time - slow * ran.time**2 / 2, stop / 2)
+    assert x == pytest.approx(exact, abs=1e-6)  # the step in which it stops: half of dt^2 slow
+    assert np.all(np.diff(x[~moving][1:]) == 0.0)
+    friction = ran.energy["lost_friction"][0, -1]
+    assert friction == pytest.approx(500.0, rel=1e-6)  # all of m v^2 / 2
+
+
+@pytest.mark.parametrize(("x", "z"), [(1.0, 0.0), (0.8, 0.6)])
+def test_a_pulled_block_holds_up_to_its_friction_and_no_further(tmp_path, x, z):
+    # f cos a = mu (W - f sin a) at the limit
+    limit = 0.4 * 1000 * G / (x + 0.4 * z)
+    _, still = slid(tmp_path, 0.999 * limit, x, z)
+    assert np.all(still == still[0])
+    ran, gone = slid(tmp_path, 1.5 * limit, x, z)
+    gain = (1.5 * limit * x - 0.4 * (1000 * G - 1.5 * limit * z)) / 1000
+    assert gone - gone[0] == pytest.approx(gain * ran.time**2 / 2, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ('step = "2 ms"', "courant = 0.5", "solver.step", "found nothing"),
+        ('step = "2 ms"', 'step = "2 ms"\nmethod = "rk4"', "solver.method", "leapfrog"),
+        (
+            'law = "inextensible"',
+            'law = "inextensible"\ndamping = 3',
+            "materials.stiff.damping",
+            "no",
+        ),
+        ('joined = "lower.start"', 'joined = "lower.strat"', "lines.upper.end", '"lower.start"'),
+        ("[output]", '[output]\nstop = "ship"', "output.stop", "velocity"),
+    ],
+)
+def test_what_does_not_go_with_rods_is_told(tmp_path, old, new, key, words):
+    text = PENDULUM + '[solver]\nstep = "2 ms"\n'
+    assert old in text
+    with pytest.raises(SceneError) as error:
+        scene_of(tmp_path, text.replace(old, new))
+    told = str(error.value)
+    assert key in told
+    assert words in told

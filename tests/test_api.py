@@ -1,0 +1,92 @@
+"""The package from Python: what the command line does, as objects."""
+
+import subprocess
+import sys
+
+import good_scenes
+import numpy as np
+import pytest
+from command_line import SMALL
+
+import lumpedcable as lc
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("api")
+    good_scenes.write(folder, SMALL)
+    return folder / "scene.toml"
+
+
+@pytest.fixture(scope="module")
+def result(scene):
+    return lc.run(scene, {"break.time": "1 ms"}, pretension=[45e3, np.float64(90e3)])
+
+
+def test_importing_it_loads_nothing_heavy():
+    code = "import sys, lumpedcable; print({'jax', 'numpy', 'pydantic', 'h5py'} & set(sys.modules))"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout.strip() == "set()"
+
+
+def test_all_names_are_there():
+    assert all(getattr(lc, name) is not None for name in lc.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'runn'"):
+        lc.runn  # noqa: B018
+
+
+def test_lines_are_labelled_arrays(result):
+    assert (result.lines, result.status) == (["rope"], ["ok", "ok"])
+    assert result.labels == ["pretension 45 kN", "pretension 90 kN"]
+    rope = result.line("rope")
+    assert rope.tension.dims == ("run", "time", "segment")
+    assert rope.tension.attrs["units"] == "N"
+    # before the break the line carries what pulls at it
+    start = rope.tension.sel(time=0.0).isel(segment=-1)
+    # in the middle of the last segment, where its weight bends it a little
+    assert start.values == pytest.approx([45e3, 90e3], rel=1e-7)
+    assert start.held_pretension.values.tolist() == [45e3, 90e3]
+    assert result.dataset.held_pretension.attrs["units"] == "N"
+    assert set(result.energy) >= {"kinetic", "strain", "residual"}
+    assert result.summary("rope.end").static_tension.values == pytest.approx([45e3, 90e3])
+    assert "energy_closure" in result.summary()
+    # arrays that are in use do not keep others from reading
+    assert lc.open(result.path).labels == result.labels
+
+
+def test_it_is_drawn_and_shown(result, tmp_path):
+    figures = result.plot()
+    assert {"tension", "end_speed", "xt", "energy"} <= set(figures)
+    assert figures["energy"].axes
+    made = result.plot(tmp_path / "pictures")
+    assert {path.stem for path in made} == set(figures)
+    page = result.view()
+    assert page._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
+    assert page.save(tmp_path / "page.html").read_text() == page.text
+    assert [p.name for p in result.export("csv", tmp_path / "r.csv")] == ["r.csv"]
+
+
+def test_a_saved_result_stays(scene, tmp_path):
+    made = lc.run(scene, pretension=np.array([45e3, 50e3]))
+    first = made.path
+    made.save(tmp_path / "kept" / "r.h5")
+    again = lc.open(tmp_path / "kept" / "r.h5")
+    assert again.dataset.held_pretension.values.tolist() == [45e3, 50e3]
+    assert repr(again).endswith("2 runs, 2 ok; lines ['rope'])")
+    del made
+    assert not first.exists()
+
+
+def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):
+    with pytest.raises(lc.SceneError, match="pretensoin"):
+        lc.run(scene, pretensoin=1)
+    with pytest.raises(lc.SceneError, match="expected a non-negative force"):
+        lc.run(scene, pretension=-1.0)
+    with pytest.raises(lc.ResultError, match="no line 'roep'; nearest: rope"):
+        result.line("roep")
+    with pytest.raises(lc.ResultError, match=r"there is rope\.end"):
+        result.summary("rope.start")
+    with pytest.raises(lc.ResultError, match="no such file"):
+        lc.open(tmp_path / "none.h5")
+    with pytest.raises(TypeError, match="found object"):
+        lc.run(scene, pretension=object())

@@ -1,0 +1,95 @@
+"""The documentation builds without a warning, and the code on its pages runs."""
+
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from contextlib import chdir
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+
+from lumpedcable.cli import app
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [path for path in sorted(DOCS.glob("*.md")) if path.name != "gallery.md"]
+# the mesh of the second is as fine as its question asks
+LONG = {"tutorial-mesh.md"}
+MADE = {"tutorial-snapback.md": ["end-speed.svg", "hawser.h5"], "tutorial-mesh.md": ["mesh.svg"]}
+
+
+def blocks(path, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(p, id=p.name, marks=pytest.mark.slow if p.name in LONG else ())
+        for p in PAGES
+        if blocks(p, "python")
+    ],
+)
+def test_the_code_of_a_page_runs(path, tmp_path):
+    (tmp_path / "configs").symlink_to(ROOT / "configs")
+    names = {}
+    with chdir(tmp_path):
+        for block in blocks(path, "python"):
+            exec(compile(block, path.name, "exec"), names)
+    made = [p.name for p in tmp_path.iterdir() if p.name != "configs"]
+    assert sorted(made) == sorted(MADE.get(path.name, []))
+
+
+def test_the_commands_of_the_pages_are_understood():
+    found = 0
+    for path in PAGES:
+        for block in blocks(path, "bash"):
+            for part in re.split(r"&&|\n", block):
+                words = shlex.split(part, comments=True)
+                if words and Path(words[0]).name == "lumpedcable":
+                    app.parse_args(words[1:], exit_on_error=False, print_error=False)
+                    found += 1
+    assert found > 8
+
+
+def test_the_documentation_builds_without_a_warning(tmp_path):
+    pytest.importorskip("furo", reason="the extra docs is not installed")
+    pytest.importorskip("myst_parser", reason="the extra docs is not installed")
+    command = [sys.executable, "-m", "sphinx", "-W", "-q", "-d", tmp_path / "trees"]
+    ran = subprocess.run(
+        [*command, DOCS, tmp_path / "html"],
+        env={"LUMPEDCABLE_GALLERY": "", "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (ran.returncode, ran.stderr) == (0, "")
+    page = (tmp_path / "html" / "tutorial-snapback.html").read_text()
+    assert "How far and how fast" in page
+    assert "lumpedcable.api.run" in (tmp_path / "html" / "python.html").read_text()
+
+
+def test_the_gallery_has_every_scene(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS))
+    gallery = runpy.run_path(str(DOCS / "gallery.py"))
+    scenes = gallery["scenes"]()
+    named = {p.relative_to(ROOT / "configs").with_suffix("").as_posix()
+             for p in (ROOT / "configs").rglob("*.toml")}  # fmt: skip
+    assert named - set(scenes) <= {n for n in named if n.startswith(("fit/", "studies/"))}
+    title, words = gallery["about"](scenes["snapback"])
+    assert title == "Nylon line parting under water"
+    assert words.startswith("A nylon mooring line parts under water: the eight runs of Zhu")
+    # a picture is drawn once
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'gravity = 9.81\n[materials.m]\nlaw = "linear"\nEA = 1e4\n[lines.rope]\nmaterial = "m"\n'
+        "length = 11.0\nsegments = 5\nmass = 1.0\nstart = { fixed = [0, 0, 0] }\n"
+        "end = { fixed = [10, 0, 0] }\n[output]\nduration = 0.2\nevery = 0.1\n"
+    )
+    made = gallery["picture"](scene, tmp_path / "kept")
+    assert matplotlib.image.imread(made).std() > 0.01
+    first = made.stat().st_mtime_ns
+    assert gallery["picture"](scene, tmp_path / "kept").stat().st_mtime_ns == first

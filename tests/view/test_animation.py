@@ -1,0 +1,60 @@
+"""Films of a run: their frames, their clock, what they refuse."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import synthetic_result
+from command_line import refused, say
+from PIL import Image
+
+from lumpedcable.results import open_result
+from lumpedcable.view import animate_result, animation, style
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("film") / "r.h5"
+    return synthetic_result.snapback(path, segments=12, sag=6.0, padded=1)
+
+
+def test_a_gif_shows_the_run_in_slow_motion(file):
+    said = say(file.parent, "animate", file.name, "--run", "2", "--seconds", "0.8", "--fps", "5")
+    assert (said.code, said.out, said.err) == (0, "r.gif\n", "")
+    assert sorted(p.name for p in file.parent.iterdir()) == ["r.gif", "r.h5"]
+    with Image.open(file.parent / "r.gif") as film:
+        assert film.n_frames == 4
+        assert film.info["duration"] == 200
+        frames = []
+        for k in range(4):
+            film.seek(k)
+            frames.append(np.asarray(film.convert("RGB"), float))
+    # the line swings, so that every frame is another
+    for before, after in pairwise(frames):
+        assert (abs(after - before).max(axis=2) > 60).sum() > 100
+
+
+def test_a_frame_holds_the_file_s_values(file):
+    with open_result(file) as result, style.styled():
+        film = animation._Film(result, 4, 10.0)
+        tension, place = result.line("rope").tension(4), result.line("rope").position(4)
+        for sample in (0, 77):
+            film.show(sample)
+            assert np.allclose(film.curves[0].get_ydata(), tension[sample, :12] * 1e-3)
+            ends = np.array([film.shapes[0].get_segments()[k][k] for k in (0, -1)])
+            assert np.allclose(ends, place[sample, [0, 12]][:, [0, 2]])
+        assert film.clock.get_text() == "77 ms, 50× slower"
+
+
+def test_an_mp4_is_one(file, tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+    made = animate_result(file, tmp_path / "film.mp4", seconds=0.4, fps=5)
+    assert made.read_bytes()[4:8] == b"ftyp"
+
+
+def test_what_cannot_be_filmed_is_told(file, tmp_path):
+    assert "ends in .gif or .mp4" in refused(tmp_path, "animate", file, "-o", "film.avi")
+    assert "expected a run from 0 to 7, found 8" in refused(tmp_path, "animate", file, "--run", "8")
+    assert "expected a film of some length" in refused(tmp_path, "animate", file, "--seconds", "0")
+    blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("position",))
+    assert "no positions with tensions" in refused(tmp_path, "animate", blind)

@@ -1,0 +1,35 @@
+// Numbers as people read them. Every quantity has one unit on the whole page, so that digits keep
+// their places while a value runs.
+
+// digits after the point for about four in all at the largest magnitude
+export function places(top) {
+  if (!(top > 0)) return 0;
+  return Math.min(Math.max(3 - Math.floor(Math.log10(top)), 0), 6);
+}
+
+export function fixed(value, digits) {
+  if (value == null || !Number.isFinite(value)) return "–";
+  const text = value.toFixed(digits);
+  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
+}
+
+export function shown(value, scale) {
+  return fixed(value * scale.factor, places(scale.top));
+}
+
+// 1-2-5 steps for about `count` ticks over [low, high]
+export function ticks(low, high, count) {
+  const span = high - low;
+  if (!(span > 0)) return { step: 1, at: [low] };
+  const rough = span / Math.max(count, 1);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((m) => m * power >= rough * 0.999);
+  const at = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) at.push(k * step);
+  return { step, at };
+}
+
+export function tickText(value, step) {
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  return fixed(value, Math.min(digits, 8));
+}

@@ -1,0 +1,138 @@
+// The room around the lines: a floor with a metre grid, a height scale, water surface and bed.
+
+import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, Mesh,
+  MeshBasicMaterial, PlaneGeometry, Vector3 } from "three";
+import { css, el } from "./dom.js";
+import { tickText, ticks } from "./format.js";
+
+function steps(low, high, step) {
+  const first = Math.ceil(low / step - 1e-6), last = Math.floor(high / step + 1e-6);
+  return Array.from({ length: Math.max(last - first + 1, 0) }, (_, k) => (first + k) * step);
+}
+
+export class Frame {
+  // box: { low: [x, y, z], high: [x, y, z] } in metres; rise: factor on heights
+  constructor(group, labels, box, surroundings) {
+    Object.assign(this, { group, labels, box, surroundings, rise: 1, made: [], texts: [] });
+  }
+
+  build() {
+    for (const thing of this.made) {
+      this.group.remove(thing);
+      thing.geometry.dispose();
+    }
+    this.labels.replaceChildren();
+    this.made = [];
+    this.texts = [];
+    const { low, high } = this.box;
+    const floor = this.surroundings.bed ?? low[2];
+    const wide = Math.max(high[0] - low[0], high[1] - low[1]);
+    const { step } = ticks(0, wide, 8);
+    const x = steps(low[0], high[0], step), y = steps(low[1], high[1], step);
+    const ends = [low[0], high[0], low[1], high[1]];
+    const lines = [];
+    for (const at of x) lines.push([at, ends[2], floor], [at, ends[3], floor]);
+    for (const at of y) lines.push([ends[0], at, floor], [ends[1], at, floor]);
+    this.add(lines, "--grid");
+    this.outline(ends, floor, "--grid");
+    const heights = ticks(Math.min(low[2], floor), high[2], 4);
+    this.corners = [[ends[0], ends[2]], [ends[0], ends[3]], [ends[1], ends[2]], [ends[1], ends[3]]];
+    this.scale = { x, y, z: heights.at.filter((z) => z >= floor - 1e-9), floor, ends, step,
+      zStep: heights.step };
+    const { bed, surface } = this.surroundings;
+    if (bed != null) this.plane(ends, bed, "--bed", 0.45);
+    if (surface != null && surface <= high[2] + (high[2] - low[2])) {
+      this.plane(ends, surface, "--water", 0.16);
+      this.outline(ends, surface, "--water-edge");
+    }
+    for (const axis of ["x", "y", "z"]) {
+      const at = this.scale[axis], each = axis === "z" ? this.scale.zStep : step;
+      for (const value of at) this.label(tickText(value, each), axis, value);
+      this.label(`${axis} (m)`, axis, null);
+    }
+    this.ruler = this.add(new Array(2 * (1 + this.scale.z.length)).fill([0, 0, 0]), "--axis");
+  }
+
+  add(points, colour) {
+    const flat = new Float32Array(points.flatMap(([a, b, c]) => [a, b, c * this.rise]));
+    const shape = new BufferGeometry().setAttribute("position", new BufferAttribute(flat, 3));
+    const thing = new LineSegments(shape, new LineBasicMaterial({ color: css(colour),
+      transparent: true })); // so that it is drawn after the planes, on top of them
+    thing.frustumCulled = false;
+    this.group.add(thing);
+    this.made.push(thing);
+    return thing;
+  }
+
+  plane([x0, x1, y0, y1], z, colour, opacity) {
+    const thing = new Mesh(new PlaneGeometry(x1 - x0, y1 - y0), new MeshBasicMaterial({
+      color: css(colour), transparent: true, opacity, side: 2, depthWrite: false }));
+    thing.position.set((x0 + x1) / 2, (y0 + y1) / 2, z * this.rise);
+    thing.renderOrder = -1;
+    this.group.add(thing);
+    this.made.push(thing);
+  }
+
+  outline([x0, x1, y0, y1], z, colour) {
+    const c = [[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]];
+    this.add([0, 1, 1, 2, 2, 3, 3, 0].map((k) => c[k]), colour);
+  }
+
+  label(text, axis, value) {
+    const node = el(value == null ? "span.axis-name" : "span", {}, text);
+    this.labels.append(node);
+    this.texts.push({ node, axis, value });
+  }
+
+  // Put the numbers where the camera sees them: along the near edges, heights at a side corner.
+  place(camera, width, height) {
+    const v = new Vector3();
+    const seen = (x, y, z) => {
+      v.set(x, y, z * this.rise).project(camera);
+      return [(v.x + 1) * width / 2, (1 - v.y) * height / 2, v.z];
+    };
+    const { ends, floor, z } = this.scale;
+    const middle = [(ends[0] + ends[1]) / 2, (ends[2] + ends[3]) / 2];
+    const lower = (a, b) => (seen(...a)[1] >= seen(...b)[1] ? a : b);
+    const edgeY = lower([middle[0], ends[2], floor], [middle[0], ends[3], floor])[1];
+    const edgeX = lower([ends[0], middle[1], floor], [ends[1], middle[1], floor])[0];
+    const corner = this.corners.reduce((best, at) =>
+      (seen(...at, floor)[0] < seen(...best, floor)[0] ? at : best));
+    const outX = 0.035 * (edgeX > middle[0] ? 1 : -1) * (ends[1] - ends[0]);
+    const outY = 0.035 * (edgeY > middle[1] ? 1 : -1) * (ends[1] - ends[0]);
+    const top = z.length ? z.at(-1) : floor;
+    const spots = this.texts.map(({ axis, value }) => {
+      if (axis === "x") return seen(value ?? middle[0], edgeY + outY * (value == null ? 2.6 : 1), floor);
+      if (axis === "y") return seen(edgeX + outX * (value == null ? 2.6 : 1), value ?? middle[1], floor);
+      const [px, py, d] = seen(...corner, value ?? top);
+      return value == null ? [px - 6, py - 18, d] : [px - 22, py, d];
+    });
+    this.hang(spots, width, height, corner, top);
+  }
+
+  // Show labels that are in view and do not cover each other, names before numbers.
+  hang(spots, width, height, corner, top) {
+    const taken = [];
+    const order = this.texts.map((_, k) => k)
+      .sort((a, b) => (this.texts[a].value != null) - (this.texts[b].value != null));
+    for (const k of order) {
+      const [x, y, depth] = spots[k], { node, axis } = this.texts[k];
+      const half = 4 + 3.4 * node.textContent.length;
+      const free = depth < 1 && x > half && x < width - half && y > 8 && y < height - 8
+        && taken.every((o) => Math.abs(o.x - x) > o.half + half || Math.abs(o.y - y) > 13);
+      node.style.display = free ? "" : "none";
+      if (!free) continue;
+      taken.push({ x, y, half });
+      node.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
+    }
+    const to = this.ruler.geometry.attributes.position, [x, y] = corner, rise = this.rise;
+    const mark = 0.012 * (this.scale.ends[1] - this.scale.ends[0]);
+    to.setXYZ(0, x, y, this.scale.floor * rise);
+    to.setXYZ(1, x, y, top * rise);
+    this.scale.z.forEach((z, k) => {
+      to.setXYZ(2 * k + 2, x, y, z * rise);
+      to.setXYZ(2 * k + 3, x + mark * (x > 0 ? 1 : -1), y, z * rise);
+    });
+    to.needsUpdate = true;
+  }
+}

@@ -1,0 +1,270 @@
+// The page of a results file: the scene, its timeline, read-outs and plots that follow the cursor.
+
+import { Clock } from "./clock.js";
+import { Table } from "./data.js";
+import { css, el, select } from "./dom.js";
+import { shown } from "./format.js";
+import { Plot, limits } from "./plot.js";
+import { Scenery } from "./scenery.js";
+import { Shell } from "./shell.js";
+
+const ALONG = { tension: "tension", speed: "speed" };
+
+export function recordedPage(page, head, block) {
+  return new Recorded(page, head, block);
+}
+
+class Recorded {
+  constructor(page, head, block) {
+    this.head = head;
+    this.shell = new Shell(page, head);
+    this.scenery = new Scenery(head, block, this.shell.stage);
+    this.histories = head.histories.map((h) => ({ ...h, table: new Table(block, h.data) }));
+    const asked = new URLSearchParams(location.hash.slice(1));
+    this.run = within(asked.get("run"), head.runs.length) ?? 0;
+    this.other = within(asked.get("with"), head.runs.length);
+    this.line = this.scenery.lines[0].name;
+    this.along = this.scenery.lines[0].tension ? "tension" : "speed";
+    this.runPickers();
+    this.panels();
+    this.clock = new Clock(this.shell.transport, this.scenery.time, { ...head.time,
+      top: head.time.factor * this.scenery.time.at(-1) }, () => this.moved());
+    this.shell.stage.draw = () => this.drawScene();
+    this.shell.onTheme.push(() => this.moved());
+    this.shell.stage.setRoom(this.scenery.box(head.runs.map((_, k) => k)), head.surroundings);
+    this.pick();
+    this.shell.stage.look(asked.get("view") ?? "corner");
+    const at = Number(asked.get("t"));
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches || asked.has("t");
+    this.clock.go(Number.isFinite(at) ? at : 0);
+    if (!still && this.scenery.time.length > 1) this.clock.play();
+  }
+
+  // --- which run ----------------------------------------------------------------------------------
+
+  runPickers() {
+    const { head, shell } = this;
+    const rows = [];
+    if (head.runs.length > 1) {
+      rows.push(el("label.run", {}, el("span", {}, "Run"), this.runBox()));
+      rows.push(el("label.other", {}, el("span", {}, "with"), this.otherBox()));
+      if (head.runs_in_file > head.runs.length) {
+        rows.push(el("span.few", {}, `${head.runs.length} of ${head.runs_in_file} runs`));
+      }
+    }
+    shell.pickers.replaceChildren(...rows);
+  }
+
+  // one list for each swept number where they form a grid, else one list of runs
+  runBox() {
+    const { axes, runs } = this.head;
+    const choices = axes.map((axis) => [...new Set(axis.texts)]);
+    const whole = choices.reduce((product, texts) => product * texts.length, 1) === runs.length;
+    if (!axes.length || !whole) {
+      const box = select("Run", runs.map((run, k) => [k, run.label]), (value) => {
+        this.run = Number(value);
+        this.pick();
+      });
+      box.value = this.run;
+      return box;
+    }
+    const boxes = axes.map((axis, a) => {
+      const box = select(axis.words, choices[a].map((text) => [text, `${axis.words} ${text}`]), () => {
+        this.run = runs.findIndex((_, run) => axes.every((one, k) => one.texts[run] === boxes[k].value));
+        this.pick();
+      });
+      box.value = axis.texts[this.run];
+      return box;
+    });
+    return el("span.axes", {}, ...boxes);
+  }
+
+  otherBox() {
+    const items = [["", "no other"], ...this.head.runs.map((run, k) => [k, run.label])];
+    const box = select("Run laid over it", items, (value) => {
+      this.other = value === "" ? null : Number(value);
+      this.pick();
+    });
+    box.value = this.other ?? "";
+    return box;
+  }
+
+  pick() {
+    const run = this.head.runs[this.run];
+    this.scenery.build(this.other);
+    for (const tube of this.shell.stage.tubes.values()) tube.dots.visible = this.shell.nodesBox.checked;
+    this.range = this.scenery.range(this.run);
+    const scale = this.scenery.lines.map((line) => line.scales.tension).find(Boolean);
+    if (this.range && scale) {
+      this.shell.setLegend(`tension (${scale.unit})`, ...this.range.map((v) => shown(v, scale)));
+    } else this.shell.legendName.parentElement.hidden = true;
+    const bad = run.status !== "ok";
+    this.shell.note.textContent = bad ? `${run.status}${run.message ? `: ${run.message}` : ""}`
+      : this.head.complete ? "" : "The file is incomplete.";
+    this.fillNumbers();
+    this.plotHistory();
+    if (this.clock) this.moved();
+  }
+
+  // --- the side -----------------------------------------------------------------------------------
+
+  panels() {
+    const { lines } = this.scenery;
+    const linePicker = lines.length > 1 && select("Line", lines.map((line) => [line.name, line.name]),
+      (value) => {
+        this.line = value;
+        this.fillReadouts();
+        this.plotHistory();
+        this.moved();
+      });
+    this.readouts = el("tbody");
+    this.numbers = el("tbody");
+    this.energies = el("tbody");
+    this.alongHost = el("div.plothost");
+    this.historyHost = el("div.plothost");
+    const alongItems = Object.entries(ALONG).filter(([key]) => lines.some((line) => line[key]))
+      .map(([key, words]) => [key, `${words} along the line`]);
+    this.alongBox = select("Quantity along the line", alongItems, (value) => {
+      this.along = value;
+      this.moved();
+    });
+    this.historyBox = this.historyPicker();
+    this.key = el("span.key");
+    const values = (body, kind) => el(`table.values.${kind}`, {}, body);
+    this.shell.side.replaceChildren(
+      el("section.readouts", { "aria-label": "Values now" },
+        linePicker && el("label.pick", {}, "Line ", linePicker), values(this.readouts, "now")),
+      el("section.figure", {}, el("div.plothead", {}, this.alongBox), this.alongHost),
+      el("section.figure", {}, el("div.plothead", {}, this.historyBox, this.key), this.historyHost),
+      this.head.outputs.length > 0 && el("details.more", { open: true }, el("summary", {}, "Numbers of the run"), values(this.numbers, "run")),
+      this.histories.some((h) => h.group === "energy")
+        && el("details.more", {}, el("summary", {}, "Energies now"), values(this.energies, "now")));
+    this.alongPlot = new Plot(this.alongHost, "Quantity along the line at this time");
+    this.historyPlot = new Plot(this.historyHost, "History of a quantity", (time) => {
+      this.clock.pause();
+      this.clock.go(time / this.head.time.factor);
+    });
+    this.fillReadouts();
+  }
+
+  historyPicker() {
+    const groups = new Map();
+    for (const { key, group, words } of this.histories) {
+      if (!groups.has(group)) groups.set(group, []);
+      groups.get(group).push(el("option", { value: key }, words));
+    }
+    for (const { name } of this.scenery.lines) {
+      const ends = ["start", "end"].map((side) => `lines/${name}/${side}_tension`);
+      if (ends.every((end) => this.histories.some((h) => h.key === end))) {
+        groups.get(name).unshift(el("option", { value: ends.join(" ") }, "tension at both ends"));
+      }
+    }
+    const box = el("select", { "aria-label": "History" }, ...[...groups].map(([name, options]) =>
+      el("optgroup", { label: name || "scene" }, ...options)));
+    box.addEventListener("change", () => {
+      this.plotHistory();
+      this.moved();
+    });
+    return box;
+  }
+
+  fillReadouts() {
+    this.cells = [];
+    const { lines } = this.scenery;
+    const row = (h) => {
+      const cells = [el("td.value", { "data-key": h.key }), el("td.value.second", { "data-key": `${h.key}+` })];
+      this.cells.push([h, cells]);
+      return el("tr", {}, el("th", { scope: "row" }, h.words), cells[0], cells[1], el("td.unit", {}, h.unit));
+    };
+    const isLine = (h) => lines.some((line) => line.name === h.group);
+    const own = this.histories.filter((h) => h.group === this.line);
+    const rest = this.histories.filter((h) => !isLine(h) && h.group !== "energy");
+    this.readouts.replaceChildren(...own.map(row), ...rest.map(row));
+    this.energies.replaceChildren(...this.histories.filter((h) => h.group === "energy").map(row));
+  }
+
+  fillNumbers() {
+    const rows = this.head.outputs.map((output) => el("tr", { title: output.key },
+      el("th", { scope: "row" }, output.end ? `${output.end}: ${output.words}` : output.words),
+      el("td.value", { "data-key": output.key }, output.texts[this.run]),
+      el("td.value.second", {}, this.other == null ? "" : output.texts[this.other])));
+    this.numbers.replaceChildren(...rows);
+  }
+
+  // --- following the cursor -----------------------------------------------------------------------
+
+  moved() {
+    const at = this.clock.sample;
+    for (const [h, cells] of this.cells) {
+      cells[0].textContent = shown(h.table.at(this.run, at), h);
+      cells[1].textContent = this.other == null ? "" : shown(h.table.at(this.other, at), h);
+    }
+    this.plotAlong();
+    if (this.historyPlot.state) {
+      const { state } = this.historyPlot;
+      state.cursor = this.clock.now * this.head.time.factor;
+      state.marks = state.tables.map(({ h, run, colour }) => ({ at: h.table.at(run, at) * h.factor, colour }));
+      this.historyPlot.paint();
+    }
+    this.shell.stage.dirty();
+  }
+
+  drawScene() {
+    this.scenery.draw("main", this.run, this.clock.now, this.range);
+    if (this.other != null) this.scenery.draw("other", this.other, this.clock.now, null);
+  }
+
+  shownRuns() {
+    const runs = [[this.run, css("--first")]];
+    if (this.other != null) runs.push([this.other, css("--second")]);
+    return runs.reverse(); // the chosen run on top
+  }
+
+  plotAlong() {
+    const line = this.scenery.lines.find((one) => one.name === this.line);
+    const table = line[this.along];
+    if (!table) return this.alongPlot.show(null);
+    const scale = line.scales[this.along];
+    const place = this.along === "tension" ? line.middle : line.place;
+    const frame = this.scenery.frameAt(this.clock.now).nearest;
+    let low = Infinity, high = -Infinity, far = 0;
+    const curves = this.shownRuns().map(([run, colour]) => {
+      const [a, b] = table.range(run);
+      low = Math.min(low, a * scale.factor);
+      high = Math.max(high, b * scale.factor);
+      const x = place.row(run);
+      for (const value of line.place.row(run)) if (value > far) far = value;
+      return { x, y: table.row(run, frame).map((v) => v * scale.factor), colour };
+    });
+    [low, high] = limits(low, high);
+    this.alongPlot.show({ x: { words: "distance along the line, unstretched", unit: "m", low: 0, high: far },
+      y: { unit: scale.unit, low, high }, curves });
+  }
+
+  plotHistory() {
+    const keys = this.historyBox.value.split(" ");
+    const picked = keys.map((key) => this.histories.find((h) => h.key === key));
+    const { factor, unit } = this.head.time;
+    const x = this.scenery.time.map((t) => t * factor);
+    let low = Infinity, high = -Infinity;
+    const tables = [];
+    for (const [run, colour] of this.shownRuns()) for (const h of picked) tables.push({ h, run, colour });
+    const curves = tables.map(({ h, run, colour }) => {
+      const [a, b] = h.table.range(run);
+      low = Math.min(low, a * h.factor);
+      high = Math.max(high, b * h.factor);
+      const dash = picked.length > 1 && h === picked[0] ? [2, 3] : null;
+      return { x, y: h.table.row(run).map((v) => v * h.factor), colour, dash };
+    });
+    [low, high] = limits(low, high);
+    this.key.textContent = picked.length > 1 ? "start ···  end ––" : "";
+    this.historyPlot.show({ x: { words: "time", unit, low: x[0], high: x.at(-1) },
+      y: { unit: picked[0].unit, low, high }, curves, tables,
+      cursor: this.clock ? this.clock.now * factor : x[0] });
+  }
+}
+
+function within(text, count) {
+  const value = Number(text);
+  return text != null && text !== "" && Number.isInteger(value) && value >= 0 && value < count ? value : null;
+}

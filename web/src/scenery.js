@@ -1,0 +1,127 @@
+// Lines and bodies of a recorded file on the stage, at any time between its frames.
+
+import { colour } from "./palette.js";
+import { css } from "./dom.js";
+import { Table } from "./data.js";
+import { isDark } from "./shell.js";
+
+export class Scenery {
+  constructor(head, block, stage) {
+    this.stage = stage;
+    this.head = head;
+    const table = (how) => (how ? new Table(block, how) : null);
+    this.time = table(head.time.data).row();
+    this.frames = head.frames.map((k) => this.time[k]);
+    this.lines = head.lines.map((line) => ({ ...line, position: line.position.map(table),
+      tension: table(line.tension), speed: table(line.speed), place: table(line.place),
+      middle: table(line.middle) }));
+    this.bodies = head.bodies.map((body) => ({ ...body, position: body.position.map(table),
+      attitude: body.attitude?.map(table) }));
+  }
+
+  // what all runs shown take up together, so that the camera need not move between them
+  box(runs) {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const reach = (k, [a, b], room = 0) => {
+      if (a - room < low[k]) low[k] = a - room;
+      if (b + room > high[k]) high[k] = b + room;
+    };
+    for (const run of runs) {
+      for (const line of this.lines) line.position.forEach((t, k) => reach(k, t.range(run)));
+      for (const body of this.bodies) {
+        body.position.forEach((t, k) => reach(k, t.range(run), Math.max(...(body.size ?? [0])) / 2));
+      }
+    }
+    return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [1, 1, 1] };
+  }
+
+  build(other) {
+    const { stage } = this;
+    stage.clear();
+    for (const which of other == null ? ["main"] : ["main", "other"]) {
+      for (const line of this.lines) {
+        const count = line.place.shape[1];
+        const main = which === "main";
+        stage.tube(`${which}/${line.name}`, count, line.diameter / 2, main ? 2.6 : 4.6, !main);
+      }
+      for (const body of this.bodies) stage.solid(`${which}/${body.name}`, body.size);
+      for (const point of this.head.surroundings.points) stage.solid(`${which}/${point.name}`, null);
+    }
+  }
+
+  // lowest and highest tension (N) of a run, from zero where that is near
+  range(run) {
+    let low = Infinity, high = -Infinity;
+    for (const line of this.lines) {
+      if (!line.tension) continue;
+      const [a, b] = line.tension.range(run);
+      low = Math.min(low, a);
+      high = Math.max(high, b);
+    }
+    if (!(low <= high)) return null;
+    if (low > 0 && low < 0.4 * high) low = 0;
+    return [low, high];
+  }
+
+  frameAt(time) {
+    const { frames } = this;
+    let first = 0;
+    while (first + 2 < frames.length && frames[first + 1] <= time) first++;
+    const last = Math.min(first + 1, frames.length - 1);
+    const span = frames[last] - frames[first];
+    const share = span > 0 ? Math.min(Math.max((time - frames[first]) / span, 0), 1) : 0;
+    return { first, last, share, nearest: share < 0.5 ? first : last };
+  }
+
+  draw(which, run, time, range) {
+    const at = this.frameAt(time), { rise } = this.stage;
+    const flat = which === "other" ? rgbOf(css("--second")) : null;
+    for (const line of this.lines) {
+      const key = `${which}/${line.name}`;
+      const points = this.points(line.position, run, at);
+      const rgb = new Float32Array(points.length);
+      this.paint(rgb, flat, line.tension?.row(run, at.nearest), range);
+      const ends = [points.slice(0, 3), points.slice(-3)];
+      for (let k = 2; k < points.length; k += 3) points[k] *= rise;
+      this.stage.tubes.get(key).update(points, rgb, this.stage.camera, (x, y, z) => this.stage.pixelAt(x, y, z));
+      for (const point of this.head.surroundings.points) {
+        if (point.line === line.name) this.stage.place(`${which}/${point.name}`, [...ends[point.at_end ? 1 : 0]]);
+      }
+    }
+    for (const body of this.bodies) {
+      const mix = (t) => t.at(run, at.first) * (1 - at.share) + t.at(run, at.last) * at.share;
+      const turn = body.attitude?.map(mix);
+      const size = turn && Math.hypot(...turn);
+      this.stage.place(`${which}/${body.name}`, body.position.map(mix), turn?.map((q) => q / size));
+    }
+  }
+
+  points(position, run, { first, last, share }) {
+    const count = position[0].shape[2];
+    const points = new Float64Array(3 * count);
+    position.forEach((table, k) => {
+      const a = table.row(run, first), b = table.row(run, last);
+      for (let i = 0; i < count; i++) points[3 * i + k] = a[i] + share * (b[i] - a[i]);
+    });
+    return points;
+  }
+
+  paint(rgb, flat, tension, range) {
+    const dark = isDark(), count = rgb.length / 3;
+    const plain = flat ?? (tension && range ? null : rgbOf(css("--first")));
+    for (let i = 0; i < count; i++) {
+      if (plain) {
+        rgb.set(plain, 3 * i);
+        continue;
+      }
+      const before = tension[Math.max(i - 1, 0)], after = tension[Math.min(i, count - 2)];
+      const value = Number.isFinite(before) && Number.isFinite(after) ? (before + after) / 2
+        : Number.isFinite(before) ? before : after;
+      colour((value - range[0]) / (range[1] - range[0] || 1), dark, rgb, 3 * i);
+    }
+  }
+}
+
+export function rgbOf(hex) {
+  return [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
+}
