@@ -117,6 +117,11 @@ def _carried(
             (*path, "on", "line"), f'expected a line of equal segments, found "{name}", graded'
         )
     winches = [end for side in SIDES if isinstance(end := getattr(line, side), WinchEnd)]
+    if not winches:
+        yield Problem(
+            (*path, "on", "line"),
+            f'expected a winch at an end of a line that carries a body, found none on "{name}"',
+        )
     if winches and gravity is not None:
         tension, weight = winches[0].winch.tension, body.mass * gravity
         if 2.0 * tension <= weight:

@@ -1,0 +1,57 @@
+"""Trolleys, winches and measures in the scene language: what is wrong with what does not read."""
+
+from pathlib import Path
+
+import pytest
+
+from lumpedcable.scene import SceneError, load_study
+
+TRANSFER = Path(__file__).parents[2] / "configs" / "highline" / "transfer.toml"
+
+
+def faults(folder, *edits):
+    text = TRANSFER.read_text()
+    text = text[: text.index("[sweep]")] + text[text.index("[solver]") :]
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (folder / "scene.toml").write_text(text)
+    with pytest.raises(SceneError) as caught:
+        load_study(folder / "scene.toml")
+    return [(fault.key, fault.message) for fault in caught.value.faults]
+
+
+ON = 'on = { line = "highline", place = "1 m", speed = "1 m/s", stop = "2 m" }'
+
+
+@pytest.mark.parametrize(
+    ("edits", "key", "words"),
+    [
+        ([('place = "1 m"', 'place = "61 m"')], "bodies.cargo.on.place",
+         'expected a place on the span of "highline", between 0 m and 60 m, found 61 m'),
+        ([('tension = "80 kN"', 'tension = "9 kN"')], "lines.highline.end.winch.tension",
+         'expected more than 9.81 kN, half the weight of "cargo"'),
+        ([('level = "11 m"', 'level = "17 m"')], "measures.h_d.level",
+         "expected a deck below receiver.post, which is at 16.2 m, found 17 m"),
+        ([('stop = "2 m"', 'stop = "59 m"')], "bodies.cargo.on.stop", "expected room to haul it"),
+        ([('line = "highline"', 'line = "highlin"')], "bodies.cargo.on.line",
+         'did you mean "highline"'),
+        ([('at = "receiver.post"', 'at = "receiver.pst"')], "lines.highline.end.winch.at",
+         'did you mean "receiver.post"'),
+        ([('end = { winch = { at = "receiver.post", tension = "80 kN" } }',
+           'end = "receiver.post"')], "bodies.cargo.on.line", "expected a winch"),
+        ([(ON, ON.replace(', speed = "1 m/s"', ""))], "measures.h_d.while_hauled",
+         "expected a body that is hauled"),
+        ([('height = "cargo"', 'height = "carg"')], "measures.h_d.height", 'did you mean "cargo"'),
+        ([('over = "receiver"', 'over = "cargo"')], "measures.h_d.over",
+         "expected the name of a moved body"),
+        ([('mass = "2 t"', 'mass = "2 t"\ndepth = "1 m"')], "bodies.cargo.inertia",
+         "expected depth and inertia together"),
+        ([('position = [0, "60 m", 0]', 'position = ["10 m", "60 m", 0]')],
+         "bodies.cargo.on.speed", "found it aslant"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_where_it_is(tmp_path, edits, key, words):
+    found = dict(faults(tmp_path, *edits))
+    assert key in found
+    assert words in found[key]
