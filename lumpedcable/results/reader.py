@@ -217,25 +217,17 @@ class ResultFile:
 
     def body(self, name: str, quantity: str, run: Index = None) -> Array:
         """position (m), velocity (m/s), attitude (rad) or turning (rad/s) of a body, (run, time, 3).
-
-        Raises:
-            ResultError: there is no such body or quantity.
+        Raises ResultError where there is no such body or quantity.
         """
         self._check("body", name, self.bodies)
         self._check("quantity", quantity, self._names(f"bodies/{name}"))
         pick = () if run is None else (run,)
         return _read(_dataset(self._file, f"bodies/{name}/{quantity}"), pick)
 
-    @property
-    def measures(self) -> list[str]:
-        """Names of the measures with a history."""
-        return self._names("measures", h5py.Dataset)
-
-    def measure(self, name: str) -> tuple[Array, dict[str, Any]]:
-        """A measure (run, time), NaN where it does not count, and its units, long_name and limit."""
-        self._check("measure", name, self.measures)
-        dataset = _dataset(self._file, f"measures/{name}")
-        return _read(dataset, ()), _attributes(dataset)
+    def measures(self) -> dict[str, tuple[Array, dict[str, Any]]]:
+        """Measures (run, time), NaN where they do not count, with units, long_name and limit."""
+        found = {n: _dataset(self._file, f"measures/{n}") for n in self._names("measures")}
+        return {n: (_read(d, ()), _attributes(d)) for n, d in found.items()}
 
     @property
     def energy_terms(self) -> list[str]:

@@ -16,7 +16,7 @@ __all__ = ["measure_figure"]
 
 def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     """One measure against time, a curve for each run of the group, and its limit."""
-    table, attributes = result.measure(name)
+    table, attributes = result.measures()[name]
     to_time, time_unit = scale(float(result.time[-1]), "s")
     figure, (ax,) = style.panel_figure([""], group.heading(result, name), height=3.0)
     entries, drawn = [], []

@@ -125,7 +125,7 @@ def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
         yield "end_tension", partial(end_tension_figure, result, group)
     if not ends and any(line.has("position") for line in lines):
         yield "shape", partial(shape_figure, result, group)
-    for name in result.measures:
+    for name in result.measures():
         yield f"measure_{file_tag(name)}", partial(measure_figure, result, name, group)
     if result.energy_terms:
         yield "energy", partial(energy_figure, result, group)
