@@ -149,7 +149,7 @@ def _rest_stiffness(scene: Scene, name: str) -> Float[Array, ""]:
             if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
                 stiff = stiff + REST_SHARE * _number(end.held.pretension)
     for body in scene.bodies.values():
-        if not body.rigid:
+        if isinstance(body, Body) and not body.rigid:
             stiff = stiff + REST_SHARE * STANDARD_GRAVITY * _number(body.mass)
     return stiff
 

@@ -174,7 +174,8 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
         assert given is not None  # the scene was checked
         tension = _number(given[1].tension)
         if scene.lines[line].model == "ideal":
-            law = IdealCable(*_posts(scene, line, coordinates), tension)
+            start, end = _posts(scene, line, coordinates)
+            law = IdealCable(start, end, tension)
             found.append(Coupled(name, None, law))
             continue
         friction = body.on.friction

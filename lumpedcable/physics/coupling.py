@@ -150,6 +150,7 @@ class Trolley(AbstractCoupling):
 
     def _slip(self, touch: contact.Contact, velocity, cable: CableState) -> Float[Array, " d"]:
         """Velocity (m/s) of the sheave relative to the line's substance."""
+        assert cable.velocity is not None  # at rest nothing slips
         slip = velocity - contact.velocity_at(touch, cable.velocity)
         if cable.growth is not None:
             # payout shifts the nodes along the line: the substance at node i passes it backwards

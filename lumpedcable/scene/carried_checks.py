@@ -151,7 +151,10 @@ def _carried(
             f"{format_quantity(span, 'm')}, found a stop {format_quantity(body.on.stop, 'm')} from "
             "its end",
         )
-    if all(abs(a - b) > 1e-9 * span for a, b in zip(*(p[:2] for p in places), strict=True)):
+    if all(
+        abs(a - b) > 1e-9 * span
+        for a, b in zip(*(p[:2] for p in places if p is not None), strict=True)
+    ):
         yield Problem(
             (*path, "on", "speed"),
             f'expected "{name}" along x or along y where a body is hauled on it, found it aslant',

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.bodies import body_key
+from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.couple import Coupled, Found, body_force, live_line, winch_of
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.line import LineForces, placed
@@ -52,8 +52,7 @@ class _Unknowns(NamedTuple):
             moved[body_key(name)] = jnp.zeros_like(body.reference)
         for k, name in enumerate(self.names):
             value = x[x.shape[0] - len(self.names) + k]
-            body = model.bodies[name]
-            index = 0 if isinstance(body, Winch) else body.dimensions - 1
+            index = _index(model.bodies[name])
             moved[body_key(name)] = moved[body_key(name)].at[index].set(value)
         return moved
 
@@ -70,7 +69,7 @@ class _Unknowns(NamedTuple):
             force = static_residual(own, {n: moved[n] for n in live}, self.net)
             extra = {n: jnp.zeros_like(line.reference) for n, line in live.items()}
             for coupled, pull in zip(model.couplings, found.pulls, strict=True):
-                if coupled.line is not None:
+                if coupled.line is not None and pull.line is not None:
                     extra[coupled.line] = extra[coupled.line] + pull.line
             force = force + self.net.gather(extra)
             held = jnp.asarray(self.net.fixed)[:, None]
@@ -82,9 +81,13 @@ class _Unknowns(NamedTuple):
             force = body.force(q, jnp.zeros_like(q))
             pull = body_force(model, name, found)
             force = force if pull is None else force + pull
-            index = 0 if isinstance(body, Winch) else body.dimensions - 1
-            parts.append(force[index][None])
+            parts.append(force[_index(body)][None])
         return jnp.concatenate(parts)
+
+
+def _index(body: AbstractBody) -> int:
+    """Which of a body's coordinates statics finds: a winch's length, a trolley's height."""
+    return body.dimensions - 1 if isinstance(body, Rider) else 0
 
 
 def carried_equilibrium(
@@ -188,6 +191,7 @@ def _guessed(model: Model) -> Model:
     ways: dict[str, list[Array]] = {}
     for coupled in model.couplings:
         body = bodies[coupled.body]
+        assert isinstance(body, Rider)
         law = _ideal(model, coupled)
         if body.settles:
             body = _at_rest(body, law)

@@ -22,6 +22,7 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.attached import body_gain, follow_rate
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.energy import powers
 from lumpedcable.model.model import Model
@@ -92,7 +93,7 @@ class Kicked(NamedTuple):
     after: dict[str, Array]
     tension: dict[str, Array]
     friction: dict[str, Array]
-    found: dict
+    found: Found
 
 
 def _worked(model: Model, t, y: State, place, before, kicked: Kicked, dt) -> dict:

@@ -15,6 +15,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.motion import Still
 from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
 from lumpedcable.solve.resting import draped_line, rest_level, resting_line, seabed_of
@@ -291,9 +292,9 @@ def _joint_places(
     result = [places[k] for k in range(count)]
     for index, junction in enumerate(model.junctions):
         joint = next(j for j in layout.joints if j.members == junction.members)
-        given = None if joint.body is None else scene.bodies[joint.body].position
-        if given is not None:
-            result[index] = coordinates.point(given)
+        body = None if joint.body is None else scene.bodies[joint.body]
+        if isinstance(body, Body) and body.position is not None:
+            result[index] = coordinates.point(body.position)
     bed = seabed_of(next(iter(model.lines.values())))
     if bed is not None:
         result = [x + bed.up * jnp.maximum(bed.height - bed.up @ x, 0.0) for x in result]

@@ -14,6 +14,7 @@ import numpy as np
 
 from lumpedcable import exact
 from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import Body
 from lumpedcable.study.cables import Cable
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ def _load(scene: Scene, cable: Cable) -> float:
     if cable.body is None:
         return 0.0
     body, carried = scene.bodies[cable.body], 0.0
+    assert isinstance(body, Body)  # that is where lines are joined
     if scene.fluid is not None and body.volume is not None:
         carried = scene.fluid.density * body.volume
     return (scene.gravity or 0.0) * (body.mass - carried)

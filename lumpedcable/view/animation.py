@@ -77,7 +77,7 @@ def _writer(target: Path, fps: int) -> AbstractMovieWriter:
     if target.suffix == ".gif":
         return PillowWriter(fps=fps)
     try:
-        import imageio_ffmpeg
+        import imageio_ffmpeg  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise OutputError(
             f'cannot write {target}: MP4 needs the extra "video": pip install "lumpedcable[video]"; '

@@ -1,4 +1,4 @@
-"""Cargo on an ideal cable, run by the engine, against closed forms and ODE solutions of its own equations."""
+"""Cargo on an ideal cable, run by the engine, against closed forms and ODEs of its own equations."""
 
 from pathlib import Path
 
@@ -144,7 +144,8 @@ def test_a_transfer_between_moving_ships_meets_its_equation(tmp_path):
 
 
 def test_the_robust_claims_of_the_paper_hold_over_periods_and_phases(tmp_path):
-    # an independent calculation finds them in 96 to 100 % of 4000 draws of periods; here phases are drawn as well
+    # an independent calculation finds them in 96 to 100 % of 4000 draws of periods; here phases are
+    # drawn as well
     text = (HIGHLINE / "transfer-chances.toml").read_text().replace("count = 256", "count = 16")
     text = text.replace('every = "0.1 s"', 'every = "0.25 s"')
     (tmp_path / "chances.toml").write_text(text)

@@ -16,8 +16,9 @@ from lumpedcable.results import open_result
 from lumpedcable.scene import load_study
 from lumpedcable.study.run import run_study
 
-# Gao et al. 2022, section 2.1: 5 m, 28 mm of steel wire, 1000 kg, 40 kN, 50 elements. One scene for all runs, so
-# that one program serves them: `fix` is a post that may move, `slow` a speed that may be next to nothing.
+# Gao et al. 2022, section 2.1: 5 m, 28 mm of steel wire, 1000 kg, 40 kN, 50 elements. One scene for all
+# runs, so that one program serves them: `fix` is a post that may move, `slow` a speed that may be next
+# to nothing.
 SPAN = """
 gravity = 9.81
 
@@ -33,7 +34,7 @@ points = { post = [0, 0, 0] }
 [bodies.cargo]
 mass = "1 t"
 height = 0
-on = { line = "highline", place = "2.5 m", speed = 1e-9, stop = "0.4 m", friction = { coefficient = 0.02 } }
+on = { line = "highline", place = "2.5 m", speed = 1e-9, stop = "0.4 m", friction = { coefficient = 0.02 }}
 
 [lines.highline]
 material = "steel"
@@ -81,7 +82,8 @@ def folder(tmp_path_factory):
 
 
 def test_the_spline_is_exact_where_it_must_be():
-    # 5/9 at a node, 0.5816 in the middle of a segment: sum_ab w_a w_b |a - b| of (1, 4, 1)/6, (1, 23, 23, 1)/48
+    # 5/9 at a node, 0.5816 in the middle of a segment: sum_ab w_a w_b |a - b| of (1, 4, 1)/6 and
+    # (1, 23, 23, 1)/48
     assert float(read(jnp.asarray(7.0), 20).shortfall) == pytest.approx(5.0 / 9.0)
     middle = np.array([1, 23, 23, 1]) / 48
     apart = np.abs(np.subtract.outer(range(4), range(4)))
@@ -94,7 +96,7 @@ def test_the_spline_is_exact_where_it_must_be():
 
 @pytest.mark.parametrize("place", [2.5, 2.55, 1.0])
 def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place):
-    # two inextensible arcs of a catenary that meet under a sheave, w per stretched length; their H and the
+    # two inextensible arcs of a catenary that meet under a sheave, w per stretched length; H and the
     # slope at the start from the height of the far post and the tension that the winch keeps there
     T, w = 40e3, 3.0 * 9.81 / (1 + 40e3 / 57.1e6)
 
@@ -126,7 +128,7 @@ def test_whole_and_ideal_cable_agree(folder):
     assert run.outcome.status.name == "OK"
     turns = CubicSpline(run.time, run.velocity[:, 2]).roots(extrapolate=False)
     turns = turns[turns > 0.1]
-    # the paper's claim, as a number: 1 % in sag and period. The line's own 15 kg on 1000 kg do most of it
+    # the paper's claim, as a number: 1 % in sag and period. The line's 15 kg on 1000 kg do most of it
     assert turns[1] == pytest.approx(IDEAL.period_from(0.0), rel=0.01)
     assert np.min(run.place[:, 2]) == pytest.approx(IDEAL.lowest(0.0), rel=0.01)
     assert np.min(run.place[:, 2]) < IDEAL.lowest(0.0)
@@ -170,7 +172,7 @@ def test_a_winch_keeps_its_tension_while_its_post_moves(folder):
     run = ran(folder, "fix.motion.surge.amplitude=0.3", "fix.motion.surge.phase=90 deg",
               "cargo.height=-0.31", "output.duration=1")  # fmt: skip
     assert run.outcome.status.name == "OK"
-    # the post goes out and back by 0.3 m; what moves the line's 15 kg and its cargo is small beside 40 kN
+    # the post goes out and back by 0.3 m; what moves the line's 15 kg and its cargo is little of 40 kN
     assert np.max(np.abs(run.ends["end"] - 40e3)) < 5e-3 * 40e3
     # what is paid out is the length between post, trolley and post
     post = 5.0 + 0.3 * np.cos(2 * np.pi * run.time / 3.0)
