@@ -62,6 +62,16 @@ def test_the_commands_are_understood():
         app.parse_args(words, exit_on_error=False, print_error=False)
 
 
+@pytest.mark.parametrize(
+    "told", re.findall(r"`lumpedcable (\w+ [^`]+)`", section("Other questions"))
+)
+def test_the_other_commands_are_understood(told):
+    words = shlex.split(told)
+    app.parse_args(words, exit_on_error=False, print_error=False)
+    given = [ROOT / word for word in words if word.startswith("configs/")]
+    assert all(path.exists() for path in given)
+
+
 @pytest.mark.parametrize("change", re.findall(r'--set "([^"]+)"|--set (\S+?)`', README))
 def test_the_changes_are_right(change):
     (key_and_value,) = filter(None, change)

@@ -34,7 +34,7 @@ points = { post = [0, 0, 0] }
 [bodies.cargo]
 mass = "1 t"
 height = 0
-on = { line = "highline", place = "2.5 m", speed = 1e-9, stop = "0.4 m", friction = { coefficient = 0.02 }}
+on = { line = "highline", place = 2.5, speed = 1e-9, stop = 0.4, friction = { coefficient = 0.02 } }
 
 [lines.highline]
 material = "steel"
