@@ -17,7 +17,8 @@ from command_line import ROOT, SMALL, process, say
 
 import lumpedcable
 
-CONFIGS = sorted((ROOT / "configs").rglob("*.toml"))
+# a fit is no scene
+CONFIGS = sorted(p for p in (ROOT / "configs").rglob("*.toml") if p.parent.name != "fit")
 COMMANDS = ["run", "plot", "modes", "info", "check", "schema"]
 
 

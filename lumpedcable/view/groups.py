@@ -49,7 +49,10 @@ def groups(result: ResultFile) -> list[Group]:
     axes = result.axes
     last = axes[-1] if len(axes) > 1 else None
     values = np.unique(last.values) if last else np.zeros(0)
-    if last is None or not 1 < len(values) <= min(MOST_PANELS, result.runs - 1):
+    # of numbers that move together each is another in every run, of a grid only a single one is
+    grid = np.prod([np.unique(axis.values).size for axis in axes]) == result.runs
+    together = len(values) == result.runs and not grid
+    if last is None or together or not 1 < len(values) <= MOST_PANELS:
         return [_group(result, list(range(result.runs)), "")]
     made: list[Group] = []
     for value in dict.fromkeys(last.values.tolist()):

@@ -206,7 +206,9 @@ def begun(model, plan: Plan, numbers: Numbers, shift, speed) -> Progress:
     state = dt
     if not plan.adaptive:
         state = METHODS[plan.method]().init(CableTerm(jnp.zeros(())), jnp.zeros(()), dt, y, model)
-    return Progress(y, state, watches(model, y, plan.recoils), jnp.zeros((), bool))
+    return Progress(
+        y, state, watches(model, y, plan.recoils), jnp.zeros((), bool), jnp.full((), jnp.nan), {}
+    )
 
 
 @partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)

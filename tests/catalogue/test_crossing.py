@@ -108,7 +108,8 @@ FIXED = {
 
 
 def test_no_integrator_is_forgotten():
-    assert set(FIXED) == set(METHODS)
+    # "constrained" steps inextensible lines alone, which the cases do not have
+    assert set(FIXED) == set(METHODS) - {"constrained"}
 
 
 def of_lumps(seen, segments=4):

@@ -121,6 +121,7 @@ class TestBoundary:
 
     def test_no_correction_at_a_joint(self):
         joint = Boundary(False, None, True)
-        assert float(joint.correction_share(jnp.asarray(0.3))) == 0.0
-        assert float(WALL.correction_share(jnp.asarray(0.3))) == 0.3
-        assert float(Boundary(True).correction_share(jnp.asarray(0.3))) == 1.0
+        share = jnp.full(3, 0.3)
+        assert joint.correction_share(share, -1).tolist() == [0.3, 0.3, 0.0]
+        assert WALL.correction_share(share, 0).tolist() == [0.3, 0.3, 0.3]
+        assert Boundary(True).correction_share(share, 0).tolist() == [1.0, 0.3, 0.3]

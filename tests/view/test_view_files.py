@@ -100,7 +100,7 @@ def test_what_is_refused(tmp_path):
         plot_result(tmp_path / "absent.h5", tmp_path)
     with ResultWriter(tmp_path / "empty.h5", dims={"run": 1, "time": 1}, variables=[]):
         pass
-    with pytest.raises(ResultError, match="neither lines nor energies"):
+    with pytest.raises(ResultError, match="neither histories nor a sweep"):
         plot_result(tmp_path / "empty.h5", tmp_path)
     with open_result(path) as result, pytest.raises(ResultError, match=r"expected LINE\.start or"):
         RecoilingEnd(result, "chain.end")
