@@ -113,6 +113,7 @@ def test_a_pendulum_pulls_at_its_pivot_as_it_should(tmp_path):
     assert ran["upper.tension"][0, 1, 0] == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_derivatives_through_the_constraints_are_those_of_differences(tmp_path):
     scene = scene_of(tmp_path, PENDULUM + '[solver]\nstep = "4 ms"\n')
     coordinates, layout = coordinates_of([scene]), make_layout(scene)

@@ -99,6 +99,7 @@ def test_a_hanging_line_converges_at_second_order():
     assert errors[0] / errors[1] == pytest.approx(np.full(3, 4.0), rel=0.05)
 
 
+@pytest.mark.slow
 def test_cargo_converges_at_second_order():
     places = np.array([10.0, 30.0])
     exact = loaded_from_length(SPAN, DROP, WEIGHT, LOAD, places, 62.5)

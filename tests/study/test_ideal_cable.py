@@ -143,6 +143,7 @@ def test_a_transfer_between_moving_ships_meets_its_equation(tmp_path):
     assert outcome.energy_closure < 1e-6
 
 
+@pytest.mark.slow
 def test_the_robust_claims_of_the_paper_hold_over_periods_and_phases(tmp_path):
     # an independent calculation finds them in 96 to 100 % of 4000 draws of periods; here phases are
     # drawn as well
