@@ -138,7 +138,10 @@ def test_adjustment_is_the_known_one(highline):
     assert list(found.values()) == pytest.approx(FROM_80_KN[:5], rel=1e-9)
 
 
-@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize(
+    "stage",
+    [s if s == "delivery" else pytest.param(s, marks=pytest.mark.slow) for s in STAGES],
+)
 def test_a_stage_is_given_back_as_a_scene_that_hangs_so(highline, tmp_path, stage):
     changes = {"time": 20.0} if "time" in STAGES[stage].sliders else {"span": 58.0}
     told = highline.numbers(stage, **changes)

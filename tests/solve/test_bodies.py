@@ -117,6 +117,7 @@ def test_what_is_not_free_stays(tmp_path):
     assert np.max(np.abs(moved[:, 0])) > 0.1
 
 
+@pytest.mark.slow
 def test_a_top_keeps_its_angular_momentum_and_its_energy():
     """Euler's equations in roll, pitch and yaw: no torque, three unequal moments of inertia."""
     body = RigidBody(jnp.zeros(6), jnp.full(3, 2.0), jnp.asarray([1.0, 2.0, 3.5]))

@@ -91,6 +91,7 @@ def test_the_third_case(third):
     lengths_and_energy_are_kept(third)
 
 
+@pytest.mark.slow
 def test_a_ship_that_does_not_stop_in_time_says_so(tmp_path):
     text = SCENE.read_text().split("[[sweep.cases]]")[0]
     ran = run_text(tmp_path, text, "output.duration=0.2 s", 'output.precision="float64"')
