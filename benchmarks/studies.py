@@ -15,7 +15,7 @@ from benchmarks.engine import SCENE
 
 Tell = Callable[[str], None]
 
-RUNS = (256, 4096)
+RUNS = (256, 4096, 65536)
 DTYPES = ("float64", "float32")
 SEGMENTS, DURATION = 100, 0.2
 SWEEP = "pretension={{from='45 kN', to='450 kN', count={}}}"
