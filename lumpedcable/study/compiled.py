@@ -139,12 +139,8 @@ def advance_batch(
 ) -> tuple[Progress, Sample]:
     """The next `count` outputs of every run."""
 
-    # adaptive steps end at times of their own for each run, and their library checks its arguments
-    # by calls that `across` does not carry over
-    each = jax.vmap if plan.adaptive else lambda f: partial(across, f)
-
     def every(model, run, numbers, first, count):
-        return each(lambda m, r: advance(m, plan, numbers, r, first, count))(model, run)
+        return across(lambda m, r: advance(m, plan, numbers, r, first, count), model, run)
 
     return shared_out(every, (model, run), (numbers, first, count))
 

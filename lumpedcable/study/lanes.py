@@ -134,11 +134,22 @@ def _all(results: Values) -> Found:
 
 
 def _otherwise(eqn: Any, jaxpr: Any, known: dict[Any, tuple[Any, bool]]) -> Found:
-    """What jax makes of it."""
+    """What jax makes of it: also which results it knows to be the same in every run."""
     run, variables = _alone(eqn, jaxpr)
     axes = [-1 if known[v][1] else None for v in variables]
     values = [known[v][0] for v in variables]
-    return _all(jax.vmap(lambda *x: run(*x), in_axes=axes, out_axes=-1)(*values))
+    ends = [-1 if _differs(run, axes, values, k) else None for k in range(len(eqn.outvars))]
+    found = jax.vmap(lambda *x: run(*x), in_axes=axes, out_axes=ends)(*values)
+    return found, [end is not None for end in ends]
+
+
+def _differs(run: Callable[..., Values], axes: list[int | None], values: Values, k: int) -> bool:
+    """Whether result number k of an operation differs from run to run; jax tells by refusing."""
+    try:
+        jax.eval_shape(jax.vmap(lambda *x: run(*x)[k], in_axes=axes, out_axes=None), *values)
+    except ValueError:
+        return True
+    return False
 
 
 def _elementwise(eqn: Any, operands: Values, flags: Flags, shape: tuple[int, ...]) -> Any:

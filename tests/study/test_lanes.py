@@ -1,5 +1,6 @@
 """Many runs at once must give what each gives alone: against `jax.vmap`, operation by operation."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -73,6 +74,11 @@ def solved(x, y):
     return jnp.linalg.solve(jnp.outer(x, x) + jnp.eye(4), x), jnp.sort(y), y[jnp.argsort(x)]
 
 
+def checked(x, y):
+    """A check that raises, and must not where no run is wrong: its branch is not to be run for all."""
+    return eqx.error_if(x, jnp.any(x < 0.0), "expected nothing negative") * y[0]
+
+
 def nested(x, y):
     return jax.jit(lambda v: jax.vmap(lambda s: s * y)(v))(x), jnp.linalg.norm(x), MATRIX
 
@@ -80,7 +86,7 @@ def nested(x, y):
 @pytest.mark.parametrize(
     "function",
     [elementwise, slices, writes, products, reductions, loops, until_each_is_done, choices,
-     derivatives, solved, nested],
+     derivatives, solved, checked, nested],
     ids=lambda f: f.__name__,
 )  # fmt: skip
 def test_the_same_as_each_alone(function):
