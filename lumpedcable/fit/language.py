@@ -129,9 +129,9 @@ class FitMethod(Part):
     """Relative change of a value at which the search ends."""
     max_steps: Annotated[int, Count(1, 100_000)] = 200
     """Most steps of one search."""
-    starts: Annotated[int, Count(1, 10_000)] = 1
+    starts: Annotated[int, Count(1, 10_000)] | None = None
     """Number of searches: the first from the start values, the others from a random sample between
-    the bounds."""
+    the bounds. Absent: one, and where it ends badly up to 4 more from the best of 64 random places."""
     seed: Annotated[int, Count(0, 10**9)] = 0
     """Seed of that sample."""
     confidence: Fraction = 0.95

@@ -268,7 +268,7 @@ def _whole(problem: FitProblem, file: FitFile, at: Path) -> list[Problem]:
                 f"expected the noise of every column or of none, found none for {missing.label}",
             )
         )
-    if file.method.starts > 1:
+    if (file.method.starts or 1) > 1:
         for p in problem.parameters:
             if not np.all(np.isfinite([p.low, p.high])):
                 told.append(

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
 from lumpedcable.fit.language import Free
-from lumpedcable.scene import Scene, Study, format_quantity
+from lumpedcable.scene import Scene, Study, TanhMaterial, format_quantity
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.sweep import label_of, swept_number
@@ -54,6 +54,8 @@ class Number:
     kind: Quantity
     label: str
     value: float
+    sided: bool
+    """It keeps the sign of its start: with the other, the scene has a twin that is the same."""
 
 
 def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
@@ -82,8 +84,18 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
                 f'expected a number that the scene gives, found "{one}", which it does not: '
                 "write a value there (data of a CSV file cannot be free: write them out)"
             )
-        numbers.append(Number(one, kind, label_of(root, one), given[one]))
+        numbers.append(Number(one, kind, label_of(root, one), given[one], _sided(study, one)))
     return numbers, ""
+
+
+def _sided(study: Study, key: str) -> bool:
+    """Whether a number is p2 of a tanh law, which stays as it is when p1, p2 and p3 turn their signs."""
+    place, _, rest = key.partition(".")
+    name, _, last = rest.partition(".")
+    return (
+        place == "materials" and last == "p2"
+        and isinstance(study.scene.materials.get(name), TanhMaterial)
+    )  # fmt: skip
 
 
 def read_parameters(
@@ -138,8 +150,10 @@ def _parameter(
 
     positive = number.kind.sign != "any"
     start = read("start", number.value, number.kind)
-    low = read("low", 0.0 if positive else -math.inf, anything)
+    above, below = positive or (number.sided and start > 0.0), number.sided and start < 0.0
+    low = read("low", 0.0 if above else -math.inf, anything)
     highest = math.inf if number.kind.maximum is None else number.kind.maximum
+    highest = 0.0 if below else highest
     high = read("high", highest, anything)
     if not problems and not low < start < high:
         between = " and ".join(

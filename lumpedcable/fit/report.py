@@ -10,18 +10,17 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-from scipy import stats
 
 from lumpedcable.fit.run import Fitted, failure_text
+from lumpedcable.fit.seek import UNLIKELY, chance_of
 from lumpedcable.fit.sensitivity import Sensitivity
-from lumpedcable.fit.uncertainty import words
+from lumpedcable.fit.uncertainty import VAGUE, words
 from lumpedcable.scene import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
 __all__ = ["WIDE", "contents_of", "print_fit", "print_sensitivity", "remarks_of", "slopes_contents"]
 
 WIDE = 140  # columns where no terminal says how many there are
-UNLIKELY = 1e-3  # probability of such deviations by chance, below which the scene is in doubt
 UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
 MOST_ROWS = 30
@@ -122,7 +121,7 @@ def _quality(fitted: Fitted) -> str:
             "each column, taken as its noise."
         )
     free = max(problem.points - len(problem.parameters), 1)
-    chance = float(stats.chi2.sf(free * left**2, free))
+    chance = chance_of(free * left**2, problem)
     text = f"{problem.points} values; deviations are {left:.3g} times the noise."
     if chance < UNLIKELY and problem.method.loss == "squares":
         text += (
@@ -135,7 +134,13 @@ def _quality(fitted: Fitted) -> str:
 def _spread_of_starts(fitted: Fitted) -> str:
     losses = np.array([start.loss for start in fitted.starts])
     same = int(np.sum(losses <= losses.min() * (1.0 + 1e-4) + 1e-9))
-    return f"{same} of {losses.size} searches ended at this minimum, the others above it."
+    text = f"{same} of {losses.size} searches ended at this minimum, the others above it."
+    if fitted.sampled:
+        text = (
+            "The first search ended badly, so that others began at the best of "
+            f"{fitted.sampled} random places. {text}"
+        )
+    return text
 
 
 def _choices(all_: Mapping[str, Fitted]) -> Table:
@@ -152,9 +157,17 @@ def _choices(all_: Mapping[str, Fitted]) -> Table:
     return table
 
 
+def status_of(fitted: Fitted) -> str:
+    """How a fit ended, in one word or two."""
+    if fitted.failures:
+        return "run failed"
+    return "ok" if fitted.converged else "not converged"
+
+
 def contents_of(fitted: Fitted) -> dict[str, Any]:
     """A fit as JSON values: parameters with their units, what is left, correlations, searches."""
     problem, certainty = fitted.problem, fitted.certainty
+    counts = [start.failed for start in fitted.starts]
     parameters = [
         {
             "key": p.key, "experiment": p.experiment, "unit": p.unit, "start": p.start,
@@ -173,18 +186,29 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
     return {
         "title": problem.title,
         "converged": fitted.converged,
+        "status": status_of(fitted),
         "remarks": remarks_of(fitted),
+        "method": problem.method.model_dump(),
         "confidence": problem.method.confidence,
         "parameters": parameters,
+        "names": [p.name for p in problem.parameters],
         "correlation": {"rows": [list(row) for row in certainty.correlation]},
+        "covariance": {"rows": [list(row) for row in certainty.covariance]},
         "combinations": [
-            {"parts_of_relative_change": c.parts, "std": c.spread} for c in certainty.combinations
+            {"parts_of_relative_change": c.parts, "std": c.spread, "told": bool(c.spread < VAGUE)}
+            for c in certainty.combinations
         ],
+        "loss": fitted.loss,
+        "values": problem.points,
         "left_over": certainty.factor,
         "noise_known": problem.known_noise,
         "aic": fitted.criteria.aic,
         "bic": fitted.criteria.bic,
+        "evaluations": fitted.evaluations,
+        "plain_evaluations": fitted.sampled,
+        "seconds": fitted.seconds,
         "failed": {name: status.name.lower() for name, status in fitted.failures},
+        "failed_runs": None if min(counts) < 0 else sum(counts),
         "searches": [
             {
                 "start": s.start, "values": s.values, "loss": s.loss, "evaluations": s.steps,
