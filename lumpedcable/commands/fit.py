@@ -38,6 +38,7 @@ def fit(
     with told():
         study = load_fit(file)
 
+    from lumpedcable.fit.profile import with_profiles
     from lumpedcable.fit.report import print_fit
     from lumpedcable.fit.run import fit_problem
     from lumpedcable.fit.write import pictures_of, write_fit
@@ -46,7 +47,7 @@ def fit(
 
     folder = output or Path(file.stem)
     with told():
-        fitted = fit_problem(study.problem)
+        fitted = with_profiles(fit_problem(study.problem))
         others = {name: fit_problem(problem) for name, problem in study.choices.items()}
         print_fit(fitted, others)
         made, wrong = write_fit(fitted, others, folder)

@@ -112,13 +112,15 @@ class SmoothArrays(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """All numbers of a problem."""
+    """All numbers of a problem; parameters that are `held` stay `at` a value (unbounded)."""
 
     transform: Transform
     tables: tuple[TableArrays, ...]
     groups: tuple[GroupArrays, ...]
     smooth: tuple[SmoothArrays, ...]
     threshold: Float[Any, ""]
+    held: Any
+    at: Float[Any, " p"]
 
 
 class Member(NamedTuple):
@@ -155,6 +157,8 @@ def arrays_of(problem: Problem, steps: Sequence[int] | None = None) -> tuple[Spe
         tuple(arrays for _, arrays in groups),
         tuple(arrays for _, arrays in smooth),
         number(problem.method.threshold),
+        np.zeros(len(problem.parameters), bool),
+        np.zeros(len(problem.parameters)),
     )
     return spec, arrays
 

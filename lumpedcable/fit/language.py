@@ -25,6 +25,8 @@ class Free(Part):
     """It stays below. Absent: no bound."""
     private: StrictBool = False
     """Every experiment has its own value, instead of one for all."""
+    profile: StrictBool | None = None
+    """Whether its interval is found by its profile. Absent: where the data hardly tell it."""
     smooth: PositiveNumber | None = None
     """For the tensions of a table: how much the slope may change from one interval to the next, as a
     share of the mean slope. Absent: as the data have it."""

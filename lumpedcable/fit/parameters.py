@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pydantic_core import PydanticCustomError
 
@@ -39,6 +39,8 @@ class Parameter:
     """Lower bound (SI), -inf for none."""
     high: float
     """Upper bound (SI), inf for none."""
+    profile: bool | None = None
+    """Whether its profile is wanted; None where the data hardly tell it."""
 
     @property
     def name(self) -> str:
@@ -171,7 +173,12 @@ def _parameter(
     if problems:
         return None, problems
     kind = number.kind
-    return Parameter(number.key, experiment, kind.unit, number.label, start, low, high), []
+    return (
+        Parameter(
+            number.key, experiment, kind.unit, number.label, start, low, high, free.profile
+        ),
+        [],
+    )  # fmt: skip
 
 
 def _twice(parameters: Sequence[Parameter], at: Path) -> list[Problem]:
@@ -190,5 +197,5 @@ def _distinct(parameters: Sequence[Parameter]) -> list[Parameter]:
     for p in parameters:
         label = p.label if shorts.count((p.label, p.experiment)) == 1 else p.key
         label = label if p.experiment is None else f"{label} [{p.experiment}]"
-        found.append(Parameter(p.key, p.experiment, p.unit, label, p.start, p.low, p.high))
+        found.append(replace(p, label=label))
     return found

@@ -63,6 +63,7 @@ def _values(fitted: Fitted) -> Table:
         table.add_column(Text(head), justify="left" if left else "right", no_wrap=not left)
     certainty = fitted.certainty
     vague = {int(np.argmax(np.abs(c.parts))) for c in certainty.vague()}
+    profiles = {one.parameter: one for one in fitted.profiles}
     for k, p in enumerate(fitted.problem.parameters):
 
         def show(x: float, unit: str = p.unit, digits: int = 6) -> str:
@@ -70,7 +71,11 @@ def _values(fitted: Fitted) -> Table:
 
         remark = "at its bound" if fitted.at_bound[k] else "not told by the data"
         said = remark if fitted.at_bound[k] or k in vague else ""
-        interval = f"{show(certainty.low[k], digits=4)} to {show(certainty.high[k], digits=4)}"
+        low, high = certainty.low[k], certainty.high[k]
+        if k in profiles:
+            low, high = profiles[k].low, profiles[k].high
+            said = f"{said}, interval by profile" if said else "interval by profile"
+        interval = f"{show(low, digits=4)} to {show(high, digits=4)}"
         table.add_row(
             Text(p.label), show(p.start), show(fitted.values[k]),
             show(certainty.std[k], digits=2), interval, said,
@@ -108,6 +113,12 @@ def remarks_of(fitted: Fitted) -> list[str]:
             "Times off the steps are interpolated by a cubic; a parabola differs by at most: "
             f"{', '.join(rough)}."
         )
+    for one in fitted.profiles:
+        if one.better:
+            said.append(
+                f"The profile of {names[one.parameter]} passes a better fit than this one: give other "
+                "starts, or more of them (method.starts)."
+            )
     if len(fitted.starts) > 1:
         said.append(_spread_of_starts(fitted))
     return said
@@ -168,6 +179,7 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
     """A fit as JSON values: parameters with their units, what is left, correlations, searches."""
     problem, certainty = fitted.problem, fitted.certainty
     counts = [start.failed for start in fitted.starts]
+    names = [p.name for p in problem.parameters]
     parameters = [
         {
             "key": p.key, "experiment": p.experiment, "unit": p.unit, "start": p.start,
@@ -191,7 +203,15 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
         "method": problem.method.model_dump(),
         "confidence": problem.method.confidence,
         "parameters": parameters,
-        "names": [p.name for p in problem.parameters],
+        "profiles": [
+            {
+                "name": names[one.parameter], "interval": [one.low, one.high], "value": one.x,
+                "signed_root": one.root, "limit": one.reach, "better_fit_met": one.better,
+                "evaluations": one.evaluations,
+            }
+            for one in fitted.profiles
+        ],
+        "names": names,
         "correlation": {"rows": [list(row) for row in certainty.correlation]},
         "covariance": {"rows": [list(row) for row in certainty.covariance]},
         "combinations": [

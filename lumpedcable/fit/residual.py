@@ -208,6 +208,7 @@ def penalised(
     Measured values, then smoothness, then one row for each run: 0, or where the run failed a number
     larger than what its values could deviate by. So the others can still tell where to go.
     """
+    z = jnp.where(arrays.held, arrays.at, z)
     r, smooth, found = deviations(spec, arrays, to_values(arrays.transform, z))
     fines = [jnp.zeros(0)]
     for status, a in zip(found.status, arrays.groups, strict=True):

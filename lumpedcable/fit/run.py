@@ -16,7 +16,7 @@ from lumpedcable.fit.minimise import REVERSE_FROM, Found
 from lumpedcable.fit.residual import Prediction, started, unpacked
 from lumpedcable.fit.seek import Sought, Start, seek
 from lumpedcable.fit.transforms import slope_at, to_values
-from lumpedcable.fit.uncertainty import Certainty, Criteria, certainty_of, criteria_of
+from lumpedcable.fit.uncertainty import Certainty, Criteria, Profile, certainty_of, criteria_of
 from lumpedcable.scene import Scene
 from lumpedcable.status import ADVICE, MEANING, Status
 
@@ -33,8 +33,7 @@ class Fitted:
 
     predicted: the model's answer, one array a series. deviation (n,): (model - data) over the noise,
     or over the largest value where no noise was given. rough: by series, the largest change that a
-    coarser interpolation between outputs would make, 0 where none was needed. sampled: places tried
-    without derivatives, for more searches where the first one ended badly.
+    coarser interpolation between outputs would make, 0 where none was needed.
     """
 
     problem: Problem
@@ -45,10 +44,21 @@ class Fitted:
     deviation: Array
     rough: tuple[float, ...]
     failures: tuple[tuple[str, Status], ...]
-    starts: tuple[Start, ...]
     at_bound: tuple[bool, ...]
-    sampled: int
+    spec: Spec
+    sought: Sought
     seconds: float
+    profiles: tuple[Profile, ...] = ()
+
+    @property
+    def starts(self) -> tuple[Start, ...]:
+        """All searches."""
+        return self.sought.starts
+
+    @property
+    def sampled(self) -> int:
+        """Places tried without derivatives, where the first search ended badly."""
+        return self.sought.sampled
 
     @property
     def loss(self) -> float:
@@ -127,8 +137,8 @@ def _fitted(problem: Problem, spec: Spec, sought: Sought, seconds: float) -> Fit
     criteria = criteria_of(left, problem.points, certainty.effective, known)
     bound = tuple(_is_at_bound(p, x) for p, x in zip(problem.parameters, values, strict=True))
     return Fitted(
-        problem, values, certainty, criteria, predicted, deviation, rough, failures, sought.starts,
-        bound, sought.sampled, seconds,
+        problem, values, certainty, criteria, predicted, deviation, rough, failures, bound,
+        spec, sought, seconds,
     )  # fmt: skip
 
 

@@ -91,5 +91,19 @@ def pictures_of(fitted: Fitted) -> dict[str, Any]:
         "names": [p.label for p in problem.parameters],
         "correlation": np.nan_to_num(fitted.certainty.correlation),
         "laws": laws,
+        "profiles": [
+            {
+                "title": problem.parameters[one.parameter].label,
+                "unit": problem.parameters[one.parameter].unit,
+                "x": one.x,
+                "root": one.root,
+                "best": fitted.values[one.parameter],
+                "std": fitted.certainty.std[one.parameter],
+                "reach": one.reach,
+                "low": one.low,
+                "high": one.high,
+            }
+            for one in fitted.profiles
+        ],
         "confidence": problem.method.confidence,
     }

@@ -48,6 +48,23 @@ class Law(NamedTuple):
     data: Sequence[tuple[str, Array, Array]]
 
 
+class Profile(NamedTuple):
+    """Signed roots of the rise of the sum of squares over a number (SI), its best value and std.
+
+    `low` and `high` are where the root passes `reach`.
+    """
+
+    title: str
+    unit: str
+    x: Array
+    root: Array
+    best: float
+    std: float
+    reach: float
+    low: float
+    high: float
+
+
 class FitPictures(NamedTuple):
     """All that is drawn of a fit."""
 
@@ -56,6 +73,7 @@ class FitPictures(NamedTuple):
     names: Sequence[str]
     correlation: Array
     laws: Sequence[Law]
+    profiles: Sequence[Profile]
     confidence: float
 
 
@@ -66,6 +84,7 @@ def pictures_from(numbers: Mapping[str, Any]) -> FitPictures:
             **numbers,
             "series": [Compared(**one) for one in numbers["series"]],
             "laws": [Law(**one) for one in numbers["laws"]],
+            "profiles": [Profile(**one) for one in numbers["profiles"]],
         }
     )
 
@@ -85,6 +104,8 @@ def plot_fit(pictures: FitPictures, folder: Path, formats: Sequence[str] = ("png
         draws.append(("correlations", partial(correlation_figure, pictures)))
     if pictures.laws:
         draws.append(("laws", partial(law_figure, pictures)))
+    if pictures.profiles:
+        draws.append(("profiles", partial(profile_figure, pictures)))
     ready(folder, formats)
     for name, draw in draws:
         made += style.save(draw, folder / name, formats)
@@ -204,5 +225,43 @@ def law_figure(pictures: FitPictures) -> Figure:
         handles.append(
             Line2D([], [], marker=".", linestyle="", color=style.COLOURS[0], label="bench")
         )
+    style.foot(figure, "", handles)  # type: ignore[arg-type]
+    return figure
+
+
+def profile_figure(pictures: FitPictures) -> Figure:
+    """A panel a number: the rise of the sum of squares as it is held elsewhere, with its interval."""
+    shown = pictures.profiles[:MOST_PANELS]
+    figure, axes = style.panel_figure(
+        [p.title for p in shown], f"Profiles: {pictures.heading}", height=2.4
+    )
+    for ax, p in zip(axes, shown, strict=True):
+        factor, unit = scale(style.largest(p.x), p.unit)
+        left, right = (factor * float(x) for x in (p.x[0], p.x[-1]))
+        inside = [factor * p.low, factor * p.high]
+        low, high = (
+            x if np.isfinite(x) else end for x, end in zip(inside, (left, right), strict=True)
+        )
+        ax.axvspan(low, high, color="#F3CDB4", linewidth=0)
+        ax.axhline(p.reach**2, color=style.NEUTRAL, linewidth=0.7)
+        if np.isfinite(p.std) and p.std > 0.0:
+            x = np.linspace(left, right, 201)
+            rise = ((x / factor - p.best) / p.std) ** 2
+            ax.plot(x, rise, color=style.NEUTRAL, linestyle=style.DASHES[1])
+        ax.plot(factor * p.x, p.root**2, ".-", color=style.COLOURS[1], markersize=4)
+        ax.set_ylim(0.0, 1.15 * max(p.reach**2, float(np.max(p.root**2))))
+        ax.set_xlabel(style.with_unit(p.title, unit))
+        ax.set_ylabel("rise of the sum of squares\nover the noise squared (-)")
+    handles = [
+        Line2D([], [], marker=".", color=style.COLOURS[1], label="best fit with the number held"),
+        Line2D(
+            [],
+            [],
+            color=style.NEUTRAL,
+            linestyle=style.DASHES[1],
+            label="linear about the best fit",
+        ),
+        Patch(color="#F3CDB4", label=f"{100 * pictures.confidence:g} % interval"),
+    ]
     style.foot(figure, "", handles)  # type: ignore[arg-type]
     return figure
