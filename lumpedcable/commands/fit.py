@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from lumpedcable.fit.load import FitStudy
 
 from lumpedcable.commands.console import Set, fail, study_of, told
 
@@ -38,6 +41,10 @@ def fit(
     with told():
         study = load_fit(file)
 
+    if study.ropes:
+        _fit_ropes(study, output or Path(file.stem), tuple(format_ or ["png"]))
+        return
+
     from lumpedcable.fit.profile import with_profiles
     from lumpedcable.fit.report import print_fit
     from lumpedcable.fit.run import fit_problem
@@ -57,6 +64,27 @@ def fit(
     for path in made:
         print(path)
     if not fitted.converged:
+        raise SystemExit(1)
+
+
+def _fit_ropes(study: FitStudy, folder: Path, formats: tuple[str, ...]) -> None:
+    """The same fit to every rope."""
+    from lumpedcable.fit.report import print_ropes
+    from lumpedcable.fit.ropes import fit_ropes
+    from lumpedcable.fit.write import ropes_picture, write_ropes
+    from lumpedcable.view.fit import plot_ropes
+
+    with told():
+        fits = fit_ropes(study.ropes)
+        print_ropes(fits, study.problem.title)
+        made, wrong = write_ropes(fits, folder)
+        picture = ropes_picture(fits, study.problem.title)
+        made += plot_ropes(**picture, folder=folder, formats=formats)
+    for message in wrong:
+        print(f"the fitted scene cannot be run as it is: {message}")
+    for path in made:
+        print(path)
+    if not all(fitted.converged for fitted in fits.values()):
         raise SystemExit(1)
 
 

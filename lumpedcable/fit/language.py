@@ -162,6 +162,9 @@ class FitFile(Part):
     """Free numbers by their full key in the scene."""
     experiments: Annotated[dict[Name, Experiment], Field(min_length=1)]
     """Experiments by name."""
+    ropes: Annotated[tuple[Text, ...], Field(min_length=1)] | Literal["*"] | None = None
+    """Names of ropes, each fitted by itself: `{rope}` in the names of files becomes each of them. "*":
+    all that there are files of. Absent: one rope."""
     method: FitMethod = FitMethod()
     """How to fit."""
     choices: dict[Name, Choice] = Field(default_factory=dict)

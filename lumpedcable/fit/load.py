@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import glob
+import re
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
@@ -28,13 +30,22 @@ from lumpedcable.scene.writer import value_text
 
 __all__ = ["FitStudy", "load_fit"]
 
+ROPE = "{rope}"
+"""What stands for a rope's name in the name of a file."""
+_LETTERS = "names of letters, digits, _, - and ."
+_ROPE_NAME = re.compile(r"\w[\w.-]*")
+
 
 class FitStudy(NamedTuple):
-    """A fit file as read: the problem, and the same data with other laws by name."""
+    """A fit file as read: the problem, and the same data with other laws by name.
+
+    Where it names ropes, the problem of each; `problem` is then that of the first.
+    """
 
     path: FilePath
     problem: FitProblem
     choices: dict[str, FitProblem]
+    ropes: dict[str, FitProblem]
 
 
 def load_fit(path: FilePath) -> FitStudy:
@@ -52,6 +63,13 @@ def load_fit(path: FilePath) -> FitStudy:
         raise SceneError(reader.faults) from None
     reader.tell(inside(file, ()))
     reader.stop()
+    if (names := reader.ropes(file)) is not None:
+        ropes = {
+            name: reader.problem(of_rope(file, name), {}, file.free, ("free",)) for name in names
+        }
+        reader.stop()
+        good = {name: problem for name, problem in ropes.items() if problem is not None}
+        return FitStudy(path, next(iter(good.values())), {}, good)
     main = reader.problem(file, {}, file.free, ("free",))
     choices = {
         name: reader.problem(file, choice.set, _freed(file, choice.free), ("choices", name, "free"))
@@ -59,7 +77,16 @@ def load_fit(path: FilePath) -> FitStudy:
     }
     reader.stop()
     assert main is not None
-    return FitStudy(path, main, {name: p for name, p in choices.items() if p is not None})
+    return FitStudy(path, main, {name: p for name, p in choices.items() if p is not None}, {})
+
+
+def of_rope(file: FitFile, rope: str) -> FitFile:
+    """The same file for one of its ropes."""
+    mine = {
+        name: one.model_copy(update={"file": one.file.replace(ROPE, rope)})
+        for name, one in file.experiments.items()
+    }
+    return file.model_copy(update={"experiments": mine})
 
 
 def _freed(file: FitFile, own: Mapping[str, Free]) -> dict[str, Free]:
@@ -85,6 +112,50 @@ class _Reader:
     def stop(self) -> None:
         if self.faults:
             raise SceneError(self.faults)
+
+    # --- ropes ------------------------------------------------------------------------------
+
+    def ropes(self, file: FitFile) -> list[str] | None:
+        """The names of the ropes, None without any; stops where they are faulty."""
+        named = {n: e.file for n, e in file.experiments.items() if ROPE in e.file}
+        if file.ropes is None:
+            for name in named:
+                message = (
+                    f'expected ropes = ["NAME", ...] for the "{ROPE}" in this name, found none'
+                )
+                self.tell([Problem(("experiments", name, "file"), message)])
+            self.stop()
+            return None
+        if not named:
+            message = f'expected "{ROPE}" in the file of an experiment, found it in none'
+            self.tell([Problem(("ropes",), message)])
+        if file.choices:
+            message = "expected no choices where there are ropes: laws are compared rope by rope"
+            self.tell([Problem(("choices",), message)])
+        self.stop()
+        if file.ropes != "*":
+            for name in file.ropes:
+                if _ROPE_NAME.fullmatch(name) is None or file.ropes.count(name) > 1:
+                    twice = "each rope once" if file.ropes.count(name) > 1 else _LETTERS
+                    self.tell([Problem(("ropes",), f'expected {twice}, found "{name}"')])
+            self.stop()
+            return list(file.ropes)
+        found = [self._found(pattern) for pattern in named.values()]
+        common = sorted(set.intersection(*found))
+        if not common:
+            message = f"expected files like {next(iter(named.values()))}, found none"
+            self.tell([Problem(("ropes",), message)])
+        self.stop()
+        return common
+
+    def _found(self, pattern: str) -> set[str]:
+        """The ropes that there is a file of."""
+        before, _, rest = pattern.partition(ROPE)
+        shape = re.compile(
+            re.escape(before) + r"([^/]+)" + re.escape(rest).replace(re.escape(ROPE), r"\1")
+        )
+        paths = glob.glob(pattern.replace(ROPE, "*"), root_dir=self.folder)
+        return {match.group(1) for p in paths if (match := shape.fullmatch(p))}
 
     # --- scenes -----------------------------------------------------------------------------
 

@@ -18,12 +18,22 @@ from lumpedcable.fit.uncertainty import VAGUE, words
 from lumpedcable.scene import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["WIDE", "contents_of", "print_fit", "print_sensitivity", "remarks_of", "slopes_contents"]
+__all__ = [
+    "WIDE",
+    "contents_of",
+    "print_fit",
+    "print_ropes",
+    "print_sensitivity",
+    "remarks_of",
+    "slopes_contents",
+    "status_of",
+]
 
 WIDE = 140  # columns where no terminal says how many there are
 UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
 MOST_ROWS = 30
+MOST_NUMBERS = 5
 
 
 def console_of() -> Console:
@@ -44,6 +54,34 @@ def print_fit(fitted: Fitted, others: Mapping[str, Fitted] | None = None) -> Non
     console.print(
         f"{fitted.evaluations} evaluations with derivatives in {fitted.seconds:.3g} s, "
         f"{_failed(fitted)}"
+    )
+
+
+def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
+    """Print the numbers found of every rope, with their standard deviations."""
+    console = console_of()
+    console.print(Text(title, "bold"))
+    shown = next(iter(fits.values())).problem.parameters[:MOST_NUMBERS]
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    for k, head in enumerate(("rope", *(p.label for p in shown), "left over", "remark")):
+        text = k in (0, len(shown) + 2)
+        table.add_column(Text(head), justify="left" if text else "right", no_wrap=not text)
+    for name, f in list(fits.items())[:MOST_ROWS]:
+        found = [
+            f"{format_quantity(float(x), p.unit, 5)} ± {format_quantity(float(s), p.unit, 2)}"
+            for p, x, s in zip(shown, f.values, f.certainty.std, strict=False)
+        ]
+        said = [] if f.converged else [status_of(f)]
+        said += ["at a bound"] if any(f.at_bound) else []
+        said += ["numbers not told by the data"] if f.certainty.vague() else []
+        table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
+    console.print(table)
+    if len(fits) > MOST_ROWS:
+        console.print(f"{MOST_ROWS} of {len(fits)} ropes shown; the files hold all.")
+    seconds = sum(f.seconds for f in fits.values())
+    evaluations = sum(f.evaluations for f in fits.values())
+    console.print(
+        f"{len(fits)} ropes in {seconds:.3g} s, {evaluations} evaluations with derivatives"
     )
 
 

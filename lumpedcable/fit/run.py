@@ -20,7 +20,7 @@ from lumpedcable.fit.uncertainty import Certainty, Criteria, Profile, certainty_
 from lumpedcable.scene import Scene
 from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["Fitted", "Start", "fit_problem", "slopes_of"]
+__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of"]
 
 Array = NDArray[np.float64]
 AT_BOUND = 1e-4  # share of the gap between bounds (or of the start) within which a value is at one
@@ -63,7 +63,7 @@ class Fitted:
     @property
     def loss(self) -> float:
         """Sum of the squared deviations, after the robust loss if there is one."""
-        return min(start.loss for start in self.starts)
+        return self.sought.loss
 
     @property
     def evaluations(self) -> int:
@@ -98,7 +98,7 @@ def fit_problem(problem: Problem, tell: Callable[[str], None] = lambda words: No
     if problem.method.solver != "levenberg-marquardt" and len(problem.parameters) >= REVERSE_FROM:
         spec, arrays = _fixed_steps(problem, spec, arrays)
     sought = seek(problem, spec, arrays, tell)
-    return _fitted(problem, spec, sought, clock.perf_counter() - begun)
+    return fitted_from(problem, spec, sought, clock.perf_counter() - begun)
 
 
 def _fixed_steps(problem: Problem, spec: Spec, arrays: Arrays) -> tuple[Spec, Arrays]:
@@ -116,7 +116,8 @@ def group_bound(group, arrays, values) -> float:
     return float(np.min(bound))
 
 
-def _fitted(problem: Problem, spec: Spec, sought: Sought, seconds: float) -> Fitted:
+def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) -> Fitted:
+    """What searches have found, with how sure it is."""
     found, arrays = sought.best, sought.arrays
     values = np.asarray(to_values(arrays.transform, found.z))
     prediction = jax.tree.map(np.asarray, unpacked(spec, arrays, found.flat))
@@ -183,7 +184,8 @@ def _by_series(problem: Problem, spec: Spec, arrays: Arrays, found: Prediction):
         for k, record in enumerate(members):
             rows = [values[k, i, : s.x.size] for i, s in enumerate(record.series)]
             by_record[record.name] = (rows, Status(int(status[k])), list(map(float, rough[k])))
-    predicted, roughness = list(found.tables), [0.0] * len(found.tables)
+    predicted = [f[: t.series.x.size] for f, t in zip(found.tables, problem.tables, strict=True)]
+    roughness = [0.0] * len(found.tables)
     failures = []
     for record in problem.records:
         rows, status, rough = by_record[record.name]

@@ -18,7 +18,7 @@ from lumpedcable.fit.residual import penalised, unpacked
 from lumpedcable.fit.transforms import to_unbounded, to_values
 from lumpedcable.status import Status
 
-__all__ = ["Sought", "Start", "chance_of", "seek", "settled"]
+__all__ = ["Sought", "Start", "bad_end", "chance_of", "seek", "settled"]
 
 Array = NDArray[np.float64]
 
@@ -55,35 +55,40 @@ class Sought(NamedTuple):
     arrays: Arrays
     sampled: int
 
+    @property
+    def loss(self) -> float:
+        """The least sum of squares."""
+        return min(start.loss for start in self.starts)
+
 
 def seek(
     problem: Problem, spec: Spec, arrays: Arrays, tell: Callable[[str], None] = lambda words: None
 ) -> Sought:
     """Search from every start; without a number of starts, from others if the first ends badly."""
-    starts: list[Start] = []
-    best: tuple[Found, Arrays] | None = None
-    sampled = 0
+    sought: Sought | None = None
 
-    def go(start: Array) -> None:
-        nonlocal best
-        tell(f"search {len(starts) + 1}")
+    def go(start: Array) -> Sought:
+        tell(f"search {len(sought.starts) + 1 if sought else 1}")
         one, found, mine = settled(problem, spec, arrays, start)
-        if best is None or one.loss < min(s.loss for s in starts):
-            best = found, mine
-        starts.append(one)
+        if sought is None:
+            return Sought((one,), found, mine, 0)
+        starts = (*sought.starts, one)
+        if one.loss < sought.loss:
+            return sought._replace(starts=starts, best=found, arrays=mine)
+        return sought._replace(starts=starts)
 
     for start in _starts(problem):
-        go(start)
-    assert best is not None
-    if problem.method.starts is None and _bad(problem, spec, best[1], best[0], starts):
-        sampled = SAMPLE
-        for start in _others(problem, spec, arrays):
-            before = min(s.loss for s in starts)
-            go(start)
-            agreed = abs(starts[-1].loss - before) <= SAME * before
-            if agreed or not _bad(problem, spec, best[1], best[0], starts):
-                break
-    return Sought(tuple(starts), *best, sampled)
+        sought = go(start)
+    assert sought is not None
+    if problem.method.starts is not None or not bad_end(problem, spec, sought):
+        return sought
+    for start in _others(problem, spec, arrays):
+        before = sought.loss
+        sought = go(start)
+        agreed = abs(sought.starts[-1].loss - before) <= SAME * before
+        if agreed or not bad_end(problem, spec, sought):
+            break
+    return sought._replace(sampled=SAMPLE)
 
 
 def _starts(problem: Problem) -> list[Array]:
@@ -123,12 +128,13 @@ def _others(problem: Problem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
 _plain = jax.jit(penalised, static_argnames=("spec",))
 
 
-def _bad(problem: Problem, spec: Spec, arrays: Arrays, found: Found, starts: list[Start]) -> bool:
+def bad_end(problem: Problem, spec: Spec, sought: Sought) -> bool:
     """Whether the best search has not come to an end that could be the right one."""
-    best = min(starts, key=lambda s: s.loss)
+    best = min(sought.starts, key=lambda s: s.loss)
     if not best.converged or not np.isfinite(best.loss):
         return True
-    if any(np.any(s != Status.OK) for s in unpacked(spec, arrays, found.flat).status):
+    status = unpacked(spec, sought.arrays, sought.best.flat).status
+    if any(np.any(np.asarray(s) != Status.OK) for s in status):
         return True
     free = max(problem.points - len(problem.parameters), 1)
     if not problem.known_noise:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from lumpedcable.results.errors import OutputError
 from lumpedcable.results.human import scale
@@ -248,7 +249,9 @@ def profile_figure(pictures: FitPictures) -> Figure:
             x = np.linspace(left, right, 201)
             rise = ((x / factor - p.best) / p.std) ** 2
             ax.plot(x, rise, color=style.NEUTRAL, linestyle=style.DASHES[1])
-        ax.plot(factor * p.x, p.root**2, ".-", color=style.COLOURS[1], markersize=4)
+        x = np.linspace(p.x[0], p.x[-1], 201)
+        ax.plot(factor * x, PchipInterpolator(p.x, p.root)(x) ** 2, color=style.COLOURS[1])
+        ax.plot(factor * p.x, p.root**2, ".", color=style.COLOURS[1], markersize=4)
         ax.set_ylim(0.0, 1.15 * max(p.reach**2, float(np.max(p.root**2))))
         ax.set_xlabel(style.with_unit(p.title, unit))
         ax.set_ylabel("rise of the sum of squares\nover the noise squared (-)")
@@ -262,6 +265,55 @@ def profile_figure(pictures: FitPictures) -> Figure:
             label="linear about the best fit",
         ),
         Patch(color="#F3CDB4", label=f"{100 * pictures.confidence:g} % interval"),
+    ]
+    style.foot(figure, "", handles)  # type: ignore[arg-type]
+    return figure
+
+
+class RopeNumbers(NamedTuple):
+    """One number of every rope (SI), with its interval."""
+
+    title: str
+    unit: str
+    values: Array
+    low: Array
+    high: Array
+
+
+def plot_ropes(
+    heading: str, ropes: Sequence[str], numbers: Sequence[Mapping[str, Any]], confidence: float,
+    folder: Path, formats: Sequence[str] = ("png",),
+) -> list[Path]:  # fmt: skip
+    """Draw the numbers of many ropes beside each other and return the files made.
+
+    Raises:
+        OutputError: they cannot be written there, or not in that format.
+    """
+    ready(folder, formats)
+    all_ = [RopeNumbers(**one) for one in numbers]
+    draw = partial(ropes_figure, heading, ropes, all_, confidence)
+    return style.save(draw, folder / "ropes", formats)
+
+
+def ropes_figure(
+    heading: str, ropes: Sequence[str], numbers: Sequence[RopeNumbers], confidence: float
+) -> Figure:
+    """A panel a number: its value for every rope, with its interval."""
+    shown = numbers[:MOST_PANELS]
+    figure, axes = style.panel_figure([n.title for n in shown], f"Ropes: {heading}", height=2.2)
+    place = np.arange(len(ropes))
+    for ax, n in zip(axes, shown, strict=True):
+        factor, unit = scale(style.largest(n.values), n.unit)
+        good = np.isfinite(n.low) & np.isfinite(n.high)
+        ax.vlines(place[good], factor * n.low[good], factor * n.high[good], color="#F3CDB4", lw=3)
+        ax.plot(place, factor * n.values, ".", color=style.COLOURS[1])
+        ax.set_ylabel(style.with_unit(n.title, unit))
+        every = -(-len(ropes) // SHOWN_NUMBERS)
+        ax.set_xticks(place[::every], list(ropes[::every]), rotation=45, ha="right")
+        ax.set_xlim(-0.6, len(ropes) - 0.4)
+    handles = [
+        Line2D([], [], marker=".", linestyle="", color=style.COLOURS[1], label="found"),
+        Patch(color="#F3CDB4", label=f"{100 * confidence:g} % interval"),
     ]
     style.foot(figure, "", handles)  # type: ignore[arg-type]
     return figure
