@@ -48,13 +48,18 @@ def fit(
     from lumpedcable.fit.profile import with_profiles
     from lumpedcable.fit.report import print_fit
     from lumpedcable.fit.run import fit_problem
+    from lumpedcable.fit.sample import MISSING, can_sample, with_sample
     from lumpedcable.fit.write import pictures_of, write_fit
     from lumpedcable.view import plot_fit
     from lumpedcable.view.fit import pictures_from
 
     folder = output or Path(file.stem)
+    if study.sampling is not None and not can_sample():
+        fail(f"{file}: {MISSING}")
     with told():
         fitted = with_profiles(fit_problem(study.problem))
+        if study.sampling is not None:
+            fitted = with_sample(fitted, study.sampling)
         others = {name: fit_problem(problem) for name, problem in study.choices.items()}
         print_fit(fitted, others)
         made, wrong = write_fit(fitted, others, folder)

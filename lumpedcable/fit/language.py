@@ -140,6 +140,19 @@ class FitMethod(Part):
     """Probability of the intervals."""
 
 
+class Sampling(Part):
+    """Draws from the distribution of the numbers, by Hamiltonian sampling (extra `sample`)."""
+
+    draws: Annotated[int, Count(10, 1_000_000)] = 500
+    """Draws of a chain that are kept."""
+    warmup: Annotated[int, Count(10, 1_000_000)] = 300
+    """Draws before them, in which the sampler finds its step."""
+    chains: Annotated[int, Count(2, 1000)] = 4
+    """Chains, each from another place."""
+    accept: Fraction = 0.9
+    """Share of proposals that are to be accepted: nearer to 1, smaller steps."""
+
+
 class Choice(Part):
     """Another law for the same data: what is different in the scene, and what is free in it."""
 
@@ -167,5 +180,7 @@ class FitFile(Part):
     all that there are files of. Absent: one rope."""
     method: FitMethod = FitMethod()
     """How to fit."""
+    sample: Sampling | None = None
+    """Draws from the distribution of the numbers, beside the intervals. Absent: none."""
     choices: dict[Name, Choice] = Field(default_factory=dict)
     """Other laws to fit to the same data, compared in the report."""

@@ -14,7 +14,14 @@ from pydantic import ValidationError
 from lumpedcable.fit.columns import check_times, noise_of, read_data
 from lumpedcable.fit.data import Problem as FitProblem
 from lumpedcable.fit.data import Record, Series, Smooth, Table
-from lumpedcable.fit.language import Column, FitFile, Free, RecordExperiment, TableExperiment
+from lumpedcable.fit.language import (
+    Column,
+    FitFile,
+    Free,
+    RecordExperiment,
+    Sampling,
+    TableExperiment,
+)
 from lumpedcable.fit.observe import UNITS, watched
 from lumpedcable.fit.parameters import Parameter, read_parameters
 from lumpedcable.model.layout import make_layout
@@ -46,6 +53,7 @@ class FitStudy(NamedTuple):
     problem: FitProblem
     choices: dict[str, FitProblem]
     ropes: dict[str, FitProblem]
+    sampling: Sampling | None
 
 
 def load_fit(path: FilePath) -> FitStudy:
@@ -69,7 +77,7 @@ def load_fit(path: FilePath) -> FitStudy:
         }
         reader.stop()
         good = {name: problem for name, problem in ropes.items() if problem is not None}
-        return FitStudy(path, next(iter(good.values())), {}, good)
+        return FitStudy(path, next(iter(good.values())), {}, good, None)
     main = reader.problem(file, {}, file.free, ("free",))
     choices = {
         name: reader.problem(file, choice.set, _freed(file, choice.free), ("choices", name, "free"))
@@ -77,7 +85,9 @@ def load_fit(path: FilePath) -> FitStudy:
     }
     reader.stop()
     assert main is not None
-    return FitStudy(path, main, {name: p for name, p in choices.items() if p is not None}, {})
+    return FitStudy(
+        path, main, {name: p for name, p in choices.items() if p is not None}, {}, file.sample
+    )
 
 
 def of_rope(file: FitFile, rope: str) -> FitFile:
@@ -129,9 +139,12 @@ class _Reader:
         if not named:
             message = f'expected "{ROPE}" in the file of an experiment, found it in none'
             self.tell([Problem(("ropes",), message)])
-        if file.choices:
-            message = "expected no choices where there are ropes: laws are compared rope by rope"
-            self.tell([Problem(("choices",), message)])
+        for key in ("choices", "sample"):
+            if getattr(file, key):
+                message = (
+                    f"expected no {key} where there are ropes: it is done for one rope at a time"
+                )
+                self.tell([Problem((key,), message)])
         self.stop()
         if file.ropes != "*":
             for name in file.ropes:

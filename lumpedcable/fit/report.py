@@ -33,6 +33,10 @@ WIDE = 140  # columns where no terminal says how many there are
 UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
 MOST_ROWS = 30
+MIXED, FEW = (
+    1.02,
+    100,
+)  # R-hat from which chains disagree; independent draws below which they are few
 MOST_NUMBERS = 5
 
 
@@ -49,12 +53,34 @@ def print_fit(fitted: Fitted, others: Mapping[str, Fitted] | None = None) -> Non
     console.print(_values(fitted))
     for remark in remarks_of(fitted):
         console.print(Text(remark))
+    if fitted.draws is not None:
+        console.print(_drawn(fitted))
     if others:
         console.print(_choices({"as given": fitted, **others}))
     console.print(
         f"{fitted.evaluations} evaluations with derivatives in {fitted.seconds:.3g} s, "
         f"{_failed(fitted)}"
     )
+
+
+def _drawn(fitted: Fitted) -> Table:
+    """The distribution that was sampled, number by number."""
+    found, table = (
+        _sample(fitted) or {},
+        Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False),
+    )
+    share = f"{100 * fitted.problem.method.confidence:g} %"
+    for k, head in enumerate(("sampled", "mean", "std", share, "R-hat", "worth draws")):
+        table.add_column(Text(head), justify="right" if k else "left")
+    for k, p in enumerate(fitted.problem.parameters):
+        low, high = (format_quantity(float(found[key][k]), p.unit, 4) for key in ("low", "high"))
+        mean = format_quantity(float(found["mean"][k]), p.unit, 6)
+        std = format_quantity(float(found["std"][k]), p.unit, 2)
+        table.add_row(
+            Text(p.label), mean, std, f"{low} to {high}", f"{found['r_hat'][k]:.3f}",
+            f"{found['effective_size'][k]:.0f}",
+        )  # fmt: skip
+    return table
 
 
 def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
@@ -157,6 +183,11 @@ def remarks_of(fitted: Fitted) -> list[str]:
                 f"The profile of {names[one.parameter]} passes a better fit than this one: give other "
                 "starts, or more of them (method.starts)."
             )
+    draws = fitted.draws
+    if draws is not None and not (np.all(draws.r_hat < MIXED) and np.all(draws.size > FEW)):
+        said.append("The chains do not agree yet: raise sample.draws and sample.warmup.")
+    if draws is not None and draws.diverging:
+        said.append(f"{draws.diverging} steps of the sampler went wrong: raise sample.accept.")
     if len(fitted.starts) > 1:
         said.append(_spread_of_starts(fitted))
     return said
@@ -206,6 +237,20 @@ def _choices(all_: Mapping[str, Fitted]) -> Table:
     return table
 
 
+def _sample(fitted: Fitted) -> dict[str, Any] | None:
+    """What was drawn, in few numbers."""
+    draws = fitted.draws
+    if draws is None:
+        return None
+    values = draws.values.reshape(-1, fitted.values.size)
+    return {
+        "chains": draws.values.shape[0], "draws": draws.values.shape[1],
+        "mean": values.mean(axis=0), "std": values.std(axis=0, ddof=1), "low": draws.low,
+        "high": draws.high, "r_hat": draws.r_hat, "effective_size": draws.size,
+        "diverging": draws.diverging, "evaluations": draws.evaluations,
+    }  # fmt: skip
+
+
 def status_of(fitted: Fitted) -> str:
     """How a fit ended, in one word or two."""
     if fitted.failures:
@@ -249,6 +294,7 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
             }
             for one in fitted.profiles
         ],
+        "sample": _sample(fitted),
         "names": names,
         "correlation": {"rows": [list(row) for row in certainty.correlation]},
         "covariance": {"rows": [list(row) for row in certainty.covariance]},

@@ -16,7 +16,14 @@ from lumpedcable.fit.minimise import REVERSE_FROM, Found
 from lumpedcable.fit.residual import Prediction, started, unpacked
 from lumpedcable.fit.seek import Sought, Start, seek
 from lumpedcable.fit.transforms import slope_at, to_values
-from lumpedcable.fit.uncertainty import Certainty, Criteria, Profile, certainty_of, criteria_of
+from lumpedcable.fit.uncertainty import (
+    Certainty,
+    Criteria,
+    Draws,
+    Profile,
+    certainty_of,
+    criteria_of,
+)
 from lumpedcable.scene import Scene
 from lumpedcable.status import ADVICE, MEANING, Status
 
@@ -49,6 +56,7 @@ class Fitted:
     sought: Sought
     seconds: float
     profiles: tuple[Profile, ...] = ()
+    draws: Draws | None = None
 
     @property
     def starts(self) -> tuple[Start, ...]:

@@ -13,6 +13,7 @@ __all__ = [
     "Certainty",
     "Combination",
     "Criteria",
+    "Draws",
     "Profile",
     "certainty_of",
     "criteria_of",
@@ -168,6 +169,24 @@ class Profile(NamedTuple):
     low: float
     high: float
     better: bool
+    evaluations: int
+
+
+class Draws(NamedTuple):
+    """Draws from the distribution of the parameters: values (chains, draws, p) in SI.
+
+    low, high (p,): quantiles of the confidence. r_hat (p,): spread of all chains over that within
+    them, 1 where they agree; size (p,): how many independent draws they are worth (Gelman et al.,
+    Bayesian Data Analysis, 3rd ed., 2013, sections 11.4 and 11.5). `diverging` steps went wrong;
+    `evaluations` of the model with its gradient were made after the warm-up.
+    """
+
+    values: Array
+    low: Array
+    high: Array
+    r_hat: Array
+    size: Array
+    diverging: int
     evaluations: int
 
 

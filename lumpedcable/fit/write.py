@@ -11,6 +11,7 @@ import numpy as np
 from lumpedcable.fit.laws import law_bands
 from lumpedcable.fit.report import contents_of, status_of
 from lumpedcable.fit.run import Fitted
+from lumpedcable.fit.uncertainty import Draws
 from lumpedcable.results.numbers import write_numbers, write_text
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.writer import to_toml
@@ -34,7 +35,20 @@ def write_fit(
     if others:
         contents["choices"] = {name: contents_of(other) for name, other in others.items()}
     write_numbers(folder / "fit.json", contents)
-    return [*made, folder / "fit.json"], wrong
+    made.append(folder / "fit.json")
+    if fitted.draws is not None:
+        write_text(folder / "draws.csv", _draw_rows(fitted, fitted.draws))
+        made.append(folder / "draws.csv")
+    return made, wrong
+
+
+def _draw_rows(fitted: Fitted, draws: Draws) -> str:
+    """One line a draw: its chain, and all numbers in SI."""
+    heads = [f"{p.name.replace(',', '')} ({p.unit or '-'})" for p in fitted.problem.parameters]
+    rows = [",".join(["chain", *heads])]
+    for chain, values in enumerate(draws.values):
+        rows += [",".join([str(chain), *(f"{x:.10g}" for x in row)]) for row in values]
+    return "\n".join(rows) + "\n"
 
 
 def _write_scenes(fitted: Fitted, folder: Path) -> tuple[list[Path], list[str]]:
@@ -162,5 +176,13 @@ def pictures_of(fitted: Fitted) -> dict[str, Any]:
             }
             for one in fitted.profiles
         ],
+        "draws": [] if fitted.draws is None else [
+            {
+                "title": p.label, "unit": p.unit, "values": fitted.draws.values[:, :, k].ravel(),
+                "best": fitted.values[k], "std": fitted.certainty.std[k],
+                "low": fitted.draws.low[k], "high": fitted.draws.high[k],
+            }
+            for k, p in enumerate(problem.parameters)
+        ],
         "confidence": problem.method.confidence,
-    }
+    }  # fmt: skip

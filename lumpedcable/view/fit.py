@@ -66,6 +66,18 @@ class Profile(NamedTuple):
     high: float
 
 
+class Drawn(NamedTuple):
+    """Draws (draws,) of a number (SI) with their interval, its best value and its std by the fit."""
+
+    title: str
+    unit: str
+    values: Array
+    best: float
+    std: float
+    low: float
+    high: float
+
+
 class FitPictures(NamedTuple):
     """All that is drawn of a fit."""
 
@@ -75,6 +87,7 @@ class FitPictures(NamedTuple):
     correlation: Array
     laws: Sequence[Law]
     profiles: Sequence[Profile]
+    draws: Sequence[Drawn]
     confidence: float
 
 
@@ -85,6 +98,7 @@ def pictures_from(numbers: Mapping[str, Any]) -> FitPictures:
             **numbers,
             "series": [Compared(**one) for one in numbers["series"]],
             "laws": [Law(**one) for one in numbers["laws"]],
+            "draws": [Drawn(**one) for one in numbers["draws"]],
             "profiles": [Profile(**one) for one in numbers["profiles"]],
         }
     )
@@ -107,6 +121,8 @@ def plot_fit(pictures: FitPictures, folder: Path, formats: Sequence[str] = ("png
         draws.append(("laws", partial(law_figure, pictures)))
     if pictures.profiles:
         draws.append(("profiles", partial(profile_figure, pictures)))
+    if pictures.draws:
+        draws.append(("sample", partial(sample_figure, pictures)))
     ready(folder, formats)
     for name, draw in draws:
         made += style.save(draw, folder / name, formats)
@@ -265,6 +281,31 @@ def profile_figure(pictures: FitPictures) -> Figure:
             label="linear about the best fit",
         ),
         Patch(color="#F3CDB4", label=f"{100 * pictures.confidence:g} % interval"),
+    ]
+    style.foot(figure, "", handles)  # type: ignore[arg-type]
+    return figure
+
+
+def sample_figure(pictures: FitPictures) -> Figure:
+    """A panel a number: the density of what was drawn, and the normal one of the fit."""
+    shown = pictures.draws[:MOST_PANELS]
+    figure, axes = style.panel_figure([d.title for d in shown], f"Sampled: {pictures.heading}")
+    for ax, d in zip(axes, shown, strict=True):
+        factor, unit = scale(style.largest(d.values), d.unit)
+        ax.axvspan(factor * d.low, factor * d.high, color="#F3CDB4", linewidth=0)
+        ax.hist(factor * d.values, bins=40, density=True, color=style.COLOURS[0])
+        if np.isfinite(d.std) and d.std > 0.0:
+            x = np.linspace(np.min(d.values), np.max(d.values), 201)
+            normal = np.exp(-0.5 * ((x - d.best) / d.std) ** 2) / (
+                factor * d.std * np.sqrt(2 * np.pi)
+            )
+            ax.plot(factor * x, normal, color=style.COLOURS[1])
+        ax.set_yticks([])
+        ax.set_xlabel(style.with_unit(d.title, unit))
+    handles = [
+        Patch(color=style.COLOURS[0], label="density of the draws"),
+        Line2D([], [], color=style.COLOURS[1], label="normal, by the fit's std"),
+        Patch(color="#F3CDB4", label=f"{100 * pictures.confidence:g} % of the draws"),
     ]
     style.foot(figure, "", handles)  # type: ignore[arg-type]
     return figure
