@@ -165,9 +165,12 @@ def _is_at_bound(p, x: float) -> bool:
 
 
 def slopes_of(arrays: Arrays, found: Found) -> Array:
-    """Derivatives (n, p) of the rows that were squared by the parameters in SI."""
+    """Derivatives (n, p) of the rows that were squared by the parameters in SI.
+
+    Of a value that is its bound to rounding nothing is known: zero.
+    """
     change = slope_at(arrays.transform, found.z)
-    return found.slope / np.where(change != 0.0, change, np.nan)
+    return found.slope / np.where(change != 0.0, change, np.inf)
 
 
 def _data_rows(arrays: Arrays) -> int:

@@ -15,7 +15,7 @@ from lumpedcable.fit.arrays import Arrays, Spec
 from lumpedcable.fit.data import Problem
 from lumpedcable.fit.minimise import Found, search
 from lumpedcable.fit.residual import penalised, unpacked
-from lumpedcable.fit.transforms import to_unbounded, to_values
+from lumpedcable.fit.transforms import to_unbounded, to_values, transform_of
 from lumpedcable.status import Status
 
 __all__ = ["Sought", "Start", "bad_end", "chance_of", "seek", "settled"]
@@ -111,7 +111,8 @@ def _sample(problem: Problem, count: int) -> Array:
         # bounds themselves are infinitely far away for the search
         between = low + (0.02 + 0.96 * share) * (high - low)
         above, below = low + (start - low) * factor, high - (high - start) * factor
-    free = np.where(start != 0.0, start * factor, 2.0 * share - 1.0)
+    size = transform_of(problem.parameters).scale
+    free = np.where(start != 0.0, start * factor, (2.0 * share - 1.0) * size)
     return np.select([has_low & has_high, has_low, has_high], [between, above, below], free)
 
 

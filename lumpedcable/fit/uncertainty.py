@@ -114,7 +114,8 @@ def certainty_of(
     std = s * np.sqrt(variance) * sizes
     reach = reach_of(known, confidence, free)
     # which parameters change together is a matter of the directions that are known at all
-    tame = v * np.minimum(inverse, 1e8 * inverse[0])[:, None]
+    most = 1e8 * inverse[0] if np.isfinite(inverse[0]) else 1.0
+    tame = v * np.minimum(inverse, most)[:, None]
     outer = tame.T @ tame
     root = np.sqrt(np.diag(outer))
     correlation = outer / np.outer(root, root)
