@@ -19,7 +19,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, begin, cast, interval
 from lumpedcable.solve.observe import Sample, sample
-from lumpedcable.solve.start import start_of
+from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import Status
 
 __all__ = [
@@ -82,7 +82,7 @@ def started(spec: GroupSpec, arrays: GroupArrays, values):
 
     def start(mine):
         scene = spec.structure.scene.with_numbers({**shared, **mine})
-        found = start_of(scene, spec.structure.layout, coordinates)
+        found = rest_of(scene, spec.structure.layout, coordinates)
         return cast(found.model, spec.plan.dtype), step_bound(found.model), found.converged
 
     axis, runs = None if not own else 0, arrays.every.shape[0]
