@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
-
-if TYPE_CHECKING:
-    from lumpedcable.fit.load import FitStudy
 
 from lumpedcable.commands.console import Set, fail, study_of, told
 
@@ -72,8 +69,8 @@ def fit(
         raise SystemExit(1)
 
 
-def _fit_ropes(study: FitStudy, folder: Path, formats: tuple[str, ...]) -> None:
-    """The same fit to every rope."""
+def _fit_ropes(study, folder: Path, formats: tuple[str, ...]) -> None:
+    """The same fit to every rope of a `FitStudy`."""
     from lumpedcable.fit.report import print_ropes
     from lumpedcable.fit.ropes import fit_ropes
     from lumpedcable.fit.write import ropes_picture, write_ropes
