@@ -1,13 +1,15 @@
 """Numbers come back from break tests: all digits without noise, as often as they should with it."""
 
+import json
 from dataclasses import replace
 from itertools import product
 
 import jax
 import numpy as np
 import pytest
+from command_line import ROOT, say
 from engine_runs import NYLON
-from fit_files import TRUTH, fit_of, free
+from fit_files import NAMES, TRUTH, fit_of, free
 
 from lumpedcable.fit.arrays import arrays_of
 from lumpedcable.fit.report import remarks_of, status_of
@@ -114,6 +116,33 @@ def test_a_law_that_cannot_reach_a_pretension_is_told(clean):
     assert status_of(fitted) == "run failed"
     assert any("experiments.at-450" in remark for remark in remarks_of(fitted))
     assert np.all(np.isfinite(fitted.values))
+
+
+def test_what_breaks_cannot_tell_is_named(clean):
+    said = [np.array([s.values for s in record.series]) for record in clean.records]
+    fitted = fit_problem(measured(clean, said, 0.01, np.random.default_rng(3)))
+    # p5 e is 40 N at most, of 450 kN with 4.5 kN of noise; the four others are told to some per cent
+    assert abs(fitted.certainty.combinations[0].parts[4]) > 0.99
+    assert "The data do not tell nylon p5" in " ".join(remarks_of(fitted))
+    assert np.all(fitted.certainty.std[:4] < 0.05 * np.abs(TRUTH[:4]))
+    assert np.all(abs(fitted.values - TRUTH) < 4.0 * fitted.certainty.std)
+
+
+@pytest.mark.slow
+def test_bench_and_breaks_tell_more_together_than_either(tmp_path):
+    found = {}
+    for name in ("bench", "breaks", "both"):
+        said = say(ROOT, "fit", f"configs/fit/nylon-{name}.toml", "-o", tmp_path / name)
+        assert said.code == 0, said.err
+        assert "nylon p5" in said.out.split("The data do not tell")[1].splitlines()[0]
+        told = json.loads((tmp_path / name / "fit.json").read_text())
+        found[name] = np.array([[p["value"], p["std"]] for p in told["parameters"]])
+        # the data's noise is of one seed: within three and a half standard deviations
+        assert np.all(abs(found[name][:, 0] - TRUTH) < 3.5 * found[name][:, 1])
+        assert [p["name"] for p in told["profiles"]] == [NAMES[4]]
+        assert say(tmp_path, "check", tmp_path / name / "snapback-fitted.toml").code == 0
+    assert np.all(found["both"][:, 1] < found["bench"][:, 1])
+    assert np.all(found["both"][:, 1] < 1.01 * found["breaks"][:, 1])
 
 
 @pytest.mark.slow
