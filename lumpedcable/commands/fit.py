@@ -112,7 +112,7 @@ def sensitivity(
     of
         The result: max, min, first or last; tension, velocity, displacement or position; at a place;
         in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is taken where
-        that end breaks.
+        that end breaks. Or a measure of the scene: "min h_w".
     output
         Folder for picture and numbers; the scene's name in this folder if not given.
     set_
@@ -133,7 +133,9 @@ def sensitivity(
     folder, title = output or Path(scene.stem), heading(study, run_)
     with told():
         try:
-            scalar = usual_scalar(study.runs[run_]) if of is None else read_scalar(of)
+            scalar = (
+                usual_scalar(study.runs[run_]) if of is None else read_scalar(of, study.runs[run_])
+            )
             found = sensitivity_of(study, scalar, run_)
         except ValueError as error:
             fail(f"--of: {error}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -29,6 +29,7 @@ __all__ = [
     "TableSpec",
     "arrays_of",
     "grouped",
+    "seen_plan",
 ]
 
 SEEN = ("position", "velocity", "tension")
@@ -189,11 +190,16 @@ def grouped(problem: Problem) -> list[list[Member]]:
         scene = record.study.runs[0]
         structure = Structure(scene.skeleton(), make_layout(scene), scene)
         plan = plan_of(scene, structure.layout)
-        plan = Plan(plan.method, plan.adaptive, SEEN, (), plan.dtype, plan.max_steps, 1)
+        plan = seen_plan(plan)
         owned = tuple(key for key in scene.numbers() if problem.owner(key, record.name) is not None)
         key = (structure, plan, record.watched, owned)
         groups.setdefault(key, []).append(Member(record, scene, structure, plan))
     return list(groups.values())
+
+
+def seen_plan(plan: Plan) -> Plan:
+    """A scene's plan with what is looked at here alone, and with derivatives."""
+    return replace(plan, quantities=SEEN, recoils=(), outputs=1, stop=None, sloped=True)
 
 
 def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArrays]:

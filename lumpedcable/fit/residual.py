@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from lumpedcable.fit.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
-from lumpedcable.fit.observe import look
+from lumpedcable.fit.observe import MEASURE, look
 from lumpedcable.fit.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
@@ -142,7 +142,8 @@ def history(
             look(model, coordinates, s, what, shares[k]) for k, what in enumerate(spec.watched)
         ]
         values = jnp.stack(picked)
-        finite = s.finite & jnp.all(jnp.isfinite(values))
+        counts = jnp.array([what.quantity != MEASURE for what in spec.watched])
+        finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
         return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted])
 
     def body(run, k):

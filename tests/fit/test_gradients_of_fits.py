@@ -151,7 +151,7 @@ CASES = {
 def histories(folder, text, what, keys):
     """f(values) of a run: its history at the place; the values of the scene."""
     scene = study_of(folder, text).runs[0]
-    spec, arrays = setting_of(scene, read_scalar(what), keys, False)
+    spec, arrays = setting_of(scene, read_scalar(what, scene), keys, False)
     values = np.array([scene.numbers()[key] for key in keys])
 
     def f(x):

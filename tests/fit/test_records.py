@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from command_line import say
+from command_line import ROOT, refused, say
 from engine_runs import HOOKE, run_text, study_of
 from fit_files import fit_of
 
@@ -12,6 +12,7 @@ from lumpedcable.fit.observe import grid_of
 from lumpedcable.fit.run import fit_problem
 from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar
 from lumpedcable.fit.write import write_fit
+from lumpedcable.scene import Scene
 
 # Hooke's law without weight or drag: c = sqrt(EA/m) = 1000 m/s, speed of the end F0/sqrt(EA m) = 50 m/s
 LINE = HOOKE.replace("segments = 50", "segments = 10").replace('"100 ms"', '"60 ms"')
@@ -129,7 +130,9 @@ def test_shares_of_the_exact_speed_by_the_command(tmp_path):
 def test_shares_of_the_exact_speed_in_reverse(tmp_path):
     study = study_of(tmp_path, SLOW_BREAK)
     assert str(usual_scalar(study.scene)) == "max velocity at rope.end"
-    found = sensitivity_of(study, read_scalar("max velocity at rope.end"), reverse=True)
+    found = sensitivity_of(
+        study, read_scalar("max velocity at rope.end", study.scene), reverse=True
+    )
     assert_shares(dict(zip(found.keys, found.shares, strict=True)))
 
 
@@ -156,11 +159,39 @@ tension = "4 kN"
 @pytest.mark.slow
 def test_what_a_target_asks_for_is_what_the_result_depends_on(tmp_path):
     # the tension at the end is the target's, whatever the rope is: derivative 1, all others 0
-    found = sensitivity_of(study_of(tmp_path, TARGET), read_scalar("last tension at rope.end"))
+    study = study_of(tmp_path, TARGET)
+    found = sensitivity_of(study, read_scalar("last tension at rope.end", study.scene))
     assert found.value == pytest.approx(4e3, rel=1e-6)
     slopes = dict(zip(found.keys, found.slopes, strict=True))
     assert slopes.pop("targets.pull.tension") == pytest.approx(1.0, rel=1e-6)
     assert list(found.shares[1:]) == pytest.approx([0.0] * len(slopes), abs=1e-6)
+
+
+TRANSFER = ROOT / "configs" / "highline" / "transfer.toml"
+
+
+@pytest.mark.slow
+def test_a_measure_of_a_transfer_does_not_depend_on_the_unit_of_mass(tmp_path):
+    # a height has no mass in it: shares of all masses, forces and stiffnesses add up to 0; through rk4, an
+    # ideal cable, a trolley and a winch
+    said = say(tmp_path, "sensitivity", TRANSFER, "--of", "min h_w", "--set", "duration=10 s")
+    assert said.code == 0, said.err
+    told = json.loads((tmp_path / "transfer" / "sensitivity.json").read_text())
+    shares = {n["key"]: n["percent_per_percent"] for n in told["numbers"]}
+    assert told["unit"] == "m"
+    assert shares["lines.highline.end.winch.tension"] > 0.1 > -0.1 > shares["bodies.cargo.mass"]
+    massive = [k for k in shares if k.endswith((".mass", ".EA", "winch.tension"))]
+    assert sum(shares[k] for k in massive) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("of", "said"),
+    [("min h_q", 'expected a measure of the scene, found "h_q"; did you mean'),
+     ("max tension at highline.start", 'expected a line with nodes, found "highline", which is ideal')],
+)  # fmt: skip
+def test_a_scalar_that_a_scene_does_not_have(tmp_path, of, said):
+    told = refused(tmp_path, "sensitivity", TRANSFER, "--of", of)
+    assert said in told
 
 
 @pytest.mark.parametrize(
@@ -172,5 +203,5 @@ def test_what_a_target_asks_for_is_what_the_result_depends_on(tmp_path):
 )  # fmt: skip
 def test_a_scalar_that_is_none(text, said):
     with pytest.raises(ValueError, match="expected") as told:
-        read_scalar(text)
+        read_scalar(text, Scene.model_construct(measures={}))
     assert said in str(told.value)

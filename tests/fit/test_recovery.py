@@ -14,6 +14,7 @@ from fit_files import NAMES, TRUTH, fit_of, free
 from lumpedcable.fit.arrays import arrays_of
 from lumpedcable.fit.report import remarks_of, status_of
 from lumpedcable.fit.residual import predict
+from lumpedcable.fit.ropes import fit_ropes
 from lumpedcable.fit.run import fit_problem
 from lumpedcable.study.compiled import RUN_ONCE
 
@@ -167,3 +168,18 @@ def test_any_five_numbers_half_off_come_back(clean):
         fitted = fit_problem(begun(noisy, np.array(factors) * TRUTH))
         assert fitted.converged
         assert fitted.loss == pytest.approx(best.loss, rel=1e-4), factors
+
+
+@pytest.mark.slow
+def test_ropes_with_records_are_what_they_are_alone(clean):
+    said = [np.array([s.values for s in record.series]) for record in clean.records]
+    ropes = {
+        str(seed): begun(measured(clean, said, 0.01, np.random.default_rng(seed)), factor * TRUTH)
+        for seed, factor in ((1, 1.3), (2, 0.5), (3, 1.0))
+    }
+    for name, fitted in fit_ropes(ropes).items():
+        alone = fit_problem(ropes[name])
+        assert fitted.converged
+        assert fitted.loss == pytest.approx(alone.loss, rel=1e-6)
+        # where the ends differ, by next to nothing beside what the data leave open
+        assert np.all(abs(fitted.values - alone.values) < 1e-2 * alone.certainty.std)
