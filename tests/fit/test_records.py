@@ -172,7 +172,7 @@ TRANSFER = ROOT / "configs" / "highline" / "transfer.toml"
 
 @pytest.mark.slow
 def test_a_measure_of_a_transfer_does_not_depend_on_the_unit_of_mass(tmp_path):
-    # a height has no mass in it: shares of all masses, forces and stiffnesses add up to 0; through rk4, an
+    # a height has no mass in it: shares of masses, forces and stiffnesses add up to 0; through rk4, an
     # ideal cable, a trolley and a winch
     said = say(tmp_path, "sensitivity", TRANSFER, "--of", "min h_w", "--set", "duration=10 s")
     assert said.code == 0, said.err
