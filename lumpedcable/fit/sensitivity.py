@@ -18,7 +18,6 @@ from lumpedcable.fit.residual import run_group, started
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, Study
-from lumpedcable.scene.carried import HeightMeasure
 from lumpedcable.scene.part import did_you_mean
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import Structure, number
@@ -115,8 +114,7 @@ def _measure(scene: Scene, reduction: str, name: str) -> Scalar:
     if name not in scene.measures:
         hint = did_you_mean(name, scene.measures)
         raise ValueError(f'expected a measure of the scene, found "{name}"{hint}')
-    height = isinstance(scene.measures[name], HeightMeasure)
-    return Scalar(reduction, MEASURE, name, None, "m" if height else "m/s")
+    return Scalar(reduction, MEASURE, name, None, scene.measures[name].UNIT)
 
 
 def usual_scalar(scene: Scene) -> Scalar:
@@ -128,7 +126,7 @@ def usual_scalar(scene: Scene) -> Scalar:
         if recoil.line in scene.lines:
             return Scalar("max", "velocity", recoil_name(recoil), None, UNITS["velocity"])
     for name, measure in scene.measures.items():
-        return _measure(scene, "min" if isinstance(measure, HeightMeasure) else "max", name)
+        return _measure(scene, "min" if measure.LEAST else "max", name)
     at = f"{next(iter(scene.lines))}.start"
     return Scalar("max", "tension", at, None, UNITS["tension"])
 
