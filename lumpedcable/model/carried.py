@@ -10,8 +10,9 @@ from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import Coupled, winch_name
 from lumpedcable.model.line import Line
-from lumpedcable.model.riders import Rider, Winch
+from lumpedcable.model.riders import Rider
 from lumpedcable.model.ships import motion_of, point_of_body
+from lumpedcable.model.winches import Control, Sheave, Winch
 from lumpedcable.physics import measures
 from lumpedcable.physics.coupling import IdealCable, Trolley
 from lumpedcable.physics.measures import AbstractMeasure, Near
@@ -19,6 +20,7 @@ from lumpedcable.physics.motion import AbstractMotion, Hauled, Still
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.scene import Scene
 from lumpedcable.scene.carried import CarriedBody, HeightMeasure, SpeedMeasure, WinchEnd
+from lumpedcable.scene.carried import Winch as WinchPart
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, MovingEnd
 from lumpedcable.scene.moved import MovedBody
 
@@ -106,16 +108,36 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
         strain = strain_at(line.law, tension, line.max_strain)
         length = jnp.sum(line.node_length)
         mass = line.mass * length / 3.0
+        control = _control(winch)
+        integral = control is not None and control.rate is not None
         found[winch_name(name)] = Winch(
-            reference=length[None],
+            reference=jnp.stack([length, jnp.zeros_like(length)][: 2 if integral else 1]),
             kilograms=mass if winch.inertia is None else mass + _number(winch.inertia),
             pull=(1.0 + strain) * tension - line.law.energy(strain),
             tension=tension,
+            stretch=1.0 + strain,
             damping=None if winch.damping is None else _number(winch.damping),
+            speed=None if winch.speed is None else _number(winch.speed),
+            control=control,
+            sheave=_sheave(winch),
             line=name,
             node=node,
         )
     return found
+
+
+def _control(winch: WinchPart) -> Control | None:
+    if winch.control is None:
+        return None
+    gain, time = _number(winch.control.gain), winch.control.integral_time
+    return Control(gain, None if time is None else gain / _number(time))
+
+
+def _sheave(winch: WinchPart) -> Sheave | None:
+    if winch.sheave is None:
+        return None
+    grip = _number(winch.sheave.friction) * _number(winch.sheave.wrap)
+    return Sheave(grip, _number(winch.sheave.speed))
 
 
 def make_riders(scene: Scene, coordinates: Coordinates) -> dict[str, AbstractBody]:

@@ -11,7 +11,8 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.line import Line
-from lumpedcable.model.riders import Rider, Winch
+from lumpedcable.model.riders import Rider
+from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import AbstractCoupling, CableState, Pull
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
@@ -79,17 +80,21 @@ def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | No
 
 
 class Found(dict[str, Any]):
-    """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches."""
+    """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches.
+
+    `drawn` is that pull (N), `payouts` what comes of it with the winch's control.
+    """
 
     pulls: tuple[Pull, ...] = ()
-    payouts: dict[str, Float[Array, " 1"]]
+    drawn: dict[str, Float[Array, ""]]
+    payouts: dict[str, Float[Array, " m"]]
 
     def add_couplings(self, model, t, displacement: Values, velocity: Values | None) -> None:
         """Work out what couplings and winches do, and add it to the forces of the lines."""
         self.pulls = tuple(
             _pull(model, coupled, t, self, displacement, velocity) for coupled in model.couplings
         )
-        self.payouts = {
+        self.drawn = {
             name: _payout_force(model, body, self, displacement)
             for name, body in model.bodies.items()
             if isinstance(body, Winch)
@@ -100,10 +105,16 @@ class Found(dict[str, Any]):
                 force = e.line.force + pull.line
                 self[coupled.line] = e._replace(line=e.line._replace(force=force))
                 winch = winch_name(coupled.line)
-                if winch in self.payouts:
+                if winch in self.drawn:
                     # the contact's stiffness goes with one over the segments' length
                     length = jnp.sum(e.line.shape.node_length)
-                    self.payouts[winch] = self.payouts[winch] + pull.energy / length
+                    self.drawn[winch] = self.drawn[winch] + pull.energy / length
+        self.payouts = {
+            name: model.bodies[name].answer(
+                drawn, None if velocity is None else velocity[body_key(name)]
+            )
+            for name, drawn in self.drawn.items()
+        }
 
 
 def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None) -> Pull:
@@ -118,8 +129,8 @@ def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Val
         growth = None
         winch = winch_name(coupled.line)
         if velocity is not None and winch in model.bodies:
-            length = model.bodies[winch].reference + displacement[body_key(winch)]
-            growth = (velocity[body_key(winch)] / length)[0]
+            length = (model.bodies[winch].reference + displacement[body_key(winch)])[0]
+            growth = velocity[body_key(winch)][0] / length
         cable = CableState(found[coupled.line].line.shape, own, growth)
     return coupled.law.pull(t, place, speed, cable)
 
@@ -140,7 +151,7 @@ def body_force(model, name: str, found: Found) -> Array | None:
     return force
 
 
-def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, " 1"]:
+def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, ""]:
     """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
 
     Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
@@ -165,7 +176,7 @@ def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Arr
             return sum(load.energy(scaled) for load in rest)
 
         force = force - jax.grad(energy)(jnp.ones_like(length)) / length
-    return force[None]
+    return force
 
 
 def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
@@ -225,6 +236,8 @@ def body_powers(
         share = line.node_length / jnp.sum(line.node_length)
         squares = jnp.sum(share * jnp.sum(velocity[body.line] ** 2, axis=0))
         moving = 0.5 * line.mass * squares
+        if body.driven:
+            total["control"] = body.taken(q, v, gain, found.drawn[name])
         total["payout"] = v[0] * (moving + _drum_weight(model, body, displacement))
     return total
 

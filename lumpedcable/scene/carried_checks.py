@@ -16,6 +16,7 @@ from lumpedcable.scene.units import format_quantity
 __all__ = ["carried_problems"]
 
 SIDES = ("start", "end")
+REAL = ("speed", "control", "sheave")  # what an ideal cable has no winch for
 Lines = Mapping[str, Line | None]
 Bodies = Mapping[str, Any]
 
@@ -75,6 +76,15 @@ def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
             (*path, "model"),
             "expected a winch at an end of an ideal line, which has no tension of its own, found none",
         )
+    for side in SIDES:
+        end = getattr(line, side)
+        for key in REAL if isinstance(end, WinchEnd) else ():
+            if getattr(end.winch, key) is not None:
+                yield Problem(
+                    (*path, side, "winch", key),
+                    f'expected model = "lumped" for a winch with {key}, found "ideal", whose winch '
+                    "keeps its tension at once",
+                )
     if any(body is None for body in bodies.values()):
         return
     riders = [n for n, b in bodies.items() if isinstance(b, CarriedBody) and b.on.line == name]

@@ -9,6 +9,7 @@ from lumpedcable.model.couple import Coupled
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.riders import Rider
+from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import Trolley
 from lumpedcable.physics.tension import stiffness_bound
 
@@ -42,7 +43,32 @@ def step_bound(model: Model) -> Float[Array, ""]:
     bounds = [line_step_bound(line) for line in model.lines.values()]
     bounds += [body_step_bound(body) for body in model.bodies.values()]
     bounds += [coupling_step_bound(model, coupled) for coupled in model.couplings]
+    bounds += [
+        winch_step_bound(model.lines[body.line], body)
+        for body in model.bodies.values()
+        if isinstance(body, Winch)
+    ]
     return jnp.min(jnp.stack(bounds))
+
+
+def winch_step_bound(line: Line, winch: Winch) -> Float[Array, ""]:
+    """Largest stable step (s) of a winch with its line, added to that of the line by itself.
+
+    The line is a spring of stiffness S / L that a gain K makes 1 + K times as strong, and the integral
+    by another share; damping and a sheave's friction have their rates.
+    """
+    length = jnp.sum(line.node_length)
+    stiff = stiffness_bound(line.law, line.max_strain) / (length * winch.kilograms)
+    rate = jnp.zeros_like(stiff)
+    if winch.damping is not None:
+        rate = rate + winch.damping / winch.kilograms
+    if winch.sheave is not None:
+        slope = winch.stretch * winch.tension * winch.sheave.grip / winch.sheave.fade
+        rate = rate + slope / winch.kilograms
+    square = 4.0 / line_step_bound(line) ** 2
+    if winch.control is not None:
+        square = square + stiff * (1.0 + winch.control.gain)
+    return 4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square))
 
 
 def body_step_bound(body: AbstractBody) -> Float[Array, ""]:

@@ -13,7 +13,8 @@ from lumpedcable.model.ends import Driven
 from lumpedcable.model.line import LineForces, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
-from lumpedcable.model.riders import Rider, Winch
+from lumpedcable.model.riders import Rider
+from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import IdealCable
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import strain_at
@@ -105,7 +106,7 @@ def carried_equilibrium(
         if isinstance(body, Winch) or (isinstance(body, Rider) and body.settles)
     )
     net = make_net(model, ordered=False) if model.lines else None
-    d = next(b.dimensions for b in model.bodies.values() if isinstance(b, Rider))
+    d = _dimensions(model)
     unknowns = _Unknowns(net, names, d)
     size = (0 if net is None else net.size * d) + len(names)
     if size == 0:  # all that there is starts where the scene puts it
@@ -147,6 +148,13 @@ def carried_equilibrium(
     last = x - jnp.linalg.solve(slope, unknowns.residual(model, x))
     x = jnp.where(jnp.all(jnp.isfinite(last)), last, x)
     return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)
+
+
+def _dimensions(model: Model) -> int:
+    """Number of dimensions of the scene."""
+    for line in model.lines.values():
+        return line.dimensions
+    return next(b.dimensions for b in model.bodies.values() if isinstance(b, Rider))
 
 
 def _settled(model: Model, moved: dict[str, Array]) -> Model:
@@ -220,7 +228,8 @@ def _guessed(model: Model) -> Model:
         )
         lines[name] = placed(longer, nodes)
         key = next(n for n, b in bodies.items() if b is winch)
-        bodies[key] = eqx.tree_at(lambda b: b.reference, winch, length[None])
+        paid = winch.reference.at[0].set(length)
+        bodies[key] = eqx.tree_at(lambda b: b.reference, winch, paid)
     return eqx.tree_at(lambda m: (m.lines, m.bodies), model, (lines, bodies))
 
 
