@@ -14,12 +14,13 @@ from lumpedcable.model.riders import Rider
 from lumpedcable.model.ships import motion_of, point_of_body
 from lumpedcable.model.winches import Control, Sheave, Winch
 from lumpedcable.physics import measures
+from lumpedcable.physics.contact import Hertz
 from lumpedcable.physics.coupling import IdealCable, Trolley
 from lumpedcable.physics.measures import AbstractMeasure, Near
 from lumpedcable.physics.motion import AbstractMotion, Hauled, Still
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import CarriedBody, HeightMeasure, SpeedMeasure, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, Contact, HeightMeasure, SpeedMeasure, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, MovingEnd
 from lumpedcable.scene.moved import MovedBody
@@ -205,9 +206,17 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
             tension,
             None if friction is None else _number(friction.coefficient),
             None if friction is None else _number(friction.speed),
+            _hertz(body.on.contact),
         )
         found.append(Coupled(name, line, law))
     return tuple(found)
+
+
+def _hertz(part: Contact | None) -> Hertz | None:
+    if part is None:
+        return None
+    numbers = (part.stiffness, part.exponent, part.damping, part.depth)
+    return Hertz(*(None if n is None else _number(n) for n in numbers))
 
 
 def make_measures(scene: Scene, coordinates: Coordinates) -> dict[str, Measured]:

@@ -105,10 +105,10 @@ class Found(dict[str, Any]):
                 force = e.line.force + pull.line
                 self[coupled.line] = e._replace(line=e.line._replace(force=force))
                 winch = winch_name(coupled.line)
-                if winch in self.drawn:
-                    # the contact's stiffness goes with one over the segments' length
+                if winch in self.drawn and pull.kink is not None:
+                    # the kink's stiffness goes with one over the segments' length
                     length = jnp.sum(e.line.shape.node_length)
-                    self.drawn[winch] = self.drawn[winch] + pull.energy / length
+                    self.drawn[winch] = self.drawn[winch] + pull.kink / length
         self.payouts = {
             name: model.bodies[name].answer(
                 drawn, None if velocity is None else velocity[body_key(name)]

@@ -32,8 +32,11 @@ WORKS = {
     "winch": (-1.0, "energy dissipated by winches"),
     "control": (-1.0, "energy taken by the drives of winches beyond their set tension"),
     "hull": (-1.0, "energy given to the water by hulls"),
-    "friction": (-1.0, "energy dissipated by friction of bodies on the bed, trolleys on lines and lines on sheaves"),
-    "contact": (-1.0, "energy dissipated by the seabed"),
+    "friction": (
+        -1.0,
+        "energy dissipated by friction of bodies on the bed and of trolleys and sheaves",
+    ),
+    "contact": (-1.0, "energy dissipated by the seabed and by wheels on lines"),
     "damping": (-1.0, "energy dissipated by the material"),
     "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
     "correction": (-1.0, "energy taken by the dispersion correction"),

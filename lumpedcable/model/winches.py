@@ -26,7 +26,8 @@ class Sheave(eqx.Module):
     """A fixed sheave at the post, over which the line slides on its way to the drum.
 
     The line beyond it carries T exp(s mu theta) of the drum's tension T, s = tanh(v / v0) with the
-    speed v at which it is paid out (Euler's formula for a belt). `grip` is mu theta (-), `fade` v0 (m/s).
+    speed v at which it is paid out (Euler's formula for a belt), to the order of the strain. `grip` is
+    mu theta (-), `fade` v0 (m/s).
     """
 
     grip: Float[Array, ""]

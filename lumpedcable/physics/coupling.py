@@ -28,8 +28,9 @@ class CableState(NamedTuple):
 class Pull(NamedTuple):
     """Forces of a coupling (N): on the body at its trolley (d,), on the line's nodes (d, n+1) or None.
 
-    `energy` (J) is what it stores. `given` is the power (W) of moving posts; `taken` are those of the
-    forces that take energy, on body and line, by kind of work.
+    `energy` (J) is what it stores, of which `kink` goes with one over the length of segments. `given`
+    is the power (W) of moving posts; `taken` are those of the forces that take energy, on body and
+    line, by kind of work.
     """
 
     body: Float[Array, " d"]
@@ -37,6 +38,7 @@ class Pull(NamedTuple):
     energy: Float[Array, ""]
     given: dict[str, Float[Array, ""]]
     taken: dict[str, tuple[Float[Array, " d"], Float[Array, "d nodes"]]]
+    kink: Float[Array, ""] | None = None
 
 
 class AbstractCoupling(eqx.Module):
@@ -113,12 +115,14 @@ class Trolley(AbstractCoupling):
 
     `tension` (N) is the one that the contact is scaled with, the winch's or that of the start:
     the tension of the moment would feed axial waves. v is the speed of the sheave along the line
-    relative to the line's own substance (Gao et al. 2022, eq. 11).
+    relative to the line's own substance (Gao et al. 2022, eq. 11). With `hertz` the wheel sinks into
+    the line (eq. 10); it is kept on the line from both sides.
     """
 
     tension: Float[Array, ""]
     friction: Float[Array, ""] | None = None
     fade: Float[Array, ""] | None = None
+    hertz: contact.Hertz | None = None
 
     @property
     def energy_name(self) -> str:
@@ -127,26 +131,43 @@ class Trolley(AbstractCoupling):
 
     @property
     def works(self) -> tuple[str, ...]:
-        """Of friction."""
-        return () if self.friction is None else ("friction",)
+        """Of friction and of the contact's damping."""
+        damped = self.hertz is not None and self.hertz.damping is not None
+        present = {"friction": self.friction is not None, "contact": damped}
+        return tuple(kind for kind in present if present[kind])
 
     def pull(self, t, place, velocity, cable) -> Pull:
-        """-k G and friction on the sheave, the opposite on the nodes; the energy k |G|^2 / 2."""
+        """The contact's push and friction on the sheave, the opposite on the nodes, and their energy."""
         assert cable is not None
         nodes = cable.shape.position
-        touch = contact.contact(nodes, place, self.tension, cable.shape.segment_length[0])
-        energy = 0.5 * touch.stiffness * jnp.dot(touch.gap, touch.gap)
-        line = contact.spread(touch, touch.push, nodes.shape[1])
-        if self.friction is None:
-            return Pull(-touch.push, line, energy, {}, {})
-        rub = jnp.zeros_like(place)
-        if velocity is not None and cable.velocity is not None and self.fade is not None:
+        length = cable.shape.segment_length[0]
+        touch = contact.contact(nodes, place, self.tension, length, self.hertz)
+        energy = kink = touch.kink_energy
+        if self.hertz is not None:
+            energy = energy + self.hertz.energy(touch.depth)
+        body, line = -touch.push, contact.spread(touch, touch.push, nodes.shape[1])
+        taken = {}
+        for kind in self.works:
+            own = jnp.zeros_like(place)
+            if velocity is not None and cable.velocity is not None:
+                own = self._resisting(kind, touch, velocity, cable)
+            other = -contact.spread(touch, own, nodes.shape[1])
+            body, line, taken[kind] = body + own, line + other, (own, other)
+        return Pull(body, line, energy, {}, taken, kink)
+
+    def _resisting(
+        self, kind: str, touch: contact.Contact, velocity, cable: CableState
+    ) -> Float[Array, " d"]:
+        """Force (N) on the sheave of one kind of work, where it moves."""
+        assert cable.velocity is not None
+        size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
+        if kind == "friction":
             slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
-            size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
-            rub = -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
-        rubbed = -contact.spread(touch, rub, nodes.shape[1])
-        taken = {"friction": (rub, rubbed)}
-        return Pull(rub - touch.push, line + rubbed, energy, {}, taken)
+            return -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
+        assert self.hertz is not None
+        across = touch.push / size
+        sinking = jnp.dot(velocity - contact.velocity_at(touch, cable.velocity), across)
+        return -self.hertz.drag(touch.depth, touch.stiffness) * sinking * across
 
     def _slip(self, touch: contact.Contact, velocity, cable: CableState) -> Float[Array, " d"]:
         """Velocity (m/s) of the sheave relative to the line's substance."""

@@ -18,6 +18,7 @@ from lumpedcable.scene.quantities import (
     PositiveForce,
     PositiveLength,
     PositiveMass,
+    PositiveNumber,
     PositiveSpeed,
     PositiveTime,
     fault,
@@ -50,6 +51,30 @@ class Friction(Part):
     """Speed in m/s of the trolley along the line below which friction fades."""
 
 
+class Contact(Part):
+    """How the trolley's wheel sinks into the line: k x^m + c step(x / d) dx/dt at the depth x.
+
+    Gao et al. (2022), eq. 10; step(y) = y^2 (3 - 2 y) from 0 to 1.
+    """
+
+    stiffness: PositiveNumber
+    """k in N/m^exponent."""
+    exponent: PositiveNumber = 1.5
+    """m, 1 or more; 1.5 by Hertz for round bodies."""
+    damping: Damper | None = None
+    """Largest damping c in N s/m; needed with depth. Absent: none."""
+    depth: PositiveLength | None = None
+    """Depth d in m from which the damping is full."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where damping and depth do not come together, and an exponent below 1."""
+        if (self.damping is None) != (self.depth is None):
+            absent = "damping" if self.damping is None else "depth"
+            yield Problem((absent,), "expected damping and depth together, found one of them")
+        if self.exponent < 1.0:
+            yield Problem(("exponent",), f"expected 1 or more, found {self.exponent:g}")
+
+
 class On(Part):
     """Where a trolley is on its line, and how it is moved along it."""
 
@@ -65,6 +90,8 @@ class On(Part):
     """Time in s that it takes to come to rest there."""
     friction: Friction | None = None
     """Friction between trolley and line. Absent: none."""
+    contact: Contact | None = None
+    """How its wheel sinks into a lumped line. Absent: not at all."""
 
 
 class CarriedBody(Part):

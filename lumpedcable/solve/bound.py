@@ -101,7 +101,11 @@ def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:
     contact = 2.0 * coupled.law.tension / (line.segment_length * 5.0 / 9.0)
     pair = contact * (0.5 / (line.mass * line.segment_length) + 1.0 / body.kilograms)
     square = 4.0 / line_step_bound(line) ** 2 + jnp.max(pair)
-    return 2.0 / jnp.sqrt(square)
+    hertz = coupled.law.hertz
+    if hertz is None or hertz.damping is None:
+        return 2.0 / jnp.sqrt(square)
+    rate = jnp.max(hertz.damping * (0.5 / (line.mass * line.segment_length) + 1.0 / body.kilograms))
+    return 4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square))
 
 
 def courant_number(

@@ -17,8 +17,8 @@ from lumpedcable.scene import load_study
 from lumpedcable.study.run import run_study
 
 # Gao et al. 2022, section 2.1: 5 m, 28 mm of steel wire, 1000 kg, 40 kN, 50 elements. One scene for all
-# runs, so that one program serves them: `fix` is a post that may move, `slow` a speed that may be next
-# to nothing.
+# runs, so that one program serves them: `fix` is a post that may move, the speed may be next to nothing,
+# the wheel next to rigid.
 SPAN = """
 gravity = 9.81
 
@@ -34,7 +34,12 @@ points = { post = [0, 0, 0] }
 [bodies.cargo]
 mass = "1 t"
 height = 0
-on = { line = "highline", place = 2.5, speed = 1e-9, stop = 0.4, friction = { coefficient = 0.02 } }
+on.line = "highline"
+on.place = 2.5
+on.speed = 1e-9
+on.stop = 0.4
+on.friction = { coefficient = 0.02 }
+on.contact = { stiffness = 1e13, damping = "2 kN s/m", depth = 1e-6 }
 
 [lines.highline]
 material = "steel"
@@ -94,8 +99,8 @@ def test_the_spline_is_exact_where_it_must_be():
     assert float(touch.foot) == pytest.approx(5.37, abs=1e-4)
 
 
-@pytest.mark.parametrize("place", [2.5, 2.55, 1.0])
-def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place):
+@pytest.mark.parametrize(("place", "depth"), [(2.5, 5e-3), (2.55, 1e-6), (1.0, 1e-6)])
+def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place, depth):
     # two inextensible arcs of a catenary that meet under a sheave, w per stretched length; H and the
     # slope at the start from the height of the far post and the tension that the winch keeps there
     T, w = 40e3, 3.0 * 9.81 / (1 + 40e3 / 57.1e6)
@@ -115,11 +120,13 @@ def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place):
     guess = (np.cos(np.arctan(ideal / place)), np.arcsinh(ideal / place))
     found = fsolve(lambda x: shape(x)[1:], guess, xtol=1e-10)
     assert np.max(np.abs(shape(found)[1:])) < 1e-9
-    scene = scene_of(tmp_path, SPAN.replace("height = 0\n", ""), f"cargo.on.place={place}")
+    sets = (f"cargo.on.place={place}", f"contact.stiffness={9810 / depth**1.5}")
+    scene = scene_of(tmp_path, SPAN.replace("height = 0\n", ""), *sets)
     rest, _ = equilibrium_of(scene)
     assert bool(rest.converged)
-    # 0.05 mm: what the contact and 50 segments owe on a sag of 0.2 to 0.31 m
-    height = float(rest.model.bodies["cargo"].reference[1])
+    # 0.05 mm: what the contact and 50 segments owe on a sag of 0.2 to 0.31 m; the wheel sinks in by
+    # (F / k)^(1/m)
+    height = float(rest.model.bodies["cargo"].reference[1]) + depth
     assert height == pytest.approx(shape(found)[0], abs=1e-4)
 
 
@@ -134,9 +141,12 @@ def test_whole_and_ideal_cable_agree(folder):
     assert np.min(run.place[:, 2]) < IDEAL.lowest(0.0)
 
 
-def test_a_running_trolley_does_not_feel_the_nodes(folder):
-    rest = IdealHighline(5.0, 40e3, 1000.0, 9.81, place=0.8).height()
+@pytest.mark.parametrize("depth", [1e-6, 2e-3])
+def test_a_running_trolley_does_not_feel_the_nodes(folder, depth):
+    # by Gao et al. 2022, eq. 10, the wheel sinks in by `depth` under the weight
+    rest = IdealHighline(5.0, 40e3, 1000.0, 9.81, place=0.8).height() - depth
     run = ran(folder, "cargo.on.place=0.8", "cargo.on.speed=1", f"cargo.height={rest}",
+              f"contact.stiffness={9810 / depth**1.5}", f"contact.depth={depth}",
               "output.duration=2")  # fmt: skip
     assert run.outcome.status.name == "OK"
     np.testing.assert_allclose(run.place[:, 0], 0.8 + run.time, atol=1e-9)
