@@ -30,7 +30,10 @@ WORKS = {
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
     "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
     "winch": (-1.0, "energy dissipated by winches"),
-    "control": (-1.0, "energy taken by the drives of winches beyond their set tension"),
+    "control": (
+        -1.0,
+        "energy taken by the drives of winches beyond their set tension and of ships",
+    ),
     "hull": (-1.0, "energy given to the water by hulls"),
     "friction": (
         -1.0,
