@@ -237,7 +237,7 @@ turn_damping = ["0.5 MN m s/rad", "10 MN m s/rad", "20 MN m s/rad"]
         (place[:, 2], decay(t, 0.1, mass, 80e3, mass * G / DRAUGHT)),
         (angle[:, 0], decay(t, 0.002, turned[0], 0.5e6, mass * G * metacentres[0])),
         (angle[:, 1], decay(t, 0.001, turned[1], 10e6, mass * G * metacentres[1])),
-        (angle[:, 2], decay(t, 0.001, turned[2], 20e6, 50e6, 3e4)),
+        (angle[:, 2] - 0.001, decay(t, 0, turned[2], 20e6, 50e6, 3e4)),
     ]
     for found, wanted in exact:
         assert np.max(np.abs(found - wanted)) < 1e-2 * np.ptp(wanted)
