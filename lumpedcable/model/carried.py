@@ -201,12 +201,13 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
             law = IdealCable(start, end, tension)
             found.append(Coupled(name, None, law))
             continue
-        friction = body.on.friction
+        friction, bending = body.on.friction, scene.lines[line].bending
         law = Trolley(
             tension,
             None if friction is None else _number(friction.coefficient),
             None if friction is None else _number(friction.speed),
             _hertz(body.on.contact),
+            None if bending is None else _number(bending.EI),
         )
         found.append(Coupled(name, line, law))
     return tuple(found)

@@ -5,6 +5,10 @@ in segments from the line's start. A taut line that is loaded through such weigh
 F h d / (2 T), d = sum_ab w_a w_b |a - b|, with F the force, h the length of a segment and T the tension.
 A spring of stiffness 2 T / (h d) between the sheave and C gives back just that: it is no penalty,
 and there is no constant to choose.
+
+A line with bending stiffness EI has no kink but a bend of the reach r = sqrt(EI / T): the sag of a
+pinned tie rod at x from a load F is lower than under it by F/(2 T) (x - r (1 - exp(-x / r))). Then
+|a - b| is |a - b| - (1 - exp(-|a - b| h / r)) r / h (S. Timoshenko, Strength of Materials II, 1956).
 """
 
 from typing import NamedTuple
@@ -14,7 +18,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-__all__ = ["Contact", "Hertz", "Reading", "contact", "extended", "folded", "read"]
+__all__ = ["Contact", "Hertz", "Reading", "contact", "extended", "folded", "read", "shortfalls"]
 
 NEWTON = 2  # steps to the foot; from the nearest node they end in rounding
 LEAST = 1e-12  # m, below which a gap is none
@@ -22,13 +26,17 @@ DEPTHS = 6  # steps to the depth of a Hertz contact, from above, of a convex fun
 
 
 class Reading(NamedTuple):
-    """The spline at a place: first of its four nodes, weights, their slopes, and the shortfall d, d'."""
+    """The spline at a place: first of its four nodes, weights, their slopes, and the shortfall d, d'.
+
+    `growth` is d ln d / d ln h of a line with bending, 0 without.
+    """
 
     first: Int[Array, ""]
     weights: Float[Array, " 4"]
     slopes: Float[Array, " 4"]
     shortfall: Float[Array, ""]
     shortfall_slope: Float[Array, ""]
+    growth: Float[Array, ""]
 
 
 class Hertz(eqx.Module):
@@ -103,18 +111,28 @@ def folded(values: Float[Array, "d nodes+2"]) -> Float[Array, "d nodes"]:
     return inner.at[:, -1].add(2.0 * last).at[:, -2].add(-last)
 
 
-def read(s: Float[Array, ""], segments: int) -> Reading:
-    """The spline's weights at s, from 0 to `segments`."""
+def shortfalls(bend: Float[Array, ""] | None, dtype) -> Float[Array, "4 4"]:
+    """|a - b| of four nodes (-), or what a line with bending has for it; `bend` is h / r (-)."""
+    apart = jnp.abs(jnp.arange(4.0)[:, None] - jnp.arange(4.0)).astype(dtype)
+    return apart if bend is None else apart + jnp.expm1(-apart * bend) / bend
+
+
+def read(s: Float[Array, ""], segments: int, bend: Float[Array, ""] | None = None) -> Reading:
+    """The spline's weights at s, from 0 to `segments`, of a line whose `bend` is h / r (-)."""
     cell = jnp.clip(jnp.floor(jax.lax.stop_gradient(s)), 0, segments - 1)
     x = s - cell
     y = 1.0 - x
     weights = jnp.stack([y**3, 4.0 - 3.0 * x**2 * (1.0 + y), 4.0 - 3.0 * y**2 * (1.0 + x), x**3])
     slopes = jnp.stack([-3.0 * y**2, 9.0 * x**2 - 12.0 * x, 12.0 * y - 9.0 * y**2, 3.0 * x**2])
     weights, slopes = weights / 6.0, slopes / 6.0
-    apart = jnp.abs(jnp.arange(4.0)[:, None] - jnp.arange(4.0)).astype(s.dtype)
+    apart = shortfalls(bend, s.dtype)
     far = jnp.sum(apart * weights, axis=1)
     spread, change = jnp.sum(weights * far), 2.0 * jnp.sum(slopes * far)
-    return Reading(cell.astype(int), weights, slopes, spread, change)
+    growth = jnp.zeros_like(spread)
+    if bend is not None:
+        ahead = jax.jvp(lambda b: shortfalls(b, s.dtype), (bend,), (bend,))[1]
+        growth = weights @ ahead @ weights / spread
+    return Reading(cell.astype(int), weights, slopes, spread, change, growth)
 
 
 def _at(nodes: Float[Array, "d nodes+2"], reading: Reading, weights) -> Float[Array, " d"]:
@@ -122,12 +140,12 @@ def _at(nodes: Float[Array, "d nodes+2"], reading: Reading, weights) -> Float[Ar
     return jnp.sum(jax.lax.dynamic_slice(nodes, (0, reading.first), (d, 4)) * weights, axis=1)
 
 
-def _imbalance(s, nodes: Float[Array, "d nodes+2"], place: Float[Array, " d"], bent=1.0):
+def _imbalance(s, nodes: Float[Array, "d nodes+2"], place: Float[Array, " d"], bent=1.0, bend=None):
     """G . C' + (d'/d) bent |G|^2 / 2: what vanishes where the energy does not change with s.
 
     `bent` is the share of |G| that is the kink's, 1 without a Hertz contact.
     """
-    reading = read(s, nodes.shape[1] - 3)
+    reading = read(s, nodes.shape[1] - 3, bend)
     gap = place - _at(nodes, reading, reading.weights)
     along = _at(nodes, reading, reading.slopes)
     spread = reading.shortfall_slope / reading.shortfall
@@ -140,8 +158,9 @@ def contact(
     tension: Float[Array, ""],
     segment_length: Float[Array, ""],
     hertz: Hertz | None = None,
+    EI: Float[Array, ""] | None = None,
 ) -> Contact:
-    """The contact of a sheave at `place` (m) with a line of equal segments.
+    """The contact of a sheave at `place` (m) with a line of equal segments, stiff by `EI` (N m2).
 
     With a `hertz` contact the wheel sinks into the line as well, in series with the kink. The foot is
     where the energy T |G|^2 / (h d) is stationary along the line, so that a frictionless sheave feels
@@ -154,6 +173,8 @@ def contact(
     away = jnp.sum((frozen[:, 1:-1] - here[:, None]) ** 2, axis=0)
     s = jnp.argmin(away).astype(place.dtype)
 
+    bend = None if EI is None else segment_length * jnp.sqrt(tension / EI)
+
     def spring(reading: Reading):
         return 2.0 * tension / (segment_length * reading.shortfall)
 
@@ -161,21 +182,23 @@ def contact(
         """The share of the gap that is the kink's."""
         if hertz is None:
             return 1.0
-        reading = read(s, segments)
+        reading = read(s, segments, bend)
         gap = here - _at(frozen, reading, reading.weights)
         size = jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
         return jax.lax.stop_gradient(1.0 - hertz.depth_of(size, spring(reading)) / size)
 
     def both(s):
         bent = kinked(s)
-        return jax.jvp(lambda at: _imbalance(at, frozen, here, bent), (s,), (jnp.ones_like(s),))
+        return jax.jvp(
+            lambda at: _imbalance(at, frozen, here, bent, bend), (s,), (jnp.ones_like(s),)
+        )
 
     for _ in range(NEWTON):
         value, slope = both(s)
         s = jnp.clip(s - jnp.clip(value / slope, -0.5, 0.5), 0.0, float(segments))
     s, (_, slope) = jax.lax.stop_gradient((s, both(s)))
-    s = s - _imbalance(s, all_nodes, place, kinked(s)) / slope
-    reading = read(s, segments)
+    s = s - _imbalance(s, all_nodes, place, kinked(s), bend) / slope
+    reading = read(s, segments, bend)
     gap = place - _at(all_nodes, reading, reading.weights)
     along = _at(all_nodes, reading, reading.slopes)
     stiffness = spring(reading)

@@ -28,7 +28,8 @@ class CableState(NamedTuple):
 class Pull(NamedTuple):
     """Forces of a coupling (N): on the body at its trolley (d,), on the line's nodes (d, n+1) or None.
 
-    `energy` (J) is what it stores, of which `kink` goes with one over the length of segments. `given`
+    `energy` (J) is what it stores, of which `kink` is what it falls by where
+    segments grow by their own length. `given`
     is the power (W) of moving posts; `taken` are those of the forces that take energy, on body and
     line, by kind of work.
     """
@@ -116,13 +117,15 @@ class Trolley(AbstractCoupling):
     `tension` (N) is the one that the contact is scaled with, the winch's or that of the start:
     the tension of the moment would feed axial waves. v is the speed of the sheave along the line
     relative to the line's own substance (Gao et al. 2022, eq. 11). With `hertz` the wheel sinks into
-    the line (eq. 10); it is kept on the line from both sides.
+    the line (eq. 10); it is kept on the line from both sides. `EI` (N m2) is that of the line, None
+    without bending.
     """
 
     tension: Float[Array, ""]
     friction: Float[Array, ""] | None = None
     fade: Float[Array, ""] | None = None
     hertz: contact.Hertz | None = None
+    EI: Float[Array, ""] | None = None
 
     @property
     def energy_name(self) -> str:
@@ -141,8 +144,9 @@ class Trolley(AbstractCoupling):
         assert cable is not None
         nodes = cable.shape.position
         length = cable.shape.segment_length[0]
-        touch = contact.contact(nodes, place, self.tension, length, self.hertz)
-        energy = kink = touch.kink_energy
+        touch = contact.contact(nodes, place, self.tension, length, self.hertz, self.EI)
+        energy = touch.kink_energy
+        kink = energy * (1.0 + touch.reading.growth)
         if self.hertz is not None:
             energy = energy + self.hertz.energy(touch.depth)
         body, line = -touch.push, contact.spread(touch, touch.push, nodes.shape[1])

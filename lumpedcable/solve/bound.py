@@ -10,6 +10,7 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
+from lumpedcable.physics.contact import read
 from lumpedcable.physics.coupling import Trolley
 from lumpedcable.physics.tension import stiffness_bound
 
@@ -97,8 +98,12 @@ def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:
         return 2.0 / 30.0 / jnp.sqrt(stiff / body.kilograms)
     line = model.lines[coupled.line]
     assert isinstance(coupled.law, Trolley)
-    # the weights on four nodes have squares that sum up to 1/2 at most, and d is 5/9 at least
-    contact = 2.0 * coupled.law.tension / (line.segment_length * 5.0 / 9.0)
+    # the weights on four nodes have squares that sum up to 1/2 at most, and d is least at a node: 5/9
+    EI, bend = coupled.law.EI, None
+    if EI is not None:
+        bend = line.segment_length[0] * jnp.sqrt(coupled.law.tension / EI)
+    least = read(jnp.zeros_like(line.segment_length[0]), 1, bend).shortfall
+    contact = 2.0 * coupled.law.tension / (line.segment_length * least)
     pair = contact * (0.5 / (line.mass * line.segment_length) + 1.0 / body.kilograms)
     square = 4.0 / line_step_bound(line) ** 2 + jnp.max(pair)
     hertz = coupled.law.hertz

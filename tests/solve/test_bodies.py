@@ -224,7 +224,7 @@ turn_stiffness = [0, 0, "50 MN m/rad"]
 turn_damping = ["0.5 MN m s/rad", "10 MN m s/rad", "20 MN m s/rad"]
 """
     )
-    ran = run_text(tmp_path, text)
+    ran = run_text(tmp_path, text, "solver.step=10 ms")
     assert ran.statuses == ["OK"]
     mass, t = 500e3, ran.time
     turned = mass / 12 * np.array([10**2 + 5**2, 50**2 + 5**2, 50**2 + 10**2])
