@@ -216,8 +216,9 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
 def _hertz(part: Contact | None) -> Hertz | None:
     if part is None:
         return None
-    numbers = (part.stiffness, part.exponent, part.damping, part.depth)
-    return Hertz(*(None if n is None else _number(n) for n in numbers))
+    damping = None if part.damping is None else _number(part.damping)
+    depth = None if part.depth is None else _number(part.depth)
+    return Hertz(_number(part.stiffness), _number(part.exponent), damping, depth)
 
 
 def make_measures(scene: Scene, coordinates: Coordinates) -> dict[str, Measured]:

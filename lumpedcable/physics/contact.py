@@ -140,7 +140,7 @@ def _at(nodes: Float[Array, "d nodes+2"], reading: Reading, weights) -> Float[Ar
     return jnp.sum(jax.lax.dynamic_slice(nodes, (0, reading.first), (d, 4)) * weights, axis=1)
 
 
-def _imbalance(s, nodes: Float[Array, "d nodes+2"], place: Float[Array, " d"], bent=1.0, bend=None):
+def _imbalance(s, nodes: Float[Array, "d nodes+2"], place: Float[Array, " d"], bent, bend=None):
     """G . C' + (d'/d) bent |G|^2 / 2: what vanishes where the energy does not change with s.
 
     `bent` is the share of |G| that is the kink's, 1 without a Hertz contact.
@@ -181,7 +181,7 @@ def contact(
     def kinked(s):
         """The share of the gap that is the kink's."""
         if hertz is None:
-            return 1.0
+            return jnp.ones_like(s)
         reading = read(s, segments, bend)
         gap = here - _at(frozen, reading, reading.weights)
         size = jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))

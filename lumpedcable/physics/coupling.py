@@ -165,7 +165,7 @@ class Trolley(AbstractCoupling):
         """Force (N) on the sheave of one kind of work, where it moves."""
         assert cable.velocity is not None
         size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
-        if kind == "friction":
+        if kind == "friction" and self.friction is not None and self.fade is not None:
             slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
             return -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
         assert self.hertz is not None

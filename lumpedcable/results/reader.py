@@ -161,7 +161,9 @@ class ResultFile:
     @property
     def cases(self) -> list[str]:
         """The names that the scene gives its cases, by run; none without names."""
-        return [_text(name) for name in self._file["case"][()]] if "case" in self._file else []
+        if "case" not in self._file:
+            return []
+        return [_text(name) for name in _dataset(self._file, "case")[()]]
 
     def label(self, run: int) -> str:
         """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep."""
