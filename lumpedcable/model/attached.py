@@ -110,7 +110,7 @@ def _gain_at(
     q, v = body.reference + displacement[key], before[key]
     half = 0.0 if dt is None else 0.5 * dt
     matrix, vector = body.mass(q), body.force(q, middle)
-    pull = body_force(model, name, found)
+    pull = body_force(model, name, found, displacement)
     vector = vector if pull is None else vector + pull
     parts = {}
     for line, node, end in attached_ends(model, name):

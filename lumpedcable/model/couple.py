@@ -13,7 +13,15 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.line import Line
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
-from lumpedcable.physics.coupling import AbstractCoupling, CableState, Pull
+from lumpedcable.physics.coupling import (
+    AbstractCoupling,
+    BodyPost,
+    CableState,
+    IdealCable,
+    Posts,
+    PostState,
+    Pull,
+)
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
 from lumpedcable.physics.weight import Weight
@@ -26,6 +34,7 @@ __all__ = [
     "body_works",
     "coupling_energies",
     "live_line",
+    "posts_of",
     "steered",
     "steered_gain",
     "winch_name",
@@ -123,27 +132,58 @@ def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Val
     d = body.dimensions
     place = (body.reference + displacement[key])[:d]
     speed = None if velocity is None else velocity[key][:d]
-    cable = None
-    if coupled.line is not None:
-        own = None if velocity is None else velocity[coupled.line]
-        growth = None
-        winch = winch_name(coupled.line)
-        if velocity is not None and winch in model.bodies:
-            length = (model.bodies[winch].reference + displacement[body_key(winch)])[0]
-            growth = velocity[body_key(winch)][0] / length
-        cable = CableState(found[coupled.line].line.shape, own, growth)
+    if coupled.line is None:
+        posts = posts_of(model, coupled, t, displacement, velocity)
+        assert posts is not None  # only an ideal cable has no nodes
+        return coupled.law.pull(t, place, speed, posts)
+    own = None if velocity is None else velocity[coupled.line]
+    growth = None
+    winch = winch_name(coupled.line)
+    if velocity is not None and winch in model.bodies:
+        length = (model.bodies[winch].reference + displacement[body_key(winch)])[0]
+        growth = velocity[body_key(winch)][0] / length
+    cable = CableState(found[coupled.line].line.shape, own, growth)
     return coupled.law.pull(t, place, speed, cable)
 
 
-def body_force(model, name: str, found: Found) -> Array | None:
+def posts_of(
+    model, coupled: Coupled, t, displacement: Values | None, velocity: Values | None
+) -> Posts | None:
+    """The posts of an ideal cable at t (s), None of another; with None as at the start, and at rest."""
+    law, found = coupled.law, []
+    if not isinstance(law, IdealCable):
+        return None
+    for post in (law.start, law.end):
+        if not isinstance(post, BodyPost):
+            found.append(PostState(post.position(t), velocity_of(post, t), False))
+            continue
+        body, key = model.bodies[post.body], body_key(post.body)
+        q = body.reference if displacement is None else body.reference + displacement[key]
+        v = jnp.zeros_like(q) if velocity is None else velocity[key]
+        place = body.place(q, post.point)
+        found.append(PostState(place, body.rate(q, v, post.point)[1], True))
+    return Posts(*found)
+
+
+def body_force(model, name: str, found: Found, displacement: Values | None = None) -> Array | None:
     """Generalised force on a body from the cable that it runs on, or on a winch from its line.
 
-    None where there is neither.
+    Of a rigid body that of the ideal cables whose posts stand on it, at `displacement`, the start if
+    None. None where there is neither.
     """
     body = model.bodies[name]
     if isinstance(body, Winch):
         return found.payouts[name]
     force = None
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+        law = coupled.law
+        ends = (law.start, law.end) if isinstance(law, IdealCable) else ()
+        for post, pushed in zip(ends, pull.posts, strict=True):
+            if isinstance(post, BodyPost) and post.body == name:
+                u = jnp.zeros_like(body.reference)
+                u = u if displacement is None else displacement[body_key(name)]
+                turn = body.rate(body.reference + u, jnp.zeros_like(u), post.point)[0]
+                force = turn.T @ pushed if force is None else force + turn.T @ pushed
     for coupled, pull in zip(model.couplings, found.pulls, strict=True):
         if coupled.body == name:
             force = jnp.zeros_like(body.reference) if force is None else force

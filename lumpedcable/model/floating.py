@@ -23,7 +23,7 @@ from lumpedcable.physics.steering import Station, Steering
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, Body
 
-__all__ = ["make_body"]
+__all__ = ["make_body", "reference_of"]
 
 
 def make_body(
@@ -35,11 +35,11 @@ def make_body(
     assert body.position is not None
     d = coordinates.dimensions
     mass = jnp.asarray(body.mass, float)
-    angles = _angles(coordinates, (0.0, 0.0, 0.0) if body.attitude is None else body.attitude)
+    reference = reference_of(body, coordinates)
+    angles = reference[d:]
     start = None
     if body.velocity is not None:
         start = jnp.concatenate([coordinates.vector(body.velocity), jnp.zeros_like(angles)])
-    reference = jnp.concatenate([coordinates.point(body.position), angles])
     return RigidBody(
         reference=reference,
         translation=jnp.full((d,), mass),
@@ -50,6 +50,13 @@ def make_body(
         loads=_loads(scene, body, coordinates, reference),
         resistances=_resistances(scene, body, coordinates, current),
     )
+
+
+def reference_of(body: Body, coordinates: Coordinates) -> Float[Array, " m"]:
+    """Its coordinates at the start: place (m) and angles (rad)."""
+    assert body.position is not None
+    angles = _angles(coordinates, (0.0, 0.0, 0.0) if body.attitude is None else body.attitude)
+    return jnp.concatenate([coordinates.point(body.position), angles])
 
 
 def _normal(coordinates: Coordinates) -> Float[Array, " 3"]:

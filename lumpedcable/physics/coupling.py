@@ -9,9 +9,18 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics import contact
 from lumpedcable.physics.load import Shape
-from lumpedcable.physics.motion import AbstractMotion, velocity_of
+from lumpedcable.physics.motion import AbstractMotion
 
-__all__ = ["AbstractCoupling", "CableState", "IdealCable", "Pull", "Trolley"]
+__all__ = [
+    "AbstractCoupling",
+    "BodyPost",
+    "CableState",
+    "IdealCable",
+    "PostState",
+    "Posts",
+    "Pull",
+    "Trolley",
+]
 
 
 class CableState(NamedTuple):
@@ -23,6 +32,28 @@ class CableState(NamedTuple):
     shape: Shape
     velocity: Float[Array, "d nodes"] | None
     growth: Float[Array, ""] | None = None
+
+
+class BodyPost(eqx.Module):
+    """A post on a rigid body of the scene, at `point` (d,) in its axes (m)."""
+
+    body: str = eqx.field(static=True)
+    point: Float[Array, " d"]
+
+
+class PostState(NamedTuple):
+    """Where a post is (m) and how fast it moves (m/s); whether a body of the scene carries it."""
+
+    place: Float[Array, " d"]
+    velocity: Float[Array, " d"]
+    carried: bool
+
+
+class Posts(NamedTuple):
+    """The two posts of a cable without nodes."""
+
+    start: PostState
+    end: PostState
 
 
 class Pull(NamedTuple):
@@ -40,6 +71,7 @@ class Pull(NamedTuple):
     given: dict[str, Float[Array, ""]]
     taken: dict[str, tuple[Float[Array, " d"], Float[Array, "d nodes"]]]
     kink: Float[Array, ""] | None = None
+    posts: tuple[Float[Array, " d"], ...] = ()
 
 
 class AbstractCoupling(eqx.Module):
@@ -61,12 +93,15 @@ class AbstractCoupling(eqx.Module):
         t: Float[Array, ""],
         place: Float[Array, " d"],
         velocity: Float[Array, " d"] | None,
-        cable: CableState | None,
+        cable: CableState | Posts,
     ) -> Pull:
-        """Forces, energy and work at t (s); without velocities (None) those at rest."""
+        """Forces, energy and work at t (s); without velocities (None) those at rest.
+
+        `cable` is the line, or the posts of a cable without nodes.
+        """
 
     @abc.abstractmethod
-    def stiffness(self, place: Float[Array, " d"]) -> Float[Array, ""]:
+    def stiffness(self, place: Float[Array, " d"], posts: Posts | None) -> Float[Array, ""]:
         """Upper bound of the stiffness (N/m) with which it holds the body."""
 
 
@@ -75,11 +110,12 @@ class IdealCable(AbstractCoupling):
 
     F = T (a + b) with a, b the unit vectors towards the posts (Gao et al. 2022, eq. 17-18; the sign of
     the printed horizontal force is wrong, see `exact.IdealHighline`). The winch gives and takes
-    T times length, which is the energy; posts that move do the work T (dA/dt . -a + dB/dt . -b).
+    T times length, which is the energy; posts that are moved do the work T (dA/dt . -a + dB/dt . -b),
+    those on bodies of the scene pull at them.
     """
 
-    start: AbstractMotion
-    end: AbstractMotion
+    start: AbstractMotion | BodyPost
+    end: AbstractMotion | BodyPost
     tension: Float[Array, ""]
 
     @property
@@ -94,20 +130,22 @@ class IdealCable(AbstractCoupling):
 
     def pull(self, t, place, velocity, cable) -> Pull:
         """T (a + b), the energy T (|A - r| + |B - r|), and the power of the posts."""
-        force, length, power = jnp.zeros_like(place), jnp.zeros((), place.dtype), 0.0
-        for post in (self.start, self.end):
-            way = post.position(t).astype(place.dtype) - place
+        assert isinstance(cable, Posts)
+        force, length = jnp.zeros_like(place), jnp.zeros((), place.dtype)
+        power, T, posts = jnp.zeros((), place.dtype), self.tension, []
+        for post in cable:
+            way = post.place.astype(place.dtype) - place
             size = jnp.sqrt(jnp.sum(way**2))
             force = force + way / size
             length = length + size
-            power = power + jnp.dot(way / size, velocity_of(post, t).astype(place.dtype))
-        T = self.tension
-        return Pull(T * force, None, T * length, {"ends": T * power}, {})
+            posts.append(-T * way / size)
+            if not post.carried:
+                power = power + jnp.dot(way / size, post.velocity.astype(place.dtype))
+        return Pull(T * force, None, T * length, {"ends": T * power}, {}, None, tuple(posts))
 
-    def stiffness(self, place) -> Float[Array, ""]:
-        """T (1/|A - r| + 1/|B - r|) at t = 0."""
-        t = jnp.zeros(())
-        ways = [jnp.sum((post.position(t) - place) ** 2) for post in (self.start, self.end)]
+    def stiffness(self, place, posts) -> Float[Array, ""]:
+        """T (1/|A - r| + 1/|B - r|)."""
+        ways = [jnp.sum((post.place - place) ** 2) for post in posts or ()]
         return self.tension * sum(1.0 / jnp.sqrt(way) for way in ways)
 
 
@@ -141,7 +179,7 @@ class Trolley(AbstractCoupling):
 
     def pull(self, t, place, velocity, cable) -> Pull:
         """The contact's push and friction on the sheave, the opposite on the nodes, and their energy."""
-        assert cable is not None
+        assert isinstance(cable, CableState)
         nodes = cable.shape.position
         length = cable.shape.segment_length[0]
         touch = contact.contact(nodes, place, self.tension, length, self.hertz, self.EI)
@@ -184,6 +222,6 @@ class Trolley(AbstractCoupling):
             slip = slip + cable.growth * way * touch.tangent
         return slip
 
-    def stiffness(self, place) -> Float[Array, ""]:
+    def stiffness(self, place, posts) -> Float[Array, ""]:
         """None of its own: the line's nodes bound it."""
         return jnp.zeros((), place.dtype)

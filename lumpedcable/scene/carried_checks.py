@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, HeightMeasure, SpeedMeasure, WinchEnd
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line
 from lumpedcable.scene.moved import MovedBody
@@ -43,8 +44,8 @@ def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
 
 
 def _points(bodies: Bodies) -> list[str]:
-    moved = ((name, body) for name, body in bodies.items() if isinstance(body, MovedBody))
-    return [f"{name}.{point}" for name, body in moved for point in body.points]
+    ships = ((name, body) for name, body in bodies.items() if isinstance(body, MovedBody | Body))
+    return [f"{name}.{point}" for name, body in ships for point in body.points]
 
 
 def _is_point(bodies: Bodies, name: str) -> bool:
@@ -107,7 +108,7 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
         return end
     name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
     body = bodies.get(name)
-    if isinstance(body, MovedBody) and point in body.points:
+    if isinstance(body, MovedBody | Body) and body.position and point in body.points:
         return tuple(a + b for a, b in zip(body.position, body.points[point], strict=True))
     return None
 
@@ -189,7 +190,11 @@ def _measure(
         yield _named((*path, "near"), measure.near, _points(bodies), "a point of a moved body")
     if not isinstance(measure, HeightMeasure) or measure.over is None:
         return
-    ships = [n for n, body in bodies.items() if body is None or isinstance(body, MovedBody)]
+    ships = [
+        n
+        for n, body in bodies.items()
+        if body is None or isinstance(body, MovedBody) or (isinstance(body, Body) and body.rigid)
+    ]
     if measure.over not in ships:
         yield _named((*path, "over"), measure.over, ships, "the name of a moved body")
         return

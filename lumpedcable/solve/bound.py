@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
-from lumpedcable.model.couple import Coupled
+from lumpedcable.model.couple import Coupled, posts_of
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.riders import Rider
@@ -93,7 +93,7 @@ def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:
     body = model.bodies[coupled.body]
     assert isinstance(body, Rider)
     place = body.reference[: body.dimensions]
-    stiff = coupled.law.stiffness(place)
+    stiff = coupled.law.stiffness(place, posts_of(model, coupled, jnp.zeros(()), None, None))
     if coupled.line is None:
         return 2.0 / 30.0 / jnp.sqrt(stiff / body.kilograms)
     line = model.lines[coupled.line]
