@@ -11,7 +11,9 @@ from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import Coupled, winch_name
 from lumpedcable.model.floating import reference_of
+from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
+from lumpedcable.model.places import PlaceMeasured, Seen, place_measured
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.ships import motion_of, point_of_body
 from lumpedcable.model.winches import Control, Sheave, Winch
@@ -25,9 +27,10 @@ from lumpedcable.physics.ships import HeldBody
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, Contact, HeightMeasure, SpeedMeasure, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, Contact, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, MovingEnd
+from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, SpeedMeasure
 from lumpedcable.scene.moved import MovedBody
 
 __all__ = [
@@ -55,12 +58,13 @@ class Measured(eqx.Module):
     deck: str | None = eqx.field(static=True, default=None)
     post: BodyPost | None = None
 
-    def value(self, model, t, displacement, velocity) -> Float[Array, ""]:
+    def value(self, model, t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
         body, key = model.bodies[self.body], body_key(self.body)
         d = self.axes.shape[1]
-        place = self.origin + self.axes @ (body.reference + displacement[key])[:d]
-        found = self._law(model, displacement).value(t, place, self.axes @ velocity[key][:d])
+        place = self.origin + self.axes @ (body.reference + seen.displacement[key])[:d]
+        law = self._law(model, seen.displacement)
+        found = law.value(t, place, self.axes @ seen.velocity[key][:d])
         return jnp.where(t <= body.path.arrival, found, jnp.nan) if self.until_rest else found
 
     def _law(self, model, displacement) -> AbstractMeasure:
@@ -279,12 +283,14 @@ def _hertz(part: Contact | None) -> Hertz | None:
     return Hertz(_number(part.stiffness), _number(part.exponent), damping, depth)
 
 
-def make_measures(scene: Scene, coordinates: Coordinates) -> dict[str, Measured]:
+def make_measures(
+    scene: Scene, layout: Layout, coordinates: Coordinates
+) -> dict[str, Measured | PlaceMeasured]:
     """The numbers that the scene asks for, by name."""
     axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
     return {
         name: Measured(
-            part.height if isinstance(part, HeightMeasure) else part.climb,
+            part.body,
             _measure(scene, part),
             axes,
             origin,
@@ -292,23 +298,23 @@ def make_measures(scene: Scene, coordinates: Coordinates) -> dict[str, Measured]
             _free_deck(scene, part),
             _free_post(scene, part, coordinates),
         )
+        if isinstance(part, BodyMeasure)
+        else place_measured(scene, layout, part)
         for name, part in scene.measures.items()
     }
 
 
-def _free_deck(scene: Scene, part: HeightMeasure | SpeedMeasure) -> str | None:
+def _free_deck(scene: Scene, part: BodyMeasure) -> str | None:
     over = part.over if isinstance(part, HeightMeasure) else None
     return over if over is not None and isinstance(scene.bodies[over], Body) else None
 
 
-def _free_post(
-    scene: Scene, part: HeightMeasure | SpeedMeasure, coordinates: Coordinates
-) -> BodyPost | None:
+def _free_post(scene: Scene, part: BodyMeasure, coordinates: Coordinates) -> BodyPost | None:
     tied = None if part.near is None else body_place(scene, part.near, coordinates)
     return None if tied is None else BodyPost(*tied)
 
 
-def _measure(scene: Scene, part: HeightMeasure | SpeedMeasure) -> AbstractMeasure:
+def _measure(scene: Scene, part: BodyMeasure) -> AbstractMeasure:
     near = None
     if part.near is not None:
         carried = scene.point_of(part.near)

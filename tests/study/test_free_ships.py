@@ -147,7 +147,7 @@ def test_the_whole_cable_moves_the_ship_as_the_ideal_one_does(folder):
     size = np.ptp(ideal.ship, axis=0)
     assert apart[0] < 0.03 * size[0]
     assert apart[2] < 0.03 * size[2]
-    # half of the cable's 170 kg hangs on the ship from one moment to the next, so that it dips twice as far
+    # half of the cable's 170 kg hangs on the ship all at once, so that it dips twice as far
     weight = 0.5 * 57 * 3 * G
     assert apart[1] < 2.0 * weight / (1025 * G * SIZE[0] * SIZE[1])
     assert run.outcome.energy_closure < 1e-3
