@@ -194,3 +194,39 @@ def test_a_winch_keeps_its_tension_while_its_post_moves(folder):
     np.testing.assert_allclose(slope[1:-1], run.speed[1:-1], atol=0.01)
     # the work of post and winch and what friction takes close the account
     assert run.outcome.energy_closure < 1e-5
+
+
+@pytest.mark.slow
+def test_a_whole_transfer_is_continuous_and_its_energy_closes(tmp_path):
+    # from post to post in class 4 at 60 m and 80 kN (Gao et al. 2022), with the whole cable
+    transfer = Path(__file__).parents[2] / "configs" / "highline" / "transfer.toml"
+    sets = [
+        "lines.highline.model=lumped", "solver.method=leapfrog",
+        "receiver.position.1=60", "winch.tension=80 kN", "cargo.on.place=3", "cargo.on.stop=3",
+        "output.duration=55", "output.keep=fields",
+        "bodies.supply.motion.heave.amplitude=1.13", "bodies.supply.motion.roll.amplitude=1.268 deg",
+        "bodies.receiver.motion.heave.amplitude=1.12",
+        "bodies.receiver.motion.roll.amplitude=2.138 deg",
+    ]  # fmt: skip
+    text = transfer.read_text()
+    for ship in ("supply", "receiver"):
+        text = text.replace(f"[bodies.{ship}]\n", f"[bodies.{ship}]\nmotion.ramp = 5\n")
+    (tmp_path / "transfer.toml").write_text(text)
+    study = load_study(tmp_path / "transfer.toml", sets)
+    (outcome,) = run_study(study, tmp_path / "transfer.h5")
+    assert outcome.status.name == "OK"
+    with open_result(tmp_path / "transfer.h5") as found:
+        line, time = found.line("highline"), found.time
+        payout, speed = (line.field(f)[0] for f in ("payout", "payout_speed"))
+        ends = [line.field(f"{side}_tension")[0] for side in ("start", "end")]
+        height = found.body("cargo", "position", 0)[:, 2]
+    # winch, posts, hauling and contact close the account over the way of the cargo, to 0.01 %
+    assert outcome.energy_closure < 1e-4
+    # the cable's length follows its own speed, without a jump: 10 samples a second of posts that move
+    # with a period of 9.4 s, of waves that run along it in 14 ms
+    assert np.max(np.abs(np.diff(payout))) < 0.1 * np.max(np.abs(speed)) * 1.05
+    assert np.max(np.abs(speed)) < 0.5
+    climb = np.max(np.abs(np.diff(height))) / (time[1] - time[0])
+    assert climb < 1.05 * outcome.measures["v_z"]
+    for tension in ends:  # what 180 kg of cable weigh and what the winch's own inertia makes
+        assert np.max(np.abs(tension - 80e3)) < 0.01 * 80e3
