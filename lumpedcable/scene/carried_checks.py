@@ -8,7 +8,7 @@ from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line
+from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line, tie_of
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import Path, Problem, did_you_mean
@@ -40,7 +40,7 @@ def carried_problems(
             if isinstance(measure, LineMeasure):
                 yield from _place(lines, path, measure)
             else:
-                yield from _measure(bodies, path, measure)
+                yield from _measure(lines, bodies, path, measure)
 
 
 def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
@@ -177,7 +177,7 @@ def _carried(
         )
 
 
-def _measure(bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Problem]:
+def _measure(lines: Lines, bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Problem]:
     key = "height" if isinstance(measure, HeightMeasure) else "climb"
     name = measure.body
     riders = [n for n, body in bodies.items() if body is None or isinstance(body, CarriedBody)]
@@ -202,15 +202,23 @@ def _measure(bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Probl
         yield _named((*path, "over"), measure.over, ships, "the name of a moved body")
         return
     ship = bodies[measure.over]
-    holder, _, point = (measure.near or "").partition(".")
-    if holder == measure.over and ship is not None and point in ship.points:
-        top = ship.points[point][2]
-        if measure.level >= top:
+    if ship is None:
+        return
+    ends = [tie_of(getattr(line, side)) for line in lines.values() if line for side in SIDES]
+    for post in dict.fromkeys([measure.near, *ends]):
+        holder, _, point = (post or "").partition(".")
+        if (
+            holder == measure.over
+            and point in ship.points
+            and measure.level >= ship.points[point][2]
+        ):
             yield Problem(
                 (*path, "level"),
-                f"expected a deck below {measure.near}, which is at "
-                f"{format_quantity(top, 'm')}, found {format_quantity(measure.level, 'm')}",
+                f"expected a deck below {post}, which is at "
+                f"{format_quantity(ship.points[point][2], 'm')}, "
+                f"found {format_quantity(measure.level, 'm')}",
             )
+            return
 
 
 def _place(lines: Lines, path: Path, measure: LineMeasure) -> Iterator[Problem]:
