@@ -9,7 +9,7 @@ y, then yaw about z (singular at a pitch of 90 degrees). Places in m, angles in 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["angle_count", "place_of", "rigid_mass", "rotation"]
+__all__ = ["angle_count", "place_of", "rigid_mass", "rotation", "spin"]
 
 
 def angle_count(dimensions: int) -> int:
@@ -53,12 +53,12 @@ def rigid_mass(
     if inertia.shape[0] == 1:
         return mass.at[2, 2].set(inertia[0])
     if inertia.shape[0] == 3:
-        spin = _spin(q[3:])
-        mass = mass.at[3:, 3:].set(spin.T @ (inertia[:, None] * spin))
+        turning = spin(q[3:])
+        mass = mass.at[3:, 3:].set(turning.T @ (inertia[:, None] * turning))
     return mass
 
 
-def _spin(angles: Float[Array, " 3"]) -> Float[Array, "3 3"]:
+def spin(angles: Float[Array, " 3"]) -> Float[Array, "3 3"]:
     """w = S (roll', pitch', yaw') in the body's axes."""
     c, s = jnp.cos(angles), jnp.sin(angles)
     one, none = jnp.ones_like(c[0]), jnp.zeros_like(c[0])

@@ -31,6 +31,7 @@ from lumpedcable.scene.materials import Material
 from lumpedcable.scene.moved import MovedBody, SeaBody
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
+from lumpedcable.scene.reach import reach_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
@@ -118,6 +119,9 @@ def problems(draft: Draft) -> Iterator[Problem]:
     yield from _seabed(draft)
     yield from _events(draft)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
+    yield from reach_problems(
+        draft.targets, draft.lines, draft.bodies, draft.materials, draft.others
+    )
     yield from _at_rest(draft)
 
 

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from lumpedcable.scene import Study, format_quantity
+from lumpedcable.scene.runs import Axis
 from lumpedcable.status import Status
 from lumpedcable.study.run import Timings, run_study
 from lumpedcable.study.summary import EXACT, Outcome
@@ -113,7 +114,7 @@ def _table(
     column("run")
     if study.runs.named:
         column("case", justify="left")
-    for axis in study.axes:
+    for axis in _axes(study):
         column(axis.label.replace(" ", "\n"))
     if len(ends) > 1:
         column("end", justify="left")
@@ -136,6 +137,16 @@ def _table(
     return table
 
 
+def _axes(study: Study) -> Sequence[Axis]:
+    """The swept numbers that tell runs apart: none where names do."""
+    count = len(study.runs)
+    if study.runs.named and count <= MOST_ROWS:
+        names = [study.runs.name(run) for run in range(count)]
+        if "" not in names and len(set(names)) == count:
+            return ()
+    return study.axes
+
+
 def _told(study: Study, quantity: str) -> list[str]:
     """The references that have a number for a quantity."""
     return [name for name, r in study.scene.references.items() if quantity in r.values]
@@ -148,7 +159,7 @@ def _row(
     cells = [str(outcome.run)]
     if study.runs.named:
         cells.append(study.runs.name(outcome.run))
-    cells += [format_quantity(values[axis.key], axis.unit) for axis in study.axes]
+    cells += [format_quantity(values[axis.key], axis.unit) for axis in _axes(study)]
     if len(ends) > 1:
         cells.append(end)
     numbers = outcome.recoils.get(end, {})
