@@ -158,9 +158,31 @@ class ResultFile:
                 found.append((int(item.attrs.get("axis", len(found))), axis))
         return [axis for _, axis in sorted(found, key=lambda pair: pair[0])]
 
-    def label(self, run: int) -> str:
-        """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep."""
-        return ", ".join(axis.text(run) for axis in self.axes)
+    @property
+    def cases(self) -> list[str]:
+        """The name of the case of every run; empty where a sweep names none."""
+        item = self._file.get("case")
+        return [_text(name) for name in item[()]] if isinstance(item, h5py.Dataset) else []
+
+    @property
+    def axes_apart(self) -> list[Axis]:
+        """The swept numbers less those that the name of a case stands for."""
+        cases = np.array(self.cases, object)
+        if not cases.size:
+            return self.axes
+        return [
+            axis
+            for axis in self.axes
+            if any(len(set(axis.values[cases == case].tolist())) > 1 for case in set(cases))
+        ]
+
+    def label(self, run: int, digits: int = 6) -> str:
+        """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep.
+
+        The name of its case stands for the numbers that belong to it.
+        """
+        case = self.cases[run : run + 1]
+        return ", ".join([*case, *(axis.text(run, digits) for axis in self.axes_apart)])
 
     @property
     def status(self) -> list[str]:
