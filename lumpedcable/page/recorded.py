@@ -14,8 +14,9 @@ from lumpedcable.page.pack import Pack
 from lumpedcable.page.surroundings import surroundings, tables
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results import ResultError, open_result
+from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity, scale
-from lumpedcable.results.reader import Axis, LineData, ResultFile
+from lumpedcable.results.reader import LineData, ResultFile
 
 __all__ = ["Payload", "recorded"]
 

@@ -41,7 +41,7 @@ class StraightLine:
         raise KeyError("velocity")
 
     def unstretched_position(self, run: int) -> Array:
-        """Distances of start, trolley and end along it (m) at the start of the run; it cannot stretch."""
+        """Distances of start, trolley and end along it (m) when the run starts; it cannot stretch."""
         steps = np.linalg.norm(np.diff(self._places[run][0], axis=0), axis=-1)
         return np.concatenate([[0.0], np.cumsum(steps)])
 

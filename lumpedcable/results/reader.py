@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import h5py
 import numpy as np
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.attributes import attributes_of as _attributes
 from lumpedcable.results.attributes import text_of as _text
+from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.folder import StudyFolder, is_study_folder
-from lumpedcable.results.human import quantity
-from lumpedcable.results.schema import PARTIAL_SUFFIX, axis_words, check_version
+from lumpedcable.results.schema import PARTIAL_SUFFIX, check_version
 from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
@@ -25,31 +25,6 @@ Index = int | slice | None
 
 OK = "ok"
 """The status of a run that reached its end."""
-
-
-class Axis(NamedTuple):
-    """A swept number.
-
-    Attributes:
-        name: the dataset's name, e.g. "held_pretension".
-        key: the full dotted path in the scene.
-        unit: SI unit, "" if none.
-        values: its value in every run, shape (run,).
-    """
-
-    name: str
-    key: str
-    unit: str
-    values: Array
-
-    @property
-    def words(self) -> str:
-        """What it is called in labels, e.g. "pretension" or "break time"."""
-        return axis_words(self.key)
-
-    def text(self, run: int, digits: int = 6) -> str:
-        """Its words and its value in one run, e.g. "break time 5 ms"."""
-        return f"{self.words} {quantity(float(self.values[run]), self.unit, digits)}"
 
 
 class LineData:

@@ -51,7 +51,7 @@ def study_of_text(text: str) -> Study | None:
 def moved_ships(scene: Scene, times: NDArray[Any]) -> dict[str, Moved]:
     """Where the moved bodies of a scene are at some times (s), by name.
 
-    x(t) = x0 + (surge, sway, heave), turned by roll, pitch and yaw, as `physics.ships.PointOfBody` has it.
+    x(t) = x0 + (surge, sway, heave), turned by roll, pitch and yaw, as in `PointOfBody`.
     """
     found = {}
     for name, body in scene.bodies.items():

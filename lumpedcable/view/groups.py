@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity
-from lumpedcable.results.reader import OK, Axis, ResultFile
+from lumpedcable.results.reader import OK, ResultFile
 
 MOST_PANELS = 12
 """Panels in one figure; of more runs an even choice is shown."""

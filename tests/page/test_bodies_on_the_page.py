@@ -150,8 +150,11 @@ def transfer(tmp_path):
         Variable("bodies/cargo/position", ("run", "time", "xyz"), "f8", "m"),
         Variable("bodies/cargo/attitude", ("run", "time", "angle"), "f8", "rad"),
     ]
-    with ResultWriter(path, dims=dims, variables=variables, coordinates={
-        "time": Coordinate(TIMES, "s")}, attributes={"effective_scene": TRANSFER}) as writer:  # fmt: skip
+    told = {"effective_scene": TRANSFER}
+    when = {"time": Coordinate(TIMES, "s")}
+    with ResultWriter(
+        path, dims=dims, variables=variables, coordinates=when, attributes=told
+    ) as writer:
         writer.write("bodies/cargo/position", place)
         writer.write("bodies/cargo/attitude", attitude)
         writer.finish()
