@@ -58,6 +58,7 @@ def test_it_is_drawn_and_shown(result, tmp_path):
     figures = result.plot()
     assert {"tension", "end_speed", "xt", "energy"} <= set(figures)
     assert figures["energy"].axes
+    assert figures._repr_html_().count('src="data:image/png;base64,iVBOR') == len(figures)
     made = result.plot(tmp_path / "pictures")
     assert {path.stem for path in made} == set(figures)
     page = result.view()

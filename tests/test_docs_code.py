@@ -1,5 +1,6 @@
 """The documentation builds without a warning, and the code on its pages runs."""
 
+import json
 import re
 import runpy
 import shlex
@@ -59,7 +60,7 @@ def test_the_commands_of_the_pages_are_understood():
 
 def test_the_documentation_builds_without_a_warning(tmp_path):
     pytest.importorskip("furo", reason="the extra docs is not installed")
-    pytest.importorskip("myst_parser", reason="the extra docs is not installed")
+    pytest.importorskip("myst_nb", reason="the extra docs is not installed")
     command = [sys.executable, "-m", "sphinx", "-W", "-q", "-d", tmp_path / "trees"]
     ran = subprocess.run(
         [*command, DOCS, tmp_path / "html"],
@@ -72,6 +73,34 @@ def test_the_documentation_builds_without_a_warning(tmp_path):
     page = (tmp_path / "html" / "tutorial-snapback.html").read_text()
     assert "How far and how fast" in page
     assert "lumpedcable.api.run" in (tmp_path / "html" / "python.html").read_text()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["parting-line", pytest.param("highline", marks=pytest.mark.slow)],  # a minute of compiling
+)
+def test_a_notebook_says_what_it_said(name):
+    pytest.importorskip("nbclient", reason="the extra docs is not installed")
+    command = [sys.executable, DOCS / "notebooks.py", "--check", name]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+def test_the_check_of_notebooks_finds_another_number():
+    same = runpy.run_path(str(DOCS / "notebooks.py"))["same"]
+    assert same("45 kN: 43.20 m/s", "45 kN: 43.21 m/s")
+    assert not same("45 kN: 43.20 m/s", "45 kN: 43.30 m/s")
+    assert not same("45 kN: ok", "45 kN: failed")
+
+
+def test_all_notebooks_are_checked_and_have_their_outputs():
+    kept = sorted((DOCS / "notebooks").glob("*.ipynb"))
+    assert [path.stem for path in kept] == ["highline", "parting-line"]
+    for path in kept:
+        cells = [c for c in json.loads(path.read_text())["cells"] if c["cell_type"] == "code"]
+        counts = [cell["execution_count"] for cell in cells]
+        assert counts == list(range(1, len(cells) + 1))
+        assert not [o for cell in cells for o in cell["outputs"] if o["output_type"] == "error"]
 
 
 def test_the_gallery_has_every_scene(tmp_path, monkeypatch):
