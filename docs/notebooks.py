@@ -1,7 +1,8 @@
 """Runs the notebooks of the documentation and writes what came out into them: python docs/notebooks.py.
 
-Names of some may follow. With --check nothing is written: texts that differ from those in the notebooks are told, numbers in
-them compared to a part in a thousand, and the exit code is 1. Needs the extra `docs`.
+Names of some may follow. With --check nothing is written: texts that differ from those in the
+notebooks are told, numbers in them compared to a part in a thousand, and the exit code is 1. Needs
+the extra `docs`.
 """
 
 import math

@@ -9,7 +9,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "extending.md").read_text()
-BLOCK = re.compile(r"^```(\w+)\n# (?:(new|scene|run): )?([^\n]*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(
+    r"^```(\w+)\n# (?:(new|scene|run): )?([^\n]*)\n(.*?)^```", re.DOTALL | re.MULTILINE
+)
 
 
 def changed(text, change):
