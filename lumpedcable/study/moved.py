@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -56,7 +57,8 @@ def moved_ships(scene: Scene, times: NDArray[Any]) -> dict[str, Moved]:
     found = {}
     for name, body in scene.bodies.items():
         if isinstance(body, MovedBody):
-            six = np.asarray(jax.vmap(motion_of(scene, body).freedoms)(np.asarray(times, float)))
+            freedoms = jax.vmap(motion_of(scene, body).freedoms)
+            six = np.asarray(freedoms(jnp.asarray(times, float)))
             found[name] = Moved(np.asarray(body.position, float) + six[:, :3], six[:, 3:])
     return found
 
@@ -76,7 +78,7 @@ def straight_lines(
         rider = next((b for b, body in scene.bodies.items()
                       if isinstance(body, CarriedBody) and body.on.line == name), None)  # fmt: skip
         winch = next((e for e in (line.start, line.end) if isinstance(e, WinchEnd)), None)
-        if line.model != "ideal" or rider not in riders or winch is None:
+        if line.model != "ideal" or rider is None or rider not in riders or winch is None:
             continue
         trolley = np.asarray(riders[rider], float)
         posts = [_post(scene, end, ships, len(trolley)) for end in (line.start, line.end)]
@@ -89,7 +91,7 @@ def _post(scene: Scene, end: Any, ships: Mapping[str, Moved], count: int) -> NDA
     """The way (time, 3) of an end of an ideal cable: a point of a ship, or a place."""
     named = end.winch.at if isinstance(end, WinchEnd) else end
     point = scene.point_of(named)
-    if point is not None:
+    if point is not None and isinstance(named, str):
         ship = ships[named.partition(".")[0]]
         return ship.position + Rotation.from_euler("xyz", ship.attitude).apply(point[1])
     place = anchor(scene.bodies, end)
