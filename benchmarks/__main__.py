@@ -33,7 +33,11 @@ PARTS: dict[str, Callable[[bool, Tell], dict[str, Any]]] = {
     "study": studies.run,
 }
 # other programs' pages, which know how to run themselves: `run(quick)` and `table(data)`
-GUESTS = {"hard": "benchmarks.hard", "chain": "benchmarks.peers.moordyn_chain"}
+GUESTS = {
+    "hard": "benchmarks.hard",
+    "chain": "benchmarks.peers.moordyn_chain",
+    "page": "benchmarks.page",
+}
 ROOT = Path(__file__).parents[1]
 PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"
 PAGES = (PAGE, ROOT / "README.md")
