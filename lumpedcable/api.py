@@ -37,7 +37,8 @@ class Page:
     """A page that shows itself in a notebook, and can be written to a file."""
 
     def __init__(self, text: str, height: int = 640) -> None:
-        self.text, self.height = text, height
+        self.text: str = text
+        self.height: int = height
 
     def _repr_html_(self) -> str:
         import html
@@ -90,7 +91,7 @@ class Result:
         Raises:
             ResultError: there is none, or it is not a results file.
         """
-        self.path = Path(path)
+        self.path: Path = Path(path)
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         with open_result(self.path) as file:

@@ -35,7 +35,7 @@ class LineData:
     """
 
     def __init__(self, group: h5py.Group, name: str) -> None:
-        self.name = name
+        self.name: str = name
         self._group = group
 
     @property
@@ -110,11 +110,11 @@ class ResultFile:
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path = path
         self._file = file
-        self.series = Series(file)
-        self.attributes = _attributes(file)
-        self.complete = bool(self.attributes.get("complete", False))
+        self.series: Series = Series(file)
+        self.attributes: dict[str, Any] = _attributes(file)
+        self.complete: bool = bool(self.attributes.get("complete", False))
         self.attributes["complete"] = self.complete
-        self.runs = int(_dataset(file, "run").shape[0])
+        self.runs: int = int(_dataset(file, "run").shape[0])
         self.time: NDArray[np.float64] = _read(_dataset(file, "time"), ())
 
     @property
