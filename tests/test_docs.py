@@ -153,4 +153,6 @@ def test_the_verification_is_of_today(monkeypatch):
         found = [cell.strip() for cell in script["row"](name, case).split("|")]
         for a, b in zip(told[0].split("|"), found, strict=True):
             number = re.fullmatch(r"[\d.e+-]+", b)
-            assert float(a) == pytest.approx(float(b), rel=0.1, abs=0.1) if number else a.strip() == b
+            assert (
+                float(a) == pytest.approx(float(b), rel=0.1, abs=0.1) if number else a.strip() == b
+            )

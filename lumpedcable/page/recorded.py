@@ -228,6 +228,8 @@ class _Recorder:
                 table = np.asarray(values, float)[self.runs]
                 words = str(known.get("long_name") or name).replace("_", " ")
                 source = known.get("source")
+                if not np.isfinite(table).any():
+                    continue  # it does not apply to this scene
                 found.append(
                     {"key": f"{end}/{name}", "end": "" if end == "run" else end,
                      "name": name, "words": f"{words} ({source})" if source else words,

@@ -17,8 +17,7 @@ __all__ = ["body_figure"]
 def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
     """Distance of a body from its start and its speed against time, a curve for each run."""
     to_time, time_unit = scale(float(result.time[-1]), "s")
-    panels = ("distance from the start", "speed")
-    figure, axes = style.panel_figure(panels, group.heading(result, name), height=3.0)
+    figure, axes = style.panel_figure(["", ""], group.heading(result, name), height=3.0)
     drawn: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
     entries = []
     for index, (run, title) in enumerate(zip(group.runs, group.titles, strict=True)):
@@ -30,13 +29,14 @@ def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
             ax.plot(result.time * to_time, values, **look)
             kept.append(values)
         entries.append(Line2D([], [], label=title.replace("\n", ", ") or name, **look))
-    for ax, kept, unit in zip(axes, drawn, ("m", "m/s"), strict=True):
+    words = (("distance from the start", "m"), ("speed", "m/s"))
+    for ax, kept, named in zip(axes, drawn, words, strict=True):
         values = np.concatenate(kept)
         if np.isfinite(values).any():
             ax.set_ylim(style.limits(values, zero=True))
         else:
             style.say_empty(ax)
-        ax.set_ylabel(f"({unit})")
+        ax.set_ylabel(style.with_unit(*named))
         ax.set_xlabel(style.with_unit("time", time_unit))
         ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
     style.foot(figure, group.note, entries if len(entries) > 1 else [])
