@@ -156,3 +156,13 @@ def test_the_verification_is_of_today(monkeypatch):
             assert (
                 float(a) == pytest.approx(float(b), rel=0.1, abs=0.1) if number else a.strip() == b
             )
+
+
+def test_the_first_page_starts_as_the_readme_does():
+    block = re.compile(r"^```bash\n(.*?)^```", re.DOTALL | re.MULTILINE)
+    first = [
+        block.search(page.read_text()) for page in (ROOT / "README.md", ROOT / "docs/index.md")
+    ]
+    assert first[0] is not None
+    assert first[1] is not None
+    assert first[0][1] == first[1][1]
