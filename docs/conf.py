@@ -11,7 +11,8 @@ release = version = importlib.metadata.version("lumpedcable")
 author = "the lumpedcable authors"
 copyright = "the lumpedcable authors, Apache License 2.0"
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "gallery"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "gallery", "mathml"]
+html_math_renderer = "mathml"
 myst_enable_extensions = ["fieldlist", "dollarmath"]
 nb_execution_mode = "off"  # notebooks are kept with what came out: python docs/notebooks.py
 myst_heading_anchors = 4
