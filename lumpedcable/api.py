@@ -157,6 +157,11 @@ class Result:
         Raises:
             ResultError: the scene asks for none, or xarray is not installed.
         """
+        with open_result(self.path) as file:
+            if not file.measures():
+                raise ResultError(
+                    f"{self.path}: the scene asks for no measures, see [measures.NAME]"
+                )
         return self._opened("measures")
 
     @property
@@ -242,7 +247,8 @@ class Result:
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(self.path, target)
         except (OSError, shutil.SameFileError) as error:
-            raise OutputError(f"cannot write {target}: {error}") from error
+            reason = getattr(error, "strerror", None) or error
+            raise OutputError(f"cannot write {target}: {reason}") from error
         self.path = target
         return target
 
@@ -317,6 +323,8 @@ def run(
         SceneError: the scene or a change is wrong; the message lists every fault.
         OutputError: the file cannot be written.
     """
+    if changes is not None and not isinstance(changes, Mapping):
+        raise TypeError(f"changes: expected values by key, found {type(changes).__name__}")
     texts = [f"{key}={_text(value)}" for key, value in {**(changes or {}), **more}.items()]
     study = load_study(scene, texts)
     folder = None
