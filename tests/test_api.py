@@ -95,7 +95,7 @@ def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):
         result.rest("rope")
     with pytest.raises(lc.ResultError, match="asks for no measures"):
         _ = result.measures
-    with pytest.raises(lc.OutputError, match="x.h5: No such file or directory$"):
+    with pytest.raises(lc.OutputError, match=r"x\.h5: No such file or directory$"):
         result.save("/proc/nowhere/x.h5")
     with pytest.raises(TypeError, match="changes: expected values by key, found str"):
         lc.run(scene, "segments=5")
