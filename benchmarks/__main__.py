@@ -32,10 +32,11 @@ PARTS: dict[str, Callable[[bool, Tell], dict[str, Any]]] = {
     "native": native.run,
     "study": studies.run,
 }
-# other programs' pages, which know how to run themselves: `run(quick)` and `table(data)`
+# what is beside the page's main parts, which know how to run themselves: `run(quick)` and `table(data)`
 GUESTS = {
     "hard": "benchmarks.hard",
     "chain": "benchmarks.peers.moordyn_chain",
+    "fit": "benchmarks.fitting",
     "page": "benchmarks.page",
 }
 ROOT = Path(__file__).parents[1]

@@ -93,7 +93,7 @@ def run(quick: bool) -> list[dict[str, Any]]:
 def table(data: list[dict[str, Any]]) -> str:
     """The table of the report."""
     rows = [
-        f"| `{row['scene']}` | {row['stage']} | {row['slider']} | {row['least']:.0f} "
+        f"| `configs/{row['scene']}` | {row['stage']} | {row['slider']} | {row['least']:.0f} "
         f"| {row['median']:.0f} | {row['largest']:.0f} |"
         for row in data
     ]
