@@ -37,6 +37,7 @@ GUESTS = {
     "hard": "benchmarks.hard",
     "chain": "benchmarks.peers.moordyn_chain",
     "fit": "benchmarks.fitting",
+    "page": "benchmarks.page",
 }
 ROOT = Path(__file__).parents[1]
 PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"

@@ -11,11 +11,19 @@ release = version = importlib.metadata.version("lumpedcable")
 author = "the lumpedcable authors"
 copyright = "the lumpedcable authors, Apache License 2.0"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "gallery"]
-myst_enable_extensions = ["fieldlist"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "gallery", "mathml"]
+html_math_renderer = "mathml"
+myst_enable_extensions = ["fieldlist", "dollarmath"]
+nb_execution_mode = "off"  # notebooks are kept with what came out: python docs/notebooks.py
 myst_heading_anchors = 4
 # pages are also read on GitHub, where a link may lead to any file of the repository
 exclude_patterns = ["_build", "images/*.md"]
+# the build checks links between pages; links to other sites with
+# sphinx-build -b linkcheck docs docs/_build/links
+linkcheck_timeout = 20
+linkcheck_retries = 2
+linkcheck_anchors = False
+linkcheck_ignore = [r"http://127\.0\.0\.1"]
 suppress_warnings = ["myst.strikethrough"]
 
 autodoc_member_order = "bysource"
@@ -34,3 +42,13 @@ html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#0072B2", "color-brand-content": "#0072B2"},
     "dark_css_variables": {"color-brand-primary": "#56B4E9", "color-brand-content": "#56B4E9"},
 }
+
+
+def plain(app, what, name, obj, options, lines):
+    """A bar in a docstring is a magnitude, not reStructuredText."""
+    lines[:] = [line.replace("|", r"\|") for line in lines]
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.connect("autodoc-process-docstring", plain)

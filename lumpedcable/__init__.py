@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 __all__ = [
+    "Figures",
     "OutputError",
     "Page",
     "Result",
@@ -24,6 +25,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from lumpedcable.api import (
+        Figures,
         OutputError,
         Page,
         Result,

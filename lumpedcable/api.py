@@ -11,13 +11,14 @@ Everything that takes time to import is imported when it is used.
 
 from __future__ import annotations
 
+import difflib
 import json
 import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -29,14 +30,15 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-__all__ = ["OutputError", "Page", "Result", "ResultError", "SceneError", "open", "run"]
+__all__ = ["Figures", "OutputError", "Page", "Result", "ResultError", "SceneError", "open", "run"]
 
 
 class Page:
     """A page that shows itself in a notebook, and can be written to a file."""
 
     def __init__(self, text: str, height: int = 640) -> None:
-        self.text, self.height = text, height
+        self.text: str = text
+        self.height: int = height
 
     def _repr_html_(self) -> str:
         import html
@@ -58,6 +60,24 @@ class Page:
         return Path(path)
 
 
+class Figures(dict[str, "Figure"]):
+    """Figures by name, which a notebook shows one below the other."""
+
+    def _repr_html_(self) -> str:
+        import base64
+        import html
+        import io
+
+        shown = []
+        for name, figure in self.items():
+            picture = io.BytesIO()
+            figure.savefig(picture, format="png", dpi=110)
+            data = base64.b64encode(picture.getvalue()).decode()
+            words = html.escape(name, quote=True)
+            shown.append(f'<img alt="{words}" src="data:image/png;base64,{data}">')
+        return "<br>".join(shown)
+
+
 class Result:
     """A results file.
 
@@ -71,17 +91,28 @@ class Result:
         Raises:
             ResultError: there is none, or it is not a results file.
         """
-        self.path = Path(path)
+        self.path: Path = Path(path)
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         with open_result(self.path) as file:
             self._lines, self._labels = file.lines, [file.label(k) for k in range(file.runs)]
             self._status, self._ends = file.status, file.ends
+            self._bodies, self._cables = file.bodies, file.cables
 
     @property
     def lines(self) -> list[str]:
         """Names of the lines."""
         return list(self._lines)
+
+    @property
+    def bodies(self) -> list[str]:
+        """Names of the bodies whose motion was kept."""
+        return list(self._bodies)
+
+    @property
+    def cables(self) -> list[str]:
+        """Names of the cables at rest, of a scene without duration."""
+        return list(self._cables)
 
     @property
     def labels(self) -> list[str]:
@@ -103,6 +134,36 @@ class Result:
             file.line(name)  # tells of a wrong name
         return self._opened(f"lines/{name}")
 
+    def body(self, name: str) -> xarray.Dataset:
+        """Place (m), attitude (rad) and their rates of a body, (run, time, 3).
+
+        Raises:
+            ResultError: there is no such body, or xarray is not installed.
+        """
+        return self._opened(f"bodies/{self._known('body', name, self._bodies)}")
+
+    def rest(self, cable: str) -> xarray.Dataset:
+        """Length, sag and tensions of a cable at rest, (run,), with the exact ones where there are.
+
+        Raises:
+            ResultError: there is no such cable, or xarray is not installed.
+        """
+        return self._opened(f"rest/{self._known('cable', cable, self._cables)}")
+
+    @property
+    def measures(self) -> xarray.Dataset:
+        """The histories (run, time) of the numbers that the scene asks for; NaN while none counts.
+
+        Raises:
+            ResultError: the scene asks for none, or xarray is not installed.
+        """
+        with open_result(self.path) as file:
+            if not file.measures():
+                raise ResultError(
+                    f"{self.path}: the scene asks for no measures, see [measures.NAME]"
+                )
+        return self._opened("measures")
+
     @property
     def dataset(self) -> xarray.Dataset:
         """What belongs to the runs as a whole: swept numbers, status."""
@@ -115,12 +176,17 @@ class Result:
 
     def summary(self, end: str | None = None) -> xarray.Dataset:
         """The numbers of the runs: those of the whole run, or of a recoiling end such as "rope.end"."""
-        if end is not None and end not in self._ends:
-            known = ", ".join(self._ends) or "none"
-            raise ResultError(f"{self.path}: no recoiling end {end!r}; there is {known}")
+        if end is not None:
+            self._known("recoiling end", end, self._ends)
         return self._opened("summary" if end is None else f"summary/{end}")
 
-    def plot(self, folder: str | Path | None = None, formats: Sequence[str] = ("png",)) -> Any:
+    @overload
+    def plot(self, folder: None = None, formats: Sequence[str] = ("png",)) -> Figures: ...
+    @overload
+    def plot(self, folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]: ...
+    def plot(
+        self, folder: str | Path | None = None, formats: Sequence[str] = ("png",)
+    ) -> Figures | list[Path]:
         """The figures that `lumpedcable plot` draws.
 
         Args:
@@ -140,11 +206,11 @@ class Result:
             return plot_result(self.path, folder, formats)
         return self.figures()
 
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> Figures:
         """The figures that `lumpedcable plot` draws, by name."""
         from lumpedcable.view import figures_of
 
-        return figures_of(self.path)
+        return Figures(figures_of(self.path))
 
     def view(self) -> Page:
         """The moving scene as a page: a notebook shows it, `.save("page.html")` writes it.
@@ -181,7 +247,8 @@ class Result:
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(self.path, target)
         except (OSError, shutil.SameFileError) as error:
-            raise OutputError(f"cannot write {target}: {error}") from error
+            reason = getattr(error, "strerror", None) or error
+            raise OutputError(f"cannot write {target}: {reason}") from error
         self.path = target
         return target
 
@@ -190,6 +257,13 @@ class Result:
         return (
             f"Result({str(self.path)!r}: {len(self._status)} runs, {good} ok; lines {self._lines})"
         )
+
+    def _known(self, what: str, name: str, known: Sequence[str]) -> str:
+        if name in known:
+            return name
+        near = difflib.get_close_matches(name, known, 1)
+        told = f"nearest: {near[0]}" if near else f"there is {', '.join(known) or 'none'}"
+        raise ResultError(f"{self.path}: no {what} {name!r}; {told}")
 
     def _opened(self, group: str | None) -> xarray.Dataset:
         try:
@@ -249,6 +323,8 @@ def run(
         SceneError: the scene or a change is wrong; the message lists every fault.
         OutputError: the file cannot be written.
     """
+    if changes is not None and not isinstance(changes, Mapping):
+        raise TypeError(f"changes: expected values by key, found {type(changes).__name__}")
     texts = [f"{key}={_text(value)}" for key, value in {**(changes or {}), **more}.items()]
     study = load_study(scene, texts)
     folder = None

@@ -58,6 +58,7 @@ def test_it_is_drawn_and_shown(result, tmp_path):
     figures = result.plot()
     assert {"tension", "end_speed", "xt", "energy"} <= set(figures)
     assert figures["energy"].axes
+    assert figures._repr_html_().count('src="data:image/png;base64,iVBOR') == len(figures)
     made = result.plot(tmp_path / "pictures")
     assert {path.stem for path in made} == set(figures)
     page = result.view()
@@ -88,5 +89,15 @@ def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):
         result.summary("rope.start")
     with pytest.raises(lc.ResultError, match="no such file"):
         lc.open(tmp_path / "none.h5")
+    with pytest.raises(lc.ResultError, match="no body 'ship'; there is none"):
+        result.body("ship")
+    with pytest.raises(lc.ResultError, match="no cable 'rope'; there is none"):
+        result.rest("rope")
+    with pytest.raises(lc.ResultError, match="asks for no measures"):
+        _ = result.measures
+    with pytest.raises(lc.OutputError, match=r"x\.h5: No such file or directory$"):
+        result.save("/proc/nowhere/x.h5")
+    with pytest.raises(TypeError, match="changes: expected values by key, found str"):
+        lc.run(scene, "segments=5")
     with pytest.raises(TypeError, match="found object"):
         lc.run(scene, pretension=object())

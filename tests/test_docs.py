@@ -126,3 +126,43 @@ def test_pictures_are_small():
     pictures = [p for p in (ROOT / "docs" / "images").iterdir() if p.is_file()]
     assert pictures
     assert all(p.stat().st_size < 300_000 for p in pictures)
+
+
+def test_the_verification_has_every_case_of_the_catalogue(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tests" / "catalogue"))
+    from catalogue import CASES
+
+    page = (ROOT / "docs" / "verification.md").read_text()
+    rows = re.findall(r"^\| (.*?) \| (.*?) \| (\d+) \| ([\d.e-]+) \|", page, re.MULTILINE)
+    assert [row[:3] for row in rows] == [
+        (name, case.source, str(case.segments)) for name, case in CASES.items()
+    ]
+    # an error of the table is within what the tests hold the case to
+    assert all(float(row[3]) <= 100.0 * CASES[row[0]].bound(CASES[row[0]].segments) for row in rows)
+
+
+@pytest.mark.slow
+def test_the_verification_is_of_today(monkeypatch):
+    script = runpy.run_path(str(ROOT / "docs" / "verification.py"))
+    from catalogue import CASES
+
+    page = (ROOT / "docs" / "verification.md").read_text()
+    for name, case in CASES.items():
+        told = re.search(rf"^\| {re.escape(name)} \|.*$", page, re.MULTILINE)
+        assert told is not None
+        found = [cell.strip() for cell in script["row"](name, case).split("|")]
+        for a, b in zip(told[0].split("|"), found, strict=True):
+            number = re.fullmatch(r"[\d.e+-]+", b)
+            assert (
+                float(a) == pytest.approx(float(b), rel=0.1, abs=0.1) if number else a.strip() == b
+            )
+
+
+def test_the_first_page_starts_as_the_readme_does():
+    block = re.compile(r"^```bash\n(.*?)^```", re.DOTALL | re.MULTILINE)
+    first = [
+        block.search(page.read_text()) for page in (ROOT / "README.md", ROOT / "docs/index.md")
+    ]
+    assert first[0] is not None
+    assert first[1] is not None
+    assert first[0][1] == first[1][1]

@@ -1,5 +1,6 @@
 """The documentation builds without a warning, and the code on its pages runs."""
 
+import json
 import re
 import runpy
 import shlex
@@ -17,7 +18,9 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [path for path in sorted(DOCS.glob("*.md")) if path.name != "gallery.md"]
 LONG = {"tutorial-mesh.md"}  # three meshes, three programs to compile
-READ = {"studies.md"}  # its code reads a study of ten thousand runs, which is not made here
+# code that reads a study of ten thousand runs, which is not made here; files of a changed package, which
+# test_docs_extending.py makes
+READ = {"studies.md", "extending.md"}
 MADE = {"tutorial-snapback.md": ["end-speed.svg", "hawser.h5"], "tutorial-mesh.md": ["mesh.svg"]}
 
 
@@ -59,7 +62,7 @@ def test_the_commands_of_the_pages_are_understood():
 
 def test_the_documentation_builds_without_a_warning(tmp_path):
     pytest.importorskip("furo", reason="the extra docs is not installed")
-    pytest.importorskip("myst_parser", reason="the extra docs is not installed")
+    pytest.importorskip("myst_nb", reason="the extra docs is not installed")
     command = [sys.executable, "-m", "sphinx", "-W", "-q", "-d", tmp_path / "trees"]
     ran = subprocess.run(
         [*command, DOCS, tmp_path / "html"],
@@ -74,13 +77,42 @@ def test_the_documentation_builds_without_a_warning(tmp_path):
     assert "lumpedcable.api.run" in (tmp_path / "html" / "python.html").read_text()
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["parting-line", pytest.param("highline", marks=pytest.mark.slow)],  # a minute of compiling
+)
+def test_a_notebook_says_what_it_said(name):
+    pytest.importorskip("nbclient", reason="the extra docs is not installed")
+    command = [sys.executable, DOCS / "notebooks.py", "--check", name]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+def test_the_check_of_notebooks_finds_another_number():
+    same = runpy.run_path(str(DOCS / "notebooks.py"))["same"]
+    assert same("45 kN: 43.20 m/s", "45 kN: 43.21 m/s")
+    assert not same("45 kN: 43.20 m/s", "45 kN: 43.30 m/s")
+    assert not same("45 kN: ok", "45 kN: failed")
+
+
+def test_all_notebooks_are_checked_and_have_their_outputs():
+    kept = sorted((DOCS / "notebooks").glob("*.ipynb"))
+    assert [path.stem for path in kept] == ["highline", "parting-line"]
+    for path in kept:
+        cells = [c for c in json.loads(path.read_text())["cells"] if c["cell_type"] == "code"]
+        counts = [cell["execution_count"] for cell in cells]
+        assert counts == list(range(1, len(cells) + 1))
+        assert not [o for cell in cells for o in cell["outputs"] if o["output_type"] == "error"]
+
+
 def test_the_gallery_has_every_scene(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(DOCS))
     gallery = runpy.run_path(str(DOCS / "gallery.py"))
     scenes = gallery["scenes"]()
     named = {p.relative_to(ROOT / "configs").with_suffix("").as_posix()
              for p in (ROOT / "configs").rglob("*.toml")}  # fmt: skip
-    assert named - set(scenes) <= {n for n in named if n.startswith(("fit/", "studies/"))}
+    assert named == set(scenes)
+    assert {*gallery["PICKED"], *gallery["LESS"]} <= named
     title, words = gallery["about"](scenes["snapback"])
     assert title == "Nylon line parting under water"
     assert words.startswith("A nylon mooring line parts under water: the eight runs of Zhu")

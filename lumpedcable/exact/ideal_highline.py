@@ -35,7 +35,7 @@ class IdealHighline:
     place: float | None = None
     rise: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0.0 < self._a < self.span:
             raise ValueError(
                 f"expected a place between the posts, from 0 m to {self.span:g} m, "

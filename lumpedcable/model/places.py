@@ -27,7 +27,8 @@ class Seen(NamedTuple):
 class PlaceMeasured(eqx.Module):
     """Tension (N) or speed (m/s) at the unstretched distance `place` (m) from the start of a line.
 
-    The line is as long as its winch has paid it out. `pieces` are the parts of the line, from its start on; `side` 0 or -1 stands for an end of it.
+    The line is as long as its winch has paid it out. `pieces` are the parts of the line, from its
+    start on; `side` 0 or -1 stands for an end of it.
     """
 
     kind: Literal["tension", "speed"] = eqx.field(static=True)

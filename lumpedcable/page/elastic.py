@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.controls import Control, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.scene import Body, Scene, Study
+from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.quantities import Quantity
 from lumpedcable.scene.tree import Spot, numeric, spot_at
 from lumpedcable.scene.writer import to_toml
+from lumpedcable.study.moved import Moved, moved_ships, straight_lines
 from lumpedcable.study.resting import Resting, RestingLine
 
 __all__ = ["elastic_model"]
 
 # what a shape at rest does not depend on
 _MOVING = re.compile(
-    r"^(events|solver|statics|output)\.|\.(max_strain|damping|added_mass|velocity|amplitude|period"
-    r"|phase|ramp|grading)(\.|$)"
+    r"^(events|solver|statics|output|measures|sea)\.|\.(max_strain|damping|added_mass|velocity"
+    r"|amplitude|period|phase|ramp|grading|speed|stop|ease|friction|inertia|response|omega)(\.|$)"
 )
 _LONG = re.compile(r"\.(segment_lengths|strain|tension|time)\.\d+$")  # tables of many numbers
 _FLOW = re.compile(r"\.drag\.|\.current\.|^water\.density|^air\.density")
@@ -44,11 +48,16 @@ def elastic_model(study: Study, run: int = 0) -> Model:
 
     def solve(values: dict[str, float]) -> dict[str, Any]:
         numbers = changed(values)
-        lines = resting.solve(numbers)
+        lines, bodies = resting.solve(numbers)
         scene = resting.scene.with_numbers(numbers)
+        ships = moved_ships(scene, np.zeros(1))
+        riders = {name: at[None] for name, at in bodies.items()}
+        for name, cable in straight_lines(scene, ships, riders).items():
+            tension = np.full(2, cable.tension)
+            lines[name] = RestingLine(cable.position[0], tension, 0.0 * tension, tension)
         return {
             "lines": [_drawn(scene, name, line) for name, line in lines.items()],
-            "points": _bodies(scene, lines),
+            "points": _bodies(scene, lines, bodies) + _ships(scene, ships),
             "numbers": [row for name, line in lines.items() for row in _numbers(name, line)],
             "equations": [],
         }
@@ -122,8 +131,10 @@ def _drawn(scene: Scene, name: str, line: RestingLine) -> dict[str, Any]:
     return drawn_line(name, line.position, line.tension, ends - 0.5 * steps, diameter)
 
 
-def _bodies(scene: Scene, lines: dict[str, RestingLine]) -> list[dict[str, Any]]:
-    """Point bodies at the end of a line that is tied to them, rigid ones where they are held."""
+def _bodies(
+    scene: Scene, lines: dict[str, RestingLine], places: Mapping[str, NDArray[Any]]
+) -> list[dict[str, Any]]:
+    """Point bodies at the end of a line that is tied to them, others where they are at rest."""
     found: dict[str, dict[str, Any]] = {}
     for name, line in scene.lines.items():
         for end, node in ((line.start, 0), (line.end, -1)):
@@ -131,14 +142,34 @@ def _bodies(scene: Scene, lines: dict[str, RestingLine]) -> list[dict[str, Any]]
             if isinstance(end, str) and end in scene.bodies and piece in lines:
                 at = lines[piece].position[node]
                 found.setdefault(end, {"name": end, "at": at.tolist()})
-    for name, body in scene.bodies.items():
-        if (
-            isinstance(body, Body) and body.rigid and body.position is not None
-        ):  # held where the scene puts it
-            turn = quaternion(body.attitude or (0.0, 0.0, 0.0)).tolist()
-            size = None if body.size is None else list(body.size)
-            found[name] = {"name": name, "at": list(body.position), "size": size, "turn": turn}
+    for name, at in places.items():
+        body = scene.bodies[name]
+        size = None if body.size is None else list(body.size)
+        turn, depth = (0.0, 0.0, 0.0), getattr(body, "depth", None)
+        if isinstance(body, Body):
+            turn = body.attitude or turn
+        if depth is not None:  # what hangs under its trolley
+            found[f"trolley of {name}"] = {"name": f"trolley of {name}", "at": at.tolist()}
+            at = at - np.array([0.0, 0.0, depth])
+        found[name] = {
+            "name": name, "at": at.tolist(), "size": size, "turn": quaternion(turn).tolist()
+        }  # fmt: skip
     return list(found.values())
+
+
+def _ships(scene: Scene, ships: Mapping[str, Moved]) -> list[dict[str, Any]]:
+    """The bodies that are moved, where they are at t = 0."""
+    found = []
+    for name, way in ships.items():
+        body = scene.bodies[name]
+        assert isinstance(body, MovedBody)
+        size = None if body.size is None else list(body.size)
+        found.append(
+            {"name": name, "at": way.position[0].tolist(), "size": size,
+             "turn": quaternion(way.attitude[0]).tolist(),
+             "points": [list(point) for point in body.points.values()]}
+        )  # fmt: skip
+    return found
 
 
 def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:

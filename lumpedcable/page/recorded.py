@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from lumpedcable.page.bodies import moved_bodies
 from lumpedcable.page.pack import Pack
 from lumpedcable.page.surroundings import surroundings, tables
+from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results import ResultError, open_result
+from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity, scale
-from lumpedcable.results.reader import Axis, ResultFile
+from lumpedcable.results.reader import LineData, ResultFile
 
 __all__ = ["Payload", "recorded"]
 
@@ -49,13 +51,13 @@ def recorded(path: str | Path) -> Payload:
         ResultError: it cannot be read, or holds no positions to draw.
     """
     with open_result(path) as result:
-        names = [name for name in result.lines if result.line(name).has("position")]
-        if not names:
+        found = _Recorder(result)
+        if not found.lines:
             raise ResultError(
                 f"{path} holds no positions to draw; keep them with quantities = "
-                '["position", "tension", ...] in [output]'
+                '["position", "tension", ...] and keep = "fields" in [output]'
             )
-        return _Recorder(result, names).payload()
+        return found.payload()
 
 
 def even(count: int, most: int) -> Array:
@@ -68,17 +70,24 @@ def even(count: int, most: int) -> Array:
 class _Recorder:
     """Reads one file, run by run."""
 
-    def __init__(self, result: ResultFile, names: list[str]) -> None:
-        self.result, self.names, self.pack = result, names, Pack()
+    def __init__(self, result: ResultFile) -> None:
+        self.result, self.pack = result, Pack()
         self.runs = even(result.runs, MOST_RUNS)
         told = str(result.attributes.get("effective_scene", "")) or result.scene_text
         self.scene = tables(told)
+        self.unrecorded = Unrecorded(result, self.runs, self.scene)
+        stored = {name: result.line(name) for name in result.lines}
+        self.lines: dict[str, LineData | StraightLine] = {
+            **{name: line for name, line in stored.items() if line.has("position")},
+            **self.unrecorded.lines,
+        }
+        self.names = names = list(self.lines)
         self.stored = result.series.histories
         self.histories = _history_names(self.stored, names, result.bodies)
         self.derived: dict[str, dict[str, list[Array]]] = {}
         most = max(MOST_NUMBERS // (len(self.runs) * max(len(self.histories), 1)), 2)
         self.times = even(len(result.time), min(MOST_TIMES, most))
-        self.nodes = {name: even(result.line(name).nodes, MOST_NODES) for name in names}
+        self.nodes = {name: even(line.nodes, MOST_NODES) for name, line in self.lines.items()}
         drawn = len(self.runs) * sum(5 * len(nodes) for nodes in self.nodes.values())
         # frames are some of the timeline's times; what lies between is drawn between
         self.frames = even(len(self.times), max(MOST_DRAWN // max(drawn, 1), 20))
@@ -88,7 +97,9 @@ class _Recorder:
         lines = [self._line(name) for name in self.names]
         scene = self.scene
         around = surroundings(scene)
-        bodies = moved_bodies(result, self.runs, self.times[self.frames], scene, self.pack)
+        times = self.times[self.frames]
+        ships = self.unrecorded.ships
+        bodies = moved_bodies(result, ships, self.runs, times, scene, self.pack)
         moved = {body["name"] for body in bodies}
         around["points"] = [p for p in around["points"] if p["name"] not in moved]
         time = result.time[self.times]
@@ -103,7 +114,7 @@ class _Recorder:
             "frames": self.frames.tolist(),
             "runs": [self._run(int(run)) for run in self.runs],
             "runs_in_file": result.runs,
-            "axes": [self._axis(axis) for axis in result.axes],
+            "axes": self._axes(),
             "lines": lines,
             "histories": self._histories(lines),
             "outputs": self._outputs(),
@@ -122,6 +133,12 @@ class _Recorder:
             "message": self.result.status_message[run],
         }
 
+    def _axes(self) -> list[dict[str, Any]]:
+        """What is swept: names of cases, and numbers that no name stands for."""
+        cases = self.result.cases
+        named = [{"words": "case", "texts": [cases[run] for run in self.runs]}] if cases else []
+        return named + [self._axis(axis) for axis in self.result.axes_apart]
+
     def _axis(self, axis: Axis) -> dict[str, Any]:
         texts = [quantity(float(axis.values[run]), axis.unit) for run in self.runs]
         return {"words": axis.words, "texts": texts}
@@ -130,7 +147,7 @@ class _Recorder:
 
     def _line(self, name: str) -> dict[str, Any]:
         """What is drawn of a line: (run, frame, node, 3) places and the like, at its thinned nodes."""
-        line, nodes = self.result.line(name), self.nodes[name]
+        line, nodes = self.lines[name], self.nodes[name]
         fields: dict[str, list[Array]] = {"tension": [], "speed": []}
         drawn: list[Array] = []
         own: dict[str, list[Array]] = {key: [] for key in _DERIVED}
@@ -211,6 +228,8 @@ class _Recorder:
                 table = np.asarray(values, float)[self.runs]
                 words = str(known.get("long_name") or name).replace("_", " ")
                 source = known.get("source")
+                if not np.isfinite(table).any():
+                    continue  # it does not apply to this scene
                 found.append(
                     {"key": f"{end}/{name}", "end": "" if end == "run" else end,
                      "name": name, "words": f"{words} ({source})" if source else words,

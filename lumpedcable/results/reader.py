@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import h5py
 import numpy as np
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.attributes import attributes_of as _attributes
 from lumpedcable.results.attributes import text_of as _text
+from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.folder import StudyFolder, is_study_folder
-from lumpedcable.results.human import quantity
-from lumpedcable.results.schema import PARTIAL_SUFFIX, axis_words, check_version
+from lumpedcable.results.schema import PARTIAL_SUFFIX, check_version
 from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
@@ -25,31 +25,6 @@ Index = int | slice | None
 
 OK = "ok"
 """The status of a run that reached its end."""
-
-
-class Axis(NamedTuple):
-    """A swept number.
-
-    Attributes:
-        name: the dataset's name, e.g. "held_pretension".
-        key: the full dotted path in the scene.
-        unit: SI unit, "" if none.
-        values: its value in every run, shape (run,).
-    """
-
-    name: str
-    key: str
-    unit: str
-    values: Array
-
-    @property
-    def words(self) -> str:
-        """What it is called in labels, e.g. "pretension" or "break time"."""
-        return axis_words(self.key)
-
-    def text(self, run: int, digits: int = 6) -> str:
-        """Its words and its value in one run, e.g. "break time 5 ms"."""
-        return f"{self.words} {quantity(float(self.values[run]), self.unit, digits)}"
 
 
 class LineData:
@@ -60,7 +35,7 @@ class LineData:
     """
 
     def __init__(self, group: h5py.Group, name: str) -> None:
-        self.name = name
+        self.name: str = name
         self._group = group
 
     @property
@@ -135,11 +110,11 @@ class ResultFile:
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path = path
         self._file = file
-        self.series = Series(file)
-        self.attributes = _attributes(file)
-        self.complete = bool(self.attributes.get("complete", False))
+        self.series: Series = Series(file)
+        self.attributes: dict[str, Any] = _attributes(file)
+        self.complete: bool = bool(self.attributes.get("complete", False))
         self.attributes["complete"] = self.complete
-        self.runs = int(_dataset(file, "run").shape[0])
+        self.runs: int = int(_dataset(file, "run").shape[0])
         self.time: NDArray[np.float64] = _read(_dataset(file, "time"), ())
 
     @property
@@ -160,14 +135,29 @@ class ResultFile:
 
     @property
     def cases(self) -> list[str]:
-        """The names that the scene gives its cases, by run; none without names."""
-        if "case" not in self._file:
-            return []
-        return [_text(name) for name in _dataset(self._file, "case")[()]]
+        """The name of the case of every run; empty where a sweep names none."""
+        item = self._file.get("case")
+        return [_text(name) for name in item[()]] if isinstance(item, h5py.Dataset) else []
 
-    def label(self, run: int) -> str:
-        """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep."""
-        return ", ".join(axis.text(run) for axis in self.axes)
+    @property
+    def axes_apart(self) -> list[Axis]:
+        """The swept numbers less those that the name of a case stands for."""
+        cases = np.array(self.cases, object)
+        if not cases.size:
+            return self.axes
+        return [
+            axis
+            for axis in self.axes
+            if any(len(set(axis.values[cases == case].tolist())) > 1 for case in set(cases))
+        ]
+
+    def label(self, run: int, digits: int = 6) -> str:
+        """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep.
+
+        The name of its case stands for the numbers that belong to it.
+        """
+        case = self.cases[run : run + 1]
+        return ", ".join([*case, *(axis.text(run, digits) for axis in self.axes_apart)])
 
     @property
     def status(self) -> list[str]:

@@ -75,8 +75,8 @@ class ResultWriter:
         overwrite: bool = True,
         parts: Sequence[tuple[str, int]] = (),
     ) -> None:
-        self.target = Path(target)
-        self.partial = self.target.with_name(self.target.name + PARTIAL_SUFFIX)
+        self.target: Path = Path(target)
+        self.partial: Path = self.target.with_name(self.target.name + PARTIAL_SUFFIX)
         self._dims = dict(dims)
         self._variables = {variable.path: variable for variable in variables}
         self._flushed, self._parts = False, tuple(parts)

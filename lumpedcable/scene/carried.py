@@ -107,6 +107,8 @@ class CarriedBody(Part):
     """Distance in m from the trolley down to the centre of gravity. Absent: a point at the trolley."""
     inertia: MomentOfInertia | None = None
     """Moment of inertia in kg m2 about the centre of gravity; needed with depth."""
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] | None = None
+    """Length, breadth and height in m of the box about its centre that pictures show. Absent: a ball."""
 
     def problems(self) -> Iterator[Problem]:
         """Yield a fault where depth and inertia do not come together."""

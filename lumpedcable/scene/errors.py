@@ -44,7 +44,7 @@ class SceneError(Exception):
     def __init__(self, faults: Iterable[Fault]):
         unique = dict.fromkeys(faults)
         # Overrides come after the file, in the order they were given.
-        self.faults = tuple(
+        self.faults: tuple[Fault, ...] = tuple(
             sorted(unique, key=lambda f: (f.override is not None, f.line if f.line else 0))
         )
         super().__init__(str(self))

@@ -26,6 +26,7 @@ from lumpedcable.scene.quantities import (
     Length,
     Number,
     Position,
+    PositiveLength,
     PositiveTime,
     Time,
     fault,
@@ -230,6 +231,8 @@ class MovedBody(Part):
     """How it moves."""
     points: dict[Name, Position] = Field(default_factory=dict)
     """Places on the body in m from its origin, in its own axes, by name."""
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] | None = None
+    """Length, breadth and height in m of the box about its origin that pictures show. Absent: a ball."""
 
 
 BODIES: dict[str, type[Part]] = {"motion": MovedBody, "on": CarriedBody, "mass": Body}

@@ -12,8 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from lumpedcable.scene import Study, format_quantity
-from lumpedcable.scene.runs import Axis
+from lumpedcable.scene import Axis, Study, format_quantity
 from lumpedcable.status import Status
 from lumpedcable.study.run import Timings, run_study
 from lumpedcable.study.summary import EXACT, Outcome
@@ -29,6 +28,7 @@ HEADS = {
 }
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
+MOST_NAMED = 4  # swept numbers with a column beside the name of their case
 MOST_ROWS = 60  # of the table; the file holds them all
 MOST_FAILURES = 10  # told one by one
 WIDE = 200  # columns where no terminal says how many there are
@@ -114,7 +114,7 @@ def _table(
     column("run")
     if study.runs.named:
         column("case", justify="left")
-    for axis in _axes(study):
+    for axis in _shown_axes(study):
         column(axis.label.replace(" ", "\n"))
     if len(ends) > 1:
         column("end", justify="left")
@@ -137,14 +137,13 @@ def _table(
     return table
 
 
-def _axes(study: Study) -> Sequence[Axis]:
-    """The swept numbers that tell runs apart: none where names do."""
-    count = len(study.runs)
-    if study.runs.named and count <= MOST_ROWS:
-        names = [study.runs.name(run) for run in range(count)]
-        if "" not in names and len(set(names)) == count:
-            return ()
-    return study.axes
+def _shown_axes(study: Study) -> list[Axis]:
+    """The swept numbers that have a column; the name of a case stands for more than a few."""
+    return [
+        axis
+        for factor in study.factors
+        for axis in (() if factor.names and len(factor.axes) > MOST_NAMED else factor.axes)
+    ]
 
 
 def _told(study: Study, quantity: str) -> list[str]:
@@ -159,7 +158,7 @@ def _row(
     cells = [str(outcome.run)]
     if study.runs.named:
         cells.append(study.runs.name(outcome.run))
-    cells += [format_quantity(values[axis.key], axis.unit) for axis in _axes(study)]
+    cells += [format_quantity(values[axis.key], axis.unit) for axis in _shown_axes(study)]
     if len(ends) > 1:
         cells.append(end)
     numbers = outcome.recoils.get(end, {})

@@ -12,15 +12,17 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 from numpy.typing import NDArray
 
+from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.layout import make_layout
+from lumpedcable.model.riders import Rider
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.solve.observe import end_tension
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure, number
 
-__all__ = ["Resting", "RestingLine"]
+__all__ = ["AtRest", "Resting", "RestingLine"]
 
 
 class RestingLine(NamedTuple):
@@ -39,8 +41,16 @@ class RestingLine(NamedTuple):
     ends: NDArray[np.float64]
 
 
+class AtRest(NamedTuple):
+    """A scene at rest: its lines with nodes, and where its bodies are (m), shape (3,), by name."""
+
+    lines: dict[str, RestingLine]
+    bodies: dict[str, NDArray[np.float64]]
+
+
 class _Found(NamedTuple):
     lines: dict[str, tuple[Array, Array, Array, Array]]
+    bodies: dict[str, Array]
     converged: Bool[Array, ""]
     imbalance: Float[Array, ""]
 
@@ -61,7 +71,13 @@ def _at_rest(
         tension = line.law.tension(shape.strain)
         ends = jnp.stack([end_tension(line, tension, node, shape) for node in (0, -1)])
         lines[name] = (shape.position, tension, shape.strain, ends)
-    return _Found(lines, found.converged, found.imbalance)
+    d = axes.shape[1]
+    bodies = {
+        name: body.reference[:d]
+        for name, body in found.model.bodies.items()
+        if isinstance(body, Rider | RigidBody)
+    }
+    return _Found(lines, bodies, found.converged, found.imbalance)
 
 
 class Resting:
@@ -80,8 +96,8 @@ class Resting:
             raise SceneError([study.fault("lines", str(error))]) from None
         self._structure = Structure(self.scene.skeleton(), layout, self.scene)
 
-    def solve(self, numbers: Mapping[str, float]) -> dict[str, RestingLine]:
-        """The lines at rest, by name.
+    def solve(self, numbers: Mapping[str, float]) -> AtRest:
+        """The lines and bodies at rest, by name.
 
         Args:
             numbers: by path, as in `Scene.numbers`; those left out are the scene's.
@@ -102,9 +118,14 @@ class Resting:
         if not bool(found.converged):
             status = Status.STATICS_NOT_CONVERGED
             raise ValueError(f"{MEANING[status]}: {ADVICE[status]}")
-        return {
+        lines = {
             name: RestingLine(
                 coordinates.expand(np.asarray(q), axis=0, place=True).T, *map(np.asarray, rest)
             )
             for name, (q, *rest) in found.lines.items()
         }
+        bodies = {
+            name: coordinates.expand(np.asarray(q), axis=0, place=True)
+            for name, q in found.bodies.items()
+        }
+        return AtRest(lines, bodies)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity
-from lumpedcable.results.reader import OK, Axis, ResultFile
+from lumpedcable.results.reader import OK, ResultFile
 
 MOST_PANELS = 12
 """Panels in one figure; of more runs an even choice is shown."""
@@ -46,11 +47,12 @@ def groups(result: ResultFile) -> list[Group]:
     A last number of more than `MOST_PANELS` values does not make groups: so many figures would help
     nobody. Nor does one that is another in every run, as where numbers move together.
     """
-    axes = result.axes
-    last = axes[-1] if len(axes) > 1 else None
+    axes = result.axes_apart
+    last = axes[-1] if len(axes) + bool(result.cases) > 1 and axes else None
     values = np.unique(last.values) if last else np.zeros(0)
     # of numbers that move together each is another in every run, of a grid only a single one is
-    grid = np.prod([np.unique(axis.values).size for axis in axes]) == result.runs
+    sizes = [np.unique(axis.values).size for axis in axes]
+    grid = np.prod([*sizes, max(len(set(result.cases)), 1)]) == result.runs
     together = len(values) == result.runs and not grid
     if last is None or together or not 1 < len(values) <= MOST_PANELS:
         return [_group(result, list(range(result.runs)), "")]
@@ -81,16 +83,17 @@ def _group(result: ResultFile, runs: list[int], tag: str) -> Group:
     if not result.complete:
         notes.append("The study is incomplete.")
     # what the runs share goes above the figure, what sets them apart above the panels
-    shared = [axis for axis in result.axes if len(set(axis.values[runs].tolist())) == 1]
+    axes = result.axes_apart
+    shared = [axis for axis in axes if len(set(axis.values[runs].tolist())) == 1]
     label = ", ".join(axis.text(runs[0], _DIGITS) for axis in shared)
-    apart = [axis for axis in result.axes if len(set(axis.values[runs].tolist())) > 1]
-    titles = tuple(_title(result, apart, run) for run in shown)
+    apart = [axis for axis in axes if len(set(axis.values[runs].tolist())) > 1]
+    cases = result.cases
+    titles = tuple(_title(result, cases[run : run + 1], apart, run) for run in shown)
     return Group(label, tag, tuple(shown), titles, " ".join(notes))
 
 
-def _title(result: ResultFile, axes: list[Axis], run: int) -> str:
-    cases = result.cases
-    name = cases[run] if cases else ", ".join(axis.text(run, _DIGITS) for axis in axes)
+def _title(result: ResultFile, case: list[str], axes: list[Axis], run: int) -> str:
+    name = ", ".join([*case, *(axis.text(run, _DIGITS) for axis in axes)])
     if not name and result.runs > 1:
         name = f"run {run}"
     status = result.status[run]

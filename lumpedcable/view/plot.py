@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.reader import ResultFile, open_result
 from lumpedcable.view import style
+from lumpedcable.view.bodies import body_figure
 from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, shape_figure
 from lumpedcable.view.groups import Group, file_tag, groups
@@ -105,7 +106,7 @@ def _whole_figures(result: ResultFile) -> Iterator[tuple[str, Draw]]:
 def _has_histories(result: ResultFile) -> bool:
     """Whether anything but numbers of whole runs is kept."""
     fields = any(result.line(name).fields for name in result.lines)
-    return fields or bool(result.energy_terms)
+    return fields or bool(result.energy_terms) or bool(result.bodies) or bool(result.measures())
 
 
 def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
@@ -132,6 +133,8 @@ def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
         yield "end_tension", partial(end_tension_figure, result, group)
     if not ends and any(line.has("position") for line in lines):
         yield "shape", partial(shape_figure, result, group)
+    for name in result.bodies:
+        yield f"body_{file_tag(name)}", partial(body_figure, result, name, group)
     for name in result.measures():
         yield f"measure_{file_tag(name)}", partial(measure_figure, result, name, group)
     if result.energy_terms:

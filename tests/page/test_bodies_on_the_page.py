@@ -107,3 +107,88 @@ def test_a_point_is_at_its_line_and_a_hull_tells_of_the_surface(file):
     assert head["surroundings"]["surface"] == 1.5
     floats = {"water": {}, "bodies": {"ship": {"hull": {}}}}
     assert surroundings(floats)["surface"] == 0.0
+
+
+TRANSFER = """
+gravity = 9.81
+[materials.wire]
+law = "linear"
+EA = 1e7
+[bodies.ship]
+position = [0.0, 0.0, 1.0]
+points = { post = [0.0, 0.0, 15.0] }
+size = [40.0, 12.0, 8.0]
+motion = { heave = { amplitude = 2.0, period = 8.0 }, roll = { amplitude = 0.1, period = 5.0 } }
+[bodies.cargo]
+mass = 2000.0
+depth = 3.0
+inertia = 500.0
+size = [2.0, 2.0, 1.0]
+on = { line = "highline", place = 10.0 }
+[lines.highline]
+model = "ideal"
+material = "wire"
+length = 50.0
+segments = 10
+mass = 3.0
+start = "ship.post"
+end = { winch = { at = [0.0, 50.0, 14.0], tension = 80e3 } }
+[output]
+duration = 4.0
+every = 1.0
+"""
+
+
+@pytest.fixture
+def transfer(tmp_path):
+    """The file of a scene whose only records are the trolley's place and how the cargo swings."""
+    path = tmp_path / "t.h5"
+    place = np.stack([0 * TIMES, 10.0 + TIMES, 14.0 + 0 * TIMES], axis=-1)[None]
+    attitude = np.stack([0.2 * TIMES, 0 * TIMES, 0 * TIMES], axis=-1)[None]
+    dims = {"run": 1, "time": 5, "xyz": 3, "angle": 3}
+    variables = [
+        Variable("bodies/cargo/position", ("run", "time", "xyz"), "f8", "m"),
+        Variable("bodies/cargo/attitude", ("run", "time", "angle"), "f8", "rad"),
+    ]
+    told = {"effective_scene": TRANSFER}
+    when = {"time": Coordinate(TIMES, "s")}
+    with ResultWriter(
+        path, dims=dims, variables=variables, coordinates=when, attributes=told
+    ) as writer:
+        writer.write("bodies/cargo/position", place)
+        writer.write("bodies/cargo/attitude", attitude)
+        writer.finish()
+    return path
+
+
+def test_ships_that_are_moved_and_ideal_cables_are_worked_out(transfer):
+    head = recorded(transfer)
+    block = head.pack.text()
+
+    def way(thing):
+        return np.stack([unpacked(block, part)[0] for part in thing["position"]], axis=-1)
+
+    bodies = {body["name"]: body for body in head["bodies"]}
+    heave = 2.0 * np.sin(2.0 * np.pi * TIMES / 8.0)
+    roll = 0.1 * np.sin(2.0 * np.pi * TIMES / 5.0)
+    still = 0 * TIMES
+    ship = bodies["ship"]
+    assert way(ship) == pytest.approx(np.stack([still, still, 1.0 + heave], axis=-1), abs=1e-3)
+    q = np.stack([unpacked(block, part)[0] for part in ship["attitude"]], axis=-1)
+    assert 2.0 * np.arcsin(q[:, 1]) == pytest.approx(roll, abs=1e-3)
+    assert (ship["size"], ship["points"]) == ([40.0, 12.0, 8.0], [[0.0, 0.0, 15.0]])
+    # a roll tips the post towards -y; the cable is straight from it to the trolley and the winch
+    (line,) = head["lines"]
+    post = np.stack([still, -15.0 * np.sin(roll), 1.0 + heave + 15.0 * np.cos(roll)], axis=-1)
+    trolley = np.stack([still, 10.0 + TIMES, 14.0 + still], axis=-1)
+    assert way(line)[:, 0] == pytest.approx(post, abs=1e-3)
+    assert way(line)[:, 1] == pytest.approx(trolley, abs=1e-3)
+    assert way(line)[:, 2] == pytest.approx(np.tile([0.0, 50.0, 14.0], (5, 1)), abs=1e-3)
+    assert unpacked(block, line["tension"]) == pytest.approx(80e3)
+    # cargo swings under its trolley: turned about x, down goes to +y
+    below = np.stack([still, 3.0 * np.sin(0.2 * TIMES), -3.0 * np.cos(0.2 * TIMES)], axis=-1)
+    assert way(bodies["cargo"]) == pytest.approx(trolley + below, abs=1e-3)
+    assert way(bodies["trolley of cargo"]) == pytest.approx(trolley, abs=1e-3)
+    lengths = {h["key"]: h for h in head["histories"]}["lines/highline/length"]
+    whole = np.linalg.norm(post - trolley, axis=1) + np.hypot(40.0 - TIMES, 0.0)
+    assert unpacked(block, lengths["data"])[0] == pytest.approx(whole, rel=1e-6)

@@ -9,6 +9,7 @@ from command_line import process
 from page.browser import LAPTOP, PHONE, chromium, picture, text_of, visit
 from page.test_live_page import HIGHLINE
 
+from benchmarks.page import moved
 from lumpedcable.exact import loaded_from_length, loaded_from_tension
 from lumpedcable.scene import load_study
 
@@ -68,6 +69,15 @@ def test_a_dragged_slider_leads_to_the_closed_form(browser, url):
         assert text_of(page, "F_TA") == f"{float(exact.tension_a) / 1e3:.2f}"
         equation = page.locator(".equations code").first.inner_text()
         assert equation.startswith(f"z = {float(exact.horizontal) / 40:.6g} [cosh(")
+
+
+def test_an_update_is_quick(browser, url):
+    with live(browser, url) as page:
+        # the least of some, since other tests run beside it; python -m benchmarks page has medians
+        assert min(moved(page, "delivery", "place", 12)) < 100.0
+        place = float(page.locator('input.slide[data-key="place"]').input_value())
+        exact = loaded_from_length(60, 16, 40, 20e3, place, 62.5)
+        assert told(page, "F_TA") == pytest.approx(float(exact.tension_a), rel=1e-9)
 
 
 def test_stages_numbers_and_faults(browser, url, tmp_path):

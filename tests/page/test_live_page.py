@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from command_line import ROOT, refused
 from highline_numbers import EXACT_SHORT, FROM_80_KN, PLACES, STRAIGHT_SHORT
+from page.test_bodies_on_the_page import TRANSFER
 
-from lumpedcable.exact import STAGES, elastic_catenary
+from lumpedcable.exact import STAGES, IdealHighline, elastic_catenary
 from lumpedcable.page.live import live_page
 from lumpedcable.page.stages import highline_of
 from lumpedcable.scene import load_study
@@ -149,7 +150,7 @@ def test_a_stage_is_given_back_as_a_scene_that_hangs_so(highline, tmp_path, stag
     path.write_text(highline.toml(stage, **changes))
     study = load_study(path)
     # one mesh for all stages, so that few programs are compiled
-    lines = list(Resting(study).solve({}).values())
+    lines = list(Resting(study).solve({}).lines.values())
     # 50 segments a part: their own error is of the order of (1/50)^2
     assert lines[0].ends[0] == pytest.approx(told["F_TA"], rel=4e-4)
     assert lines[-1].ends[1] == pytest.approx(told["F_TB"], rel=4e-4)
@@ -264,3 +265,27 @@ def test_what_the_command_cannot_do_is_told(tmp_path):
     assert "--run: expected 0" in refused(tmp_path, "view", scene, "--run", "1", "--no-browser")
     assert "expected a scene (*.toml)" in refused(tmp_path, "view", "r.h5", "--set", "a=1")
     assert "none.toml" in refused(tmp_path, "view", "none.toml", "--no-browser")
+
+
+def test_ships_trolley_and_ideal_cable_are_there(tmp_path):
+    asked = Asked(tmp_path, TRANSFER)
+    assert [m["key"] for m in asked.head["models"]] == ["scene"]
+    keys = [c["key"] for c in asked.head["models"][0]["controls"]]
+    # what a shape at rest does not depend on is no slider
+    assert "lines.highline.end.winch.tension" in keys
+    assert not [key for key in keys if "motion" in key or "speed" in key]
+    for tension in (80e3, 60e3):
+        found = asked.solve("scene", **{"lines.highline.end.winch.tension": tension})
+        points = {point["name"]: point for point in found["points"]}
+        # the height of the trolley under its post: tension times length and weight at their least
+        exact = IdealHighline(50.0, tension, 2000.0, 9.81, place=10.0, rise=-2.0)
+        trolley = [0.0, 10.0, 16.0 + exact.height()]
+        assert points["trolley of cargo"]["at"] == pytest.approx(trolley, abs=1e-6)
+        assert points["cargo"]["at"] == pytest.approx([0.0, 10.0, trolley[2] - 3.0], abs=1e-6)
+        assert points["cargo"]["size"] == [2.0, 2.0, 1.0]
+        assert points["ship"]["at"] == pytest.approx([0.0, 0.0, 1.0])
+        assert points["ship"]["points"] == [[0.0, 0.0, 15.0]]
+        (line,) = found["lines"]
+        places = [[0.0, 0.0, 16.0], trolley, [0.0, 50.0, 14.0]]
+        assert np.asarray(line["position"]) == pytest.approx(np.asarray(places), abs=1e-6)
+        assert line["tension"] == [tension, tension]

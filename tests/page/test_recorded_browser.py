@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import synthetic_result
 from page.browser import LAPTOP, PHONE, chromium, picture, text_of, value_of, visit
+from page.test_bodies_on_the_page import transfer
 
 from lumpedcable.page.open import write_recorded
 from lumpedcable.results import open_result
+
+__all__ = ["transfer"]  # a fixture
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +79,23 @@ def test_runs_are_chosen_and_laid_over_each_other(browser, url, tmp_path):
         both = picture(page, tmp_path / "both.png")
         orange = (abs(both - np.array([0xD5, 0x5E, 0x00]) / 255).max(axis=2) < 0.25).sum()
         assert orange > 50 > (abs(before - np.array([0xD5, 0x5E, 0]) / 255).max(axis=2) < 0.2).sum()
+
+
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+def test_ships_and_cargo_are_solid(browser, transfer, tmp_path, size):
+    url = write_recorded(transfer, tmp_path / "page.html").as_uri()
+    with visit(browser, f"{url}#t=2&view=front", size) as page:
+        page.wait_for_timeout(300)
+        pixels = picture(page, tmp_path / "canvas.png")
+    # seen from the front the ship is 12 m broad and 8 m high, of a scene 50 m and more across
+    body = abs(pixels - np.array([0x8B, 0x99, 0xA3]) / 255).max(axis=2) < 0.006
+    # letters have pixels of that colour too, but few in a row
+    columns, rows = body.sum(axis=0) > 8, body.sum(axis=1) > 8
+    assert 0.05 < columns.mean() < 0.4
+    assert rows.any()
+    # 12 by 8 m, rolled by 0.1 sin(2 pi 2 / 5) = 0.059: 12.4 by 8.7; with some of its side
+    wide, high = np.ptp(np.flatnonzero(columns)), np.ptp(np.flatnonzero(rows))
+    assert 1.3 < wide / high < 2.5, wide / high
 
 
 def test_a_run_that_failed_says_so(browser, url):

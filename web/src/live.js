@@ -174,7 +174,7 @@ class Live {
         const tube = stage.tube(`line ${k}`, line.position.length, line.diameter / 2, line.second ? 1.4 : 2.6);
         tube.dots.visible = this.shell.nodesBox.checked && !line.second;
       });
-      points.forEach((point, k) => stage.solid(`point ${k}`, point.size));
+      points.forEach((point, k) => stage.solid(`point ${k}`, point.size, point.points));
     }
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (const line of lines) for (const at of line.position) for (let k = 0; k < 3; k++) {
@@ -182,7 +182,7 @@ class Live {
       high[k] = Math.max(high[k], at[k]);
     }
     for (const point of points) for (let k = 0; k < 3; k++) {
-      const half = Math.max(...(point.size ?? [0])) / 2;
+      const half = Math.max((point.size?.[k] ?? 0) / 2, ...(point.points ?? []).map((at) => Math.abs(at[k])));
       low[k] = Math.min(low[k], point.at[k] - half);
       high[k] = Math.max(high[k], point.at[k] + half);
     }
@@ -193,12 +193,14 @@ class Live {
     const room = this.box ? 0.15 * size : 0.04 * size;
     this.box = { low: low.map((v) => v - room), high: high.map((v) => v + room) };
     stage.setRoom(this.box, this.head.surroundings);
-    stage.look(stage.view ?? "side");
+    const solid = points.some((point) => point.size), across = high[1] - low[1] > high[0] - low[0];
+    stage.look(stage.view ?? (solid ? "corner" : across ? "front" : "side"));
   }
 
   show() {
     const { lines, numbers, equations } = this.answer;
     const tensions = lines.filter((line) => !line.second).flatMap((line) => line.tension);
+    if (!tensions.length) return this.say("This scene has no line to draw at rest.");
     let low = Math.min(...tensions), high = Math.max(...tensions);
     if (low > 0 && low < 0.4 * high) low = 0;
     this.range = [low, high];

@@ -69,7 +69,8 @@ class Recorded {
       return box;
     }
     const boxes = axes.map((axis, a) => {
-      const box = select(axis.words, choices[a].map((text) => [text, `${axis.words} ${text}`]), () => {
+      const named = (text) => (axis.words === "case" ? text : `${axis.words} ${text}`);
+      const box = select(axis.words, choices[a].map((text) => [text, named(text)]), () => {
         this.run = runs.findIndex((_, run) => axes.every((one, k) => one.texts[run] === boxes[k].value));
         this.pick();
       });

@@ -29,7 +29,8 @@ export class Scenery {
     for (const run of runs) {
       for (const line of this.lines) line.position.forEach((t, k) => reach(k, t.range(run)));
       for (const body of this.bodies) {
-        body.position.forEach((t, k) => reach(k, t.range(run), Math.max(...(body.size ?? [0])) / 2));
+        const turns = body.attitude?.some((t) => t.range(run).some((q) => Math.abs(Math.abs(q) - 0.5) < 0.45));
+        body.position.forEach((t, k) => reach(k, t.range(run), reachOf(body, k, turns)));
       }
     }
     return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [1, 1, 1] };
@@ -44,8 +45,9 @@ export class Scenery {
         const main = which === "main";
         stage.tube(`${which}/${line.name}`, count, line.diameter / 2, main ? 2.6 : 4.6, !main);
       }
-      for (const body of this.bodies) stage.solid(`${which}/${body.name}`, body.size);
-      for (const point of this.head.surroundings.points) stage.solid(`${which}/${point.name}`, null);
+      const ink = which === "main" ? "--body-edge" : "--second";
+      for (const body of this.bodies) stage.solid(`${which}/${body.name}`, body.size, body.points, ink);
+      for (const point of this.head.surroundings.points) stage.solid(`${which}/${point.name}`, null, [], ink);
     }
   }
 
@@ -120,6 +122,12 @@ export class Scenery {
       colour((value - range[0]) / (range[1] - range[0] || 1), dark, rgb, 3 * i);
     }
   }
+}
+
+// how far a body reaches from its place along an axis; any way where it turns by much
+function reachOf({ size, points = [] }, k, turns) {
+  const along = (j) => Math.max((size?.[j] ?? 0) / 2, ...points.map((at) => Math.abs(at[j])));
+  return turns ? Math.max(...[0, 1, 2].map(along)) : along(k);
 }
 
 export function rgbOf(hex) {

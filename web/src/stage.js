@@ -1,6 +1,6 @@
 // The picture: camera, lines, bodies, room. Draws when something changed, not all the time.
 
-import { BoxGeometry, Color, ColorManagement, Group, LinearSRGBColorSpace, Mesh, MeshBasicMaterial,
+import { BoxGeometry, BufferAttribute, BufferGeometry, Color, ColorManagement, Group, LinearSRGBColorSpace, Mesh, MeshBasicMaterial,
   PerspectiveCamera, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
   EdgesGeometry, LineSegments, LineBasicMaterial } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -22,7 +22,7 @@ export class Stage {
     this.scene.add(this.room, this.content);
     this.camera = new PerspectiveCamera(30, 1, 0.1, 1e5);
     this.camera.up.set(0, 0, 1);
-    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new WebGLRenderer({ antialias: !drawnByProcessor(), preserveDrawingBuffer: true });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.labels = el("div.labels", { "aria-hidden": "true" });
     this.renderer.domElement.setAttribute("aria-label", "The scene in three dimensions");
@@ -56,15 +56,23 @@ export class Stage {
     return made;
   }
 
-  // a ball of so many pixels, or a box of its size in metres
-  solid(key, size, pixels = 7) {
+  // a ball of so many pixels, or a box of its size in metres; a post to each of its points
+  solid(key, size, points = [], ink = "--body-edge", pixels = 7) {
     const shape = size ? new BoxGeometry(...size) : new SphereGeometry(1, 20, 14);
-    const body = new Mesh(shape, new MeshBasicMaterial({ color: css("--body") }));
+    const body = new Mesh(shape, new MeshBasicMaterial({ color: css(size ? "--body" : ink),
+      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
     const edges = size && new LineSegments(new EdgesGeometry(shape),
-      new LineBasicMaterial({ color: css("--body-edge") }));
+      new LineBasicMaterial({ color: css(ink) }));
     if (edges) body.add(edges);
-    this.content.add(body);
-    this.solids.set(key, { body, edges, pixels: size ? 0 : pixels });
+    const whole = new Group(), turned = new Group();
+    whole.add(turned);
+    (size ? turned : this.content).add(body); // a ball stays round where heights are drawn larger
+    const ends = points.flatMap((at) => [...at.map((v, k) => within(v, (size?.[k] ?? 0) / 2)), ...at]);
+    const posts = ends.length && new LineSegments(new BufferGeometry().setAttribute("position",
+      new BufferAttribute(new Float32Array(ends), 3)), new LineBasicMaterial({ color: css(ink) }));
+    if (posts) turned.add(posts);
+    this.content.add(whole);
+    this.solids.set(key, { whole, turned, body, edges, posts, ink, pixels: size ? 0 : pixels });
     return body;
   }
 
@@ -75,11 +83,15 @@ export class Stage {
   }
 
   place(key, at, attitude) {
-    const { body, pixels } = this.solids.get(key);
-    body.visible = at.every(Number.isFinite);
-    body.position.set(at[0], at[1], at[2] * this.rise);
-    if (attitude) body.quaternion.copy(new Quaternion(attitude[1], attitude[2], attitude[3], attitude[0]));
-    if (pixels) body.scale.setScalar(pixels * this.pixelAt(body.position.x, body.position.y, body.position.z));
+    const { whole, turned, body, pixels } = this.solids.get(key);
+    whole.visible = body.visible = at.every(Number.isFinite);
+    whole.position.set(at[0], at[1], at[2] * this.rise);
+    whole.scale.set(1, 1, this.rise);
+    if (attitude) turned.quaternion.copy(new Quaternion(attitude[1], attitude[2], attitude[3], attitude[0]));
+    if (pixels) {
+      body.position.copy(whole.position);
+      body.scale.setScalar(pixels * this.pixelAt(...whole.position));
+    }
   }
 
   setRise(rise) {
@@ -161,14 +173,25 @@ export class Stage {
   theme() {
     this.scene.background = new Color(css(this.wet ? "--sea" : "--stage"));
     for (const tube of this.tubes.values()) tube.dots.material.color.set(css("--ink"));
-    for (const { body, edges } of this.solids.values()) {
-      body.material.color.set(css("--body"));
-      edges?.material.color.set(css("--body-edge"));
+    for (const { body, edges, posts, ink } of this.solids.values()) {
+      body.material.color.set(css(edges ? "--body" : ink));
+      for (const lines of [edges, posts]) if (lines) lines.material.color.set(css(ink));
     }
     this.frame?.build();
     this.dirty();
   }
 }
+
+// without a graphics card smooth edges cost half of the time that a slider takes
+function drawnByProcessor() {
+  const probe = document.createElement("canvas").getContext("webgl2");
+  const names = probe?.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? probe.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+const within = (value, half) => Math.min(Math.max(value, -half), half);
 
 // A flat scene still needs a room to stand in, and a bed or surface nearby belongs to it.
 function padded({ low, high }, { bed, surface }) {

@@ -1,0 +1,37 @@
+"""A swept number of a results file."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+
+from lumpedcable.results.human import quantity
+from lumpedcable.results.schema import axis_words
+
+__all__ = ["Axis"]
+
+
+class Axis(NamedTuple):
+    """A swept number.
+
+    Attributes:
+        name: the dataset's name, e.g. "held_pretension".
+        key: the full dotted path in the scene.
+        unit: SI unit, "" if none.
+        values: its value in every run, shape (run,).
+    """
+
+    name: str
+    key: str
+    unit: str
+    values: NDArray[Any]
+
+    @property
+    def words(self) -> str:
+        """What it is called in labels, e.g. "pretension" or "break time"."""
+        return axis_words(self.key)
+
+    def text(self, run: int, digits: int = 6) -> str:
+        """Its words and its value in one run, e.g. "break time 5 ms"."""
+        return f"{self.words} {quantity(float(self.values[run]), self.unit, digits)}"

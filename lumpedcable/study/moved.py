@@ -1,0 +1,98 @@
+"""What a run need not compute but a picture shows: moved ships, and cables that are straight lines."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from lumpedcable.model.ships import motion_of
+from lumpedcable.scene import Scene, SceneError, Study, load_study
+from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.carried_checks import anchor
+from lumpedcable.scene.moved import MovedBody
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Moved", "Straight", "moved_ships", "straight_lines", "study_of_text"]
+
+
+class Moved(NamedTuple):
+    """A moved body: position (time, 3) in m; attitude (time, 3), roll, pitch, yaw in rad."""
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+
+
+class Straight(NamedTuple):
+    """An ideal cable: position (time, 3, 3) in m of start, trolley and end; its tension in N."""
+
+    position: NDArray[np.float64]
+    tension: float
+
+
+def study_of_text(text: str) -> Study | None:
+    """The study whose text in SI numbers a results file keeps; None where it cannot be read."""
+    with tempfile.TemporaryDirectory(prefix="lumpedcable-") as folder:
+        path = Path(folder) / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        try:
+            return load_study(path)
+        except SceneError:
+            return None
+
+
+def moved_ships(scene: Scene, times: NDArray[Any]) -> dict[str, Moved]:
+    """Where the moved bodies of a scene are at some times (s), by name.
+
+    x(t) = x0 + (surge, sway, heave), turned by roll, pitch and yaw, as in `PointOfBody`.
+    """
+    found = {}
+    for name, body in scene.bodies.items():
+        if isinstance(body, MovedBody):
+            freedoms = jax.vmap(motion_of(scene, body).freedoms)
+            six = np.asarray(freedoms(jnp.asarray(times, float)))
+            found[name] = Moved(np.asarray(body.position, float) + six[:, :3], six[:, 3:])
+    return found
+
+
+def straight_lines(
+    scene: Scene, ships: Mapping[str, Moved], riders: Mapping[str, NDArray[Any]]
+) -> dict[str, Straight]:
+    """The ideal cables of a scene, which have no nodes: straight from either post to the trolley.
+
+    Args:
+        scene: one run.
+        ships: from `moved_ships`.
+        riders: places (time, 3) of the bodies that run on lines (m).
+    """
+    found = {}
+    for name, line in scene.lines.items():
+        rider = next((b for b, body in scene.bodies.items()
+                      if isinstance(body, CarriedBody) and body.on.line == name), None)  # fmt: skip
+        winch = next((e for e in (line.start, line.end) if isinstance(e, WinchEnd)), None)
+        if line.model != "ideal" or rider is None or rider not in riders or winch is None:
+            continue
+        trolley = np.asarray(riders[rider], float)
+        posts = [_post(scene, end, ships, len(trolley)) for end in (line.start, line.end)]
+        places = np.stack([posts[0], trolley, posts[1]], axis=1)
+        found[name] = Straight(places, float(winch.winch.tension))
+    return found
+
+
+def _post(scene: Scene, end: Any, ships: Mapping[str, Moved], count: int) -> NDArray[np.float64]:
+    """The way (time, 3) of an end of an ideal cable: a point of a ship, or a place."""
+    named = end.winch.at if isinstance(end, WinchEnd) else end
+    point = scene.point_of(named)
+    if point is not None and isinstance(named, str):
+        ship = ships[named.partition(".")[0]]
+        return ship.position + Rotation.from_euler("xyz", ship.attitude).apply(point[1])
+    place = anchor(scene.bodies, end)
+    return np.broadcast_to(np.full(3, np.nan) if place is None else np.asarray(place), (count, 3))
