@@ -17,9 +17,10 @@ def solve_chain(
 
     Within a block by elimination without pivoting, in the order of its unknowns: accelerations first,
     whose part of the matrix is positive, then the tension, whose part is negative once they are gone.
-    The first lower and the last upper block are not used.
+    The first lower and the last upper block meet zeros.
     """
     b = right.shape[1]
+    rows = jnp.arange(b)[:, None]
 
     def forward(carry, row):
         gain, value = carry
@@ -28,13 +29,11 @@ def solve_chain(
         table = jnp.concatenate([middle - low @ gain, up, (r - low @ value)[:, None]], axis=1)
         for k in range(b):
             line = table[k] / table[k, k]
-            table = table - table[:, k : k + 1] * line
-            table = table.at[k].set(line)
+            table = jnp.where(rows == k, line, table - table[:, k : k + 1] * line)
         gain, value = table[:, b : 2 * b], table[:, 2 * b]
         return (gain, value), (gain, value)
 
     zero = (jnp.zeros_like(diagonal[0]), jnp.zeros_like(right[0]))
-    lower = lower.at[0].set(0.0)
     _, (gains, values) = jax.lax.scan(forward, zero, (lower, diagonal, upper, right))
 
     def backward(after, row):
