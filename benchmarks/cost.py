@@ -23,7 +23,7 @@ from lumpedcable.solve.integrate import Numbers, advance, begin
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE, advance_batch, begin_batch, number, prepare_batch
 from lumpedcable.study.lanes import across
-from lumpedcable.study.plan import batches, plan_of
+from lumpedcable.study.plan import plan_of, structure_of
 
 Tell = Callable[[str], None]
 
@@ -94,7 +94,7 @@ def throughput(sizes: tuple[int, ...], tell: Tell, segments: int = 100) -> list[
     """Node-steps per second of batches of one line at different pretensions."""
     scene = scene_of(f"segments={segments}")
     runner = Runner(scene)
-    structure, coordinates = batches([scene])[0].structure, coordinates_of([scene])
+    structure, coordinates = structure_of(scene), coordinates_of([scene])
     shared = {key: number(value) for key, value in scene.numbers().items()}
     shared.pop(PARAMETERS[-1])
     tell("statics of the largest batch")
@@ -126,7 +126,7 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
     """
     scene = scene_of(f"segments={segments}")
     runner = Runner(scene)
-    structure, coordinates = batches([scene])[0].structure, coordinates_of([scene])
+    structure, coordinates = structure_of(scene), coordinates_of([scene])
     base = {key: number(value) for key, value in scene.numbers().items()}
     numbers = runner.numbers(outputs * runner.every, outputs * runner.steps)
     plan = dataclasses.replace(runner.plan, outputs=1, recoils=())

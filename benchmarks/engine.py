@@ -20,10 +20,10 @@ from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepa
 from lumpedcable.study.plan import (
     DEFAULT_ATOL,
     DEFAULT_RTOL,
-    batches,
     output_count,
     plan_of,
     rounded_steps,
+    structure_of,
 )
 
 HERE = Path(__file__).parent
@@ -59,15 +59,15 @@ class Runner:
     """
 
     def __init__(self, scene: Scene, stretch: float | None = None):
-        batch = batches([scene])[0]
+        structure = structure_of(scene)
         coordinates = coordinates_of([scene])
         shared = {key: number(value) for key, value in scene.numbers().items()}
         swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
         self.scene = scene
         self.ready = prepare_batch(
-            batch.structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
+            structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
         )
-        self.plan = plan_of(scene, batch.structure.layout)
+        self.plan = plan_of(scene, structure.layout)
         self.every, self.count = scene.output.every, output_count(scene)
         # the largest Courant number that is not a fault
         self.limit = 1.0 if stretch is None else stretch

@@ -24,7 +24,7 @@ from benchmarks.hard_cases import CASES, FOLDER, Case, Ran, run_case
 from lumpedcable.scene import Study, load_study
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import number, prepare_batch
-from lumpedcable.study.plan import batches, common_coordinates
+from lumpedcable.study.plan import common_coordinates, structure_of
 
 PAGE = Path(__file__).parents[1] / "docs" / "hard-cases.md"
 BREAK_SIZES = (50, 100, 200, 400, 800, 1600, 3200, 6400)  # of break-at-once
@@ -39,12 +39,12 @@ RESOLUTION = 0.02
 def step_bound(study: Study) -> float:
     """The largest stable step (s) that the model claims for the one scene of a study."""
     scene = study.runs[0]
-    (batch,) = batches([scene])
+    structure = structure_of(scene)
     coordinates = common_coordinates(study, [scene])
     shared = {key: number(value) for key, value in scene.numbers().items()}
     swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
     ready = prepare_batch(
-        batch.structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
+        structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
     )
     return float(ready.bound[0])
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.study.compiled import advance_batch, begin_batch
-from lumpedcable.study.plan import batches, plan_of
+from lumpedcable.study.plan import plan_of, structure_of
 
 
 def peak() -> int:
@@ -34,7 +34,7 @@ def main(segments: int, lanes: int) -> None:
     runner = Runner(scene_of(f"segments={segments}"))
     model = jax.tree.map(lambda x: jnp.repeat(x, lanes, axis=0), runner.ready.model)
     numbers = runner.numbers(runner.every, runner.steps)
-    plan = plan_of(runner.scene, batches([runner.scene])[0].structure.layout, lanes)
+    plan = plan_of(runner.scene, structure_of(runner.scene).layout, lanes)
     state, _ = begin_batch(model, plan, numbers)
     done = advance_batch(model, plan, numbers, state, jnp.asarray(0), jnp.asarray(8))
     jax.block_until_ready(done)

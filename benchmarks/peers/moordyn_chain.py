@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from lumpedcable.exact import elastic_catenary
 from lumpedcable.results import open_result
 from lumpedcable.scene import HarmonicMotion, LinearMaterial, Scene, load_study
-from lumpedcable.scene.lines import FixedEnd, MovingEnd
+from lumpedcable.scene.lines import FixedEnd, Line, MovingEnd
 from lumpedcable.study.run import run_study
 
 SCENE = Path(__file__).parents[2] / "configs" / "peers" / "chain-mooring.toml"
@@ -105,24 +105,30 @@ def by_engine(*overrides: str) -> Histories:
 
 def moordyn_input(scene: Scene, step: float) -> str:
     """MoorDyn's input file for the scene, stepping by `step` (s)."""
-    line, bed, water = scene.lines["chain"], scene.seabed, scene.water
-    material = scene.materials["chain"]
-    assert isinstance(material, LinearMaterial)
-    assert isinstance(line.start, FixedEnd)
+    line, material, anchor = parts_of(scene)
+    bed, water, drag, added = scene.seabed, scene.water, line.drag, line.added_mass
     assert bed is not None
     assert water is not None
+    assert drag is not None
+    assert added is not None
     assert line.diameter is not None
-    assert line.drag is not None
-    assert line.added_mass is not None
     motion = motion_of(scene)
     return INPUT.format(
         title=scene.title, diameter=line.diameter, mass=line.mass, EA=material.EA,
-        damping=material.damping or 0.0, Cn=line.drag.normal, Ct=line.drag.tangential,
-        Can=line.added_mass.normal, anchor=" ".join(map(str, line.start.fixed)),
+        damping=material.damping or 0.0, Cn=drag.normal, Ct=drag.tangential,
+        Can=added.normal, anchor=" ".join(map(str, anchor)),
         fairlead=" ".join(map(str, motion.position)), length=line.length, segments=line.segments,
         step=step, kb=bed.stiffness / line.diameter, cb=(bed.damping or 0.0) / line.diameter,
         density=water.density, gravity=scene.gravity, depth=-bed.height,
     )  # fmt: skip
+
+
+def parts_of(scene: Scene) -> tuple[Line, LinearMaterial, tuple[float, ...]]:
+    """The chain, what it is made of, and where its anchor is (m)."""
+    line, material = scene.lines["chain"], scene.materials["chain"]
+    assert isinstance(material, LinearMaterial)
+    assert isinstance(line.start, FixedEnd)
+    return line, material, line.start.fixed
 
 
 def motion_of(scene: Scene) -> HarmonicMotion:
@@ -237,16 +243,13 @@ def run(quick: bool) -> dict[str, Any]:
 def exact() -> tuple[float, float]:
     """Tension at fairlead and anchor at rest (N), of the elastic catenary on the seabed."""
     scene = scene_of()
-    line, bed, water = scene.lines["chain"], scene.seabed, scene.water
-    material = scene.materials["chain"]
-    assert isinstance(material, LinearMaterial)
-    assert isinstance(line.start, FixedEnd)
-    assert bed is not None
+    line, material, anchor_place = parts_of(scene)
+    water = scene.water
     assert water is not None
     assert line.diameter is not None
     assert scene.gravity is not None
     weight = (line.mass - water.density * np.pi / 4.0 * line.diameter**2) * scene.gravity
-    across = np.asarray(motion_of(scene).position) - np.asarray(line.start.fixed)
+    across = np.asarray(motion_of(scene).position) - np.asarray(anchor_place)
     span = float(np.hypot(across[0], across[1]))
     shape = elastic_catenary(span, float(across[2]), line.length, material.EA, weight, seabed=0.0)
     anchor, fairlead = (float(t) for t in shape.tension([0.0, line.length]))

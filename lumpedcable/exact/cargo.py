@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .highline import Highline, Part, hold, positive
+from .highline import SHOWN, Highline, Part, hold, positive
 from .roots import Values, bracketed, widened
 
 __all__ = [
@@ -315,13 +315,7 @@ class StraightHighline:
 
     def numbers(self) -> dict[str, Values]:
         """S, f, F_TA, F_TB, F_H in m and N."""
-        return {
-            "S": self.length,
-            "f": self.sag,
-            "F_TA": self.tension_a,
-            "F_TB": self.tension_b,
-            "F_H": self.horizontal,
-        }
+        return {symbol: getattr(self, name) for symbol, name in SHOWN.items()}
 
 
 def straight_from_length(

@@ -35,6 +35,15 @@ __all__ = [
     "least_tension",
 ]
 
+# the symbols of the paper's screens and what they stand for here
+SHOWN = {
+    "S": "length",
+    "f": "sag",
+    "F_TA": "tension_a",
+    "F_TB": "tension_b",
+    "F_H": "horizontal",
+}
+
 
 @dataclass(frozen=True)
 class Part:
@@ -175,13 +184,7 @@ class Highline:
 
     def numbers(self) -> dict[str, Values]:
         """S, f, F_TA, F_TB, F_H as the paper's screens show them, in m and N."""
-        return {
-            "S": self.length,
-            "f": self.sag,
-            "F_TA": self.tension_a,
-            "F_TB": self.tension_b,
-            "F_H": self.horizontal,
-        }
+        return {symbol: getattr(self, name) for symbol, name in SHOWN.items()}
 
 
 def highline_from_sag(

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from lumpedcable.results.errors import OutputError
+from lumpedcable.results.numbers import write_text
 
 __all__ = ["write_modes"]
 
@@ -31,9 +30,4 @@ def write_modes(target: Path, head: Mapping[str, Any], lines: Mapping[str, Any])
         for name, value in lines.items()
     ]
     text = short[:-2] + ',\n  "lines": {\n' + ",\n".join(long) + "\n  }\n}\n"
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        raise OutputError(f"cannot write {target}: {reason}") from error
+    write_text(target, text)

@@ -1,7 +1,6 @@
 """Which runs go together, and how each is stepped."""
 
 import math
-from dataclasses import dataclass
 
 import jax
 import numpy as np
@@ -15,9 +14,7 @@ from lumpedcable.study.compiled import Structure
 
 __all__ = [
     "LANES",
-    "Batch",
     "batch_sizes",
-    "batches",
     "common_coordinates",
     "lanes",
     "output_count",
@@ -36,29 +33,9 @@ ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
             "kvaerno3", "kvaerno4", "kvaerno5"}  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Batch:
-    """Runs of one structure, by their number in the study."""
-
-    structure: Structure
-    runs: tuple[int, ...]
-
-
 def structure_of(scene: Scene) -> Structure:
     """The structure of a scene; ValueError where it cannot be laid out."""
     return Structure(scene.skeleton(), make_layout(scene), scene)
-
-
-def batches(scenes: list[Scene]) -> list[Batch]:
-    """Runs grouped by structure, in order of first appearance, at most LANES together."""
-    groups: dict[Structure, list[int]] = {}
-    for run, scene in enumerate(scenes):
-        groups.setdefault(structure_of(scene), []).append(run)
-    return [
-        Batch(structure, tuple(runs[k : k + LANES]))
-        for structure, runs in groups.items()
-        for k in range(0, len(runs), LANES)
-    ]
 
 
 def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:

@@ -31,10 +31,10 @@ from lumpedcable.study.compiled import RUN_ONCE, number, prepare_batch
 from lumpedcable.study.plan import (
     DEFAULT_ATOL,
     DEFAULT_RTOL,
-    batches,
     output_count,
     plan_of,
     rounded_steps,
+    structure_of,
 )
 
 Array = np.ndarray
@@ -79,7 +79,7 @@ def setting_of(text: str, *overrides: str) -> Setting:
     with tempfile.TemporaryDirectory() as folder:
         scene = scene_of(Path(folder), text, *overrides)
     count = output_count(scene)
-    layout = batches([scene])[0].structure.layout
+    layout = structure_of(scene).layout
     plan = plan_of(scene, layout)
     assert count <= plan.outputs  # so that one call of the engine does it all
     return Setting(scene, coordinates_of([scene]), plan, count)
@@ -97,11 +97,11 @@ def play(text: str, *overrides: str, kick: Kick | None = None, steps: int | None
     """Run a scene; `kick` moves it out of its equilibrium, `steps` replaces the step's choice."""
     setting = setting_of(text, *overrides)
     scene, coordinates, plan = setting.scene, setting.coordinates, setting.plan
-    batch = batches([scene])[0]
+    structure = structure_of(scene)
     shared = {key: number(value) for key, value in scene.numbers().items()}
     swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
     ready = prepare_batch(
-        batch.structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
+        structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
     )
     assert bool(ready.converged[0])
     if plan.adaptive:
@@ -171,7 +171,7 @@ def sensitivity(
     setting = setting_of(text, *overrides)
     scene, coordinates, plan = setting.scene, setting.coordinates, setting.plan
     base = play(text, *overrides, kick=kick)
-    layout, values = batches([scene])[0].structure.layout, scene.numbers()
+    layout, values = structure_of(scene).layout, scene.numbers()
 
     def f(value):
         found = start_of(scene.with_numbers({**values, key: value}), layout, coordinates)

@@ -11,7 +11,7 @@ from player import setting_of
 from lumpedcable.exact import elastic_catenary
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE
-from lumpedcable.study.plan import batches
+from lumpedcable.study.plan import structure_of
 
 PAIRS = [(name, key) for name, case in CASES.items() for key in case.gradients]
 # an event and a pretension; the others take as long to compile, each by itself
@@ -103,7 +103,7 @@ BY = {"materials.wire.EA": ("EA", 2e5), "lines.rope.length": ("length", 100.0),
 def slope_of_sag(segments, key, reverse=False):
     """d(sag)/d(key) by the engine."""
     setting = setting_of(SAGGING, f"rope.segments={segments}")
-    scene, layout = setting.scene, batches([setting.scene])[0].structure.layout
+    scene, layout = setting.scene, structure_of(setting.scene).layout
     values = scene.numbers()
 
     def f(value):

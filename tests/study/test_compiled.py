@@ -10,7 +10,7 @@ from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.solve.integrate import Numbers
 from lumpedcable.study import compiled
 from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
-from lumpedcable.study.plan import batches, plan_of, rounded_steps
+from lumpedcable.study.plan import plan_of, rounded_steps, structure_of
 from lumpedcable.study.run import run_study
 
 WATER = '[water]\ndensity = "1025 kg/m3"\n'
@@ -30,14 +30,12 @@ PLAIN = BARE + '\n[solver]\nwaves = "plain"\n'
 def program(folder, text):
     """The advance program of a scene, lowered but not run."""
     scene = scene_of(folder, text)
-    batch = batches([scene])[0]
+    structure = structure_of(scene)
     coordinates = coordinates_of([scene])
     shared = {key: number(value) for key, value in scene.numbers().items()}
     swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
-    ready = prepare_batch(
-        batch.structure, "float64", coordinates.axes, coordinates.origin, shared, swept
-    )
-    plan = plan_of(scene, batch.structure.layout)
+    ready = prepare_batch(structure, "float64", coordinates.axes, coordinates.origin, shared, swept)
+    plan = plan_of(scene, structure.layout)
     steps = jnp.asarray(int(rounded_steps(scene, np.asarray(ready.bound))[0]))
     numbers = Numbers(number(1e-3), steps, number(1e-6), number(1e-8))
     state, _ = begin_batch(ready.model, plan, numbers)
