@@ -14,6 +14,7 @@ from rich.text import Text
 
 from lumpedcable.scene import Study, format_quantity
 from lumpedcable.scene.carried import HeightMeasure
+from lumpedcable.scene.runs import Axis
 from lumpedcable.status import Status
 from lumpedcable.study.run import Timings, run_study
 from lumpedcable.study.summary import EXACT, Outcome
@@ -30,6 +31,7 @@ HEADS = {
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
 MOST_ROWS = 60  # of the table; the file holds them all
+MOST_AXES = 4  # beside the names of cases
 MOST_FAILURES = 10  # told one by one
 WIDE = 200  # columns where no terminal says how many there are
 
@@ -114,7 +116,7 @@ def _table(
     column("run")
     if study.runs.named:
         column("case", justify="left")
-    for axis in study.axes:
+    for axis in _shown(study):
         column(axis.label.replace(" ", "\n"))
     if len(ends) > 1:
         column("end", justify="left")
@@ -137,6 +139,11 @@ def _table(
     return table
 
 
+def _shown(study: Study) -> Sequence[Axis]:
+    """The axes that get a column: where cases have names that say it, many axes get none."""
+    return () if study.runs.named and len(study.axes) > MOST_AXES else study.axes
+
+
 def _told(study: Study, quantity: str) -> list[str]:
     """The references that have a number for a quantity."""
     return [name for name, r in study.scene.references.items() if quantity in r.values]
@@ -149,7 +156,7 @@ def _row(
     cells = [str(outcome.run)]
     if study.runs.named:
         cells.append(study.runs.name(outcome.run))
-    cells += [format_quantity(values[axis.key], axis.unit) for axis in study.axes]
+    cells += [format_quantity(values[axis.key], axis.unit) for axis in _shown(study)]
     if len(ends) > 1:
         cells.append(end)
     numbers = outcome.recoils.get(end, {})
