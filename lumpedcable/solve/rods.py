@@ -248,7 +248,9 @@ def system_of(
         level = place(level, (wide + weight @ own_row)[None], at, 0, 0)
         right = place(right, (vector + weight @ own_right)[None], at, 0)
 
-    one = jnp.zeros((places, 1, 1), mass.dtype).at[0].set(1.0)
+    # a tension before the first place, which is none, and what rods give way by
+    one = (jnp.arange(places) == 0).astype(mass.dtype) - _behind(chain.spread.give / (dt * ahead))
+    one = one[:, None, None]
     last_row = jnp.concatenate([_behind(row_last)[:, None, :], one], axis=2)
     first_row = jnp.pad(_behind(-row_first)[:, None, :], ((0, 0), (0, 0), (0, 1)))
     return System(

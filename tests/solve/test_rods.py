@@ -243,3 +243,44 @@ def test_what_does_not_go_with_rods_is_told(tmp_path, old, new, key, words):
     told = str(error.value)
     assert key in told
     assert words in told
+
+
+BOUNCING = """
+gravity = 9.81
+[materials.stiff]
+law = "inextensible"
+EA = "100 kN"
+[lines.rod]
+material = "stiff"
+length = "1 m"
+segments = 1
+mass = "1 g/m"
+start = { fixed = [0, 0, "1.5 m"] }
+end = "block.eye"
+[bodies.block]
+mass = "100 kg"
+position = [0, 0, 0]
+velocity = [0, 0, "-0.1 m/s"]
+points = { eye = [0, 0, "0.5 m"] }
+free = ["z"]
+[output]
+duration = "0.4 s"
+every = "10 ms"
+quantities = ["position", "energy", "tension"]
+"""
+
+
+def test_rods_that_give_way_swing_as_a_spring(tmp_path):
+    # M u'' = M g - EA u / l from u = 0, downwards; the rod's own mass is a hundred-thousandth
+    errors = []
+    for step in ("1 ms", "0.5 ms", "0.25 ms"):
+        ran = run_text(tmp_path, BOUNCING + f'[solver]\nstep = "{step}"\n')
+        assert ran.statuses == ["OK"]
+        w, sink = np.sqrt(1e5 / 100.0), 100.0 * G / 1e5
+        exact = sink * (1.0 - np.cos(w * ran.time)) + 0.1 / w * np.sin(w * ran.time)
+        u = -ran.bodies["block"]["position"][0, :, 2]
+        errors.append(np.max(np.abs(u - exact)) / sink)
+        # the tension is that of the stretch
+        assert ran["rod.tension"][0, 5:, 0] == pytest.approx(1e5 * exact[5:], abs=5e3)
+    assert errors[-1] < 0.06
+    assert order_of(errors, 2.0) == pytest.approx([1.0, 1.0], abs=0.15)
