@@ -1,5 +1,7 @@
 """Inextensible lines: pendulums of rigid rods against their equations; bodies that stick and slide."""
 
+from pathlib import Path
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -240,6 +242,30 @@ def test_what_does_not_go_with_rods_is_told(tmp_path, old, new, key, words):
     assert old in text
     with pytest.raises(SceneError) as error:
         scene_of(tmp_path, text.replace(old, new))
+    told = str(error.value)
+    assert key in told
+    assert words in told
+
+
+RESTRAINT = (Path(__file__).parents[2] / "configs" / "restraint.toml").read_text()
+RESTRAINT = RESTRAINT[: RESTRAINT.index("[[sweep.cases]]")]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("friction = 0.3", "friction = -0.3", "bodies.anchor.friction", "non-negative"),
+        # 16.8 m3 of water weigh 17.22 t
+        ('mass = "40 t"', 'mass = "17 t"', "bodies.anchor.mass", "17220 kg"),
+        # from the ring, 6.03393 m under water, to the bow, 1 m over it: sqrt(170^2 + 7.03393^2) m
+        ('["138.0735 m"', '["145 m"', "lines.rod.length", "170.145 m"),
+    ],
+)
+def test_a_restraint_that_cannot_be_is_told(tmp_path, old, new, key, words):
+    assert old in RESTRAINT
+    text = RESTRAINT.replace(old, new)
+    with pytest.raises(SceneError) as error:
+        scene_of(tmp_path, text)
     told = str(error.value)
     assert key in told
     assert words in told
