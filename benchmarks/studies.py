@@ -41,7 +41,6 @@ def one(runs: int, dtype: str, tell: Tell) -> dict[str, Any]:
     import h5py
 
     tell(f"a study of {runs} runs, {dtype}")
-    cores = os.cpu_count() or 1
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "study"
         command = [
@@ -50,8 +49,7 @@ def one(runs: int, dtype: str, tell: Tell) -> dict[str, Any]:
             "--set", f'solver.dtype="{dtype}"', "--set", f"segments={SEGMENTS}",
         ]  # fmt: skip
         # a cache of programs of its own: what compiling costs belongs to it
-        flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={cores}"
-        own = {**os.environ, "LUMPEDCABLE_CACHE": str(Path(folder) / "cache"), "XLA_FLAGS": flags}
+        own = {**os.environ, "LUMPEDCABLE_CACHE": str(Path(folder) / "cache")}
         begin = time.perf_counter()
         done = subprocess.run(command, env=own, capture_output=True, text=True, check=True)
         seconds = time.perf_counter() - begin

@@ -18,7 +18,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
 from lumpedcable.commands import fit, show
-from lumpedcable.commands.console import Set, fail, study_of
+from lumpedcable.commands.console import Set, fail, share_cores, study_of
 from lumpedcable.commands.console import told as _told
 
 __all__ = ["app", "main"]
@@ -131,6 +131,7 @@ def study(
     set_: Set = None,
     shard: int | None = None,
     part: str = "1/1",
+    cores: int | None = None,
     executor: Literal["here", "dask"] = "here",
     scheduler: str | None = None,
     workers: int = 2,
@@ -152,6 +153,8 @@ def study(
         Runs in each shard (1024 if not given).
     part
         K/M: take every M-th shard, beginning with the K-th, and leave the rest to other processes.
+    cores
+        Cores of this machine that share the work; all if not given, one with --part K/M.
     executor
         here: in this process. dask: on workers of dask.distributed.
     scheduler
@@ -171,9 +174,14 @@ def study(
         fail(f"--shard: expected at least 1, found {shard}")
     if executor == "here" and scheduler is not None:
         fail("--scheduler: expected --executor dask beside it, found none")
+    if cores is not None and (cores < 1 or executor == "dask"):
+        found = str(cores) if cores < 1 else "--executor dask, whose workers have one each"
+        fail(f"--cores: expected at least 1, and --executor here, found {found}")
     if executor == "dask" and workers < 1:
         fail(f"--workers: expected at least 1, found {workers}")
 
+    if executor == "here":
+        share_cores(1 if cores is None and share[1] > 1 else cores)
     try:
         with _told(), _interrupts() as interrupted:
             from lumpedcable.study.shards_report import study_with_progress

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from typing import Annotated, NoReturn
 
 from cyclopts import Parameter
 
-__all__ = ["Set", "fail", "study_of", "told"]
+__all__ = ["Set", "fail", "share_cores", "study_of", "told"]
 
 Set = Annotated[
     list[str] | None,
@@ -27,6 +28,18 @@ def fail(message: str, code: int = 2) -> NoReturn:
     """Print what is wrong and leave."""
     print(message, file=sys.stderr)
     raise SystemExit(code)
+
+
+def share_cores(cores: int | None) -> None:
+    """Let jax have so many cores of this machine as devices, all that the process may use if None.
+
+    It reads this once, when it is imported. Who has said it in XLA_FLAGS has said it.
+    """
+    flags, name = os.environ.get("XLA_FLAGS", ""), "--xla_force_host_platform_device_count"
+    if name in flags:
+        return
+    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    os.environ["XLA_FLAGS"] = f"{flags} {name}={cores or mine or 1}".strip()
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, begin, cast, interval
 from lumpedcable.solve.observe import Sample, sample
+from lumpedcable.solve.reverse import scan_in_blocks
 from lumpedcable.solve.start import start_of
 from lumpedcable.status import Status
 
@@ -151,10 +152,10 @@ def history(
         return run, seen(sample(model, t, run.y, plan.quantities, dt, run.exhausted))
 
     run, first = begin(model, plan, numbers)
-    if spec.steps is not None:
-        # reverse mode keeps one state an output and goes through each interval again
-        body = jax.checkpoint(body)
-    _, (values, wrong) = jax.lax.scan(body, run, jnp.arange(spec.count))
+    if spec.steps is None:
+        _, (values, wrong) = jax.lax.scan(body, run, jnp.arange(spec.count))
+    else:  # for reverse mode
+        _, (values, wrong) = scan_in_blocks(body, run, spec.count, spec.steps)
     now, _ = seen(first)
     finite, step, many = jnp.any(wrong, axis=0)
     # what is undefined was something else first

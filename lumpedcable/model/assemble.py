@@ -241,7 +241,10 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
         if isinstance(body, Body) and body.rigid
     }
     bodies |= make_riders(scene, coordinates) | make_winches(scene, lines)
-    couplings, measures = make_couplings(scene, coordinates), make_measures(scene, coordinates)
+    couplings, measures = (
+        make_couplings(scene, coordinates),
+        make_measures(scene, layout, coordinates),
+    )
     return Model(lines, ends, tuple(junctions), up, base, bodies, couplings, measures)
 
 

@@ -9,7 +9,9 @@ from jaxtyping import Array, Float
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import Coupled, winch_name
+from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
+from lumpedcable.model.places import PlaceMeasured, Seen, place_measured
 from lumpedcable.model.riders import Rider, Winch
 from lumpedcable.model.ships import motion_of, point_of_body
 from lumpedcable.physics import measures
@@ -18,8 +20,9 @@ from lumpedcable.physics.measures import AbstractMeasure, Near
 from lumpedcable.physics.motion import AbstractMotion, Hauled, Still
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import CarriedBody, HeightMeasure, SpeedMeasure, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, MovingEnd
+from lumpedcable.scene.measures import BodyMeasure, SpeedMeasure
 from lumpedcable.scene.moved import MovedBody
 
 __all__ = [
@@ -44,12 +47,12 @@ class Measured(eqx.Module):
     origin: Float[Array, " 3"]
     until_rest: bool = eqx.field(static=True, default=False)
 
-    def value(self, model, t, displacement, velocity) -> Float[Array, ""]:
+    def value(self, model, t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
         body, key = model.bodies[self.body], body_key(self.body)
         d = self.axes.shape[1]
-        place = self.origin + self.axes @ (body.reference + displacement[key])[:d]
-        found = self.law.value(t, place, self.axes @ velocity[key][:d])
+        place = self.origin + self.axes @ (body.reference + seen.displacement[key])[:d]
+        found = self.law.value(t, place, self.axes @ seen.velocity[key][:d])
         return jnp.where(t <= body.path.arrival, found, jnp.nan) if self.until_rest else found
 
 
@@ -188,22 +191,20 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
     return tuple(found)
 
 
-def make_measures(scene: Scene, coordinates: Coordinates) -> dict[str, Measured]:
+def make_measures(
+    scene: Scene, layout: Layout, coordinates: Coordinates
+) -> dict[str, Measured | PlaceMeasured]:
     """The numbers that the scene asks for, by name."""
     axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
     return {
-        name: Measured(
-            part.height if isinstance(part, HeightMeasure) else part.climb,
-            _measure(scene, part),
-            axes,
-            origin,
-            part.while_hauled,
-        )
+        name: Measured(part.body, _measure(scene, part), axes, origin, part.while_hauled)
+        if isinstance(part, BodyMeasure)
+        else place_measured(scene, layout, part)
         for name, part in scene.measures.items()
     }
 
 
-def _measure(scene: Scene, part: HeightMeasure | SpeedMeasure) -> AbstractMeasure:
+def _measure(scene: Scene, part: BodyMeasure) -> AbstractMeasure:
     near = None
     if part.near is not None:
         carried = scene.point_of(part.near)

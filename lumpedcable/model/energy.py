@@ -64,8 +64,14 @@ def empty_body_work(model: Model, name: str) -> dict[str, Array]:
 
 
 def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
-    """Accumulators of a line, all zero (J)."""
-    return {kind: jnp.zeros((), line.reference.dtype) for kind in works_of(line, stepping)}
+    """Accumulators, all zero (J): per node, per segment, or one number for the ends."""
+    dtype = line.reference.dtype
+    if line.inextensible:
+        return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
+    nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
+    per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes}
+    per |= {resistance.work_name: nodes for resistance in line.resistances}
+    return {kind: per.get(kind, segments) for kind in works_of(line, stepping)}
 
 
 def powers(
@@ -117,9 +123,7 @@ def powers(
             power["correction"] -= _end_gain_power(line, e, v, gain, dt)
         if dt is not None:
             power["stepping"] = _stepping(line, e, before[name], after[name], dt)
-        # summed at every step: what is added up node by node is worked out twice, for the step's end
-        # and for half a step on, because the compiler does not keep what it fuses
-        result[name] = {kind: jnp.sum(power[kind]) for kind in kinds}
+        result[name] = {kind: power[kind] for kind in kinds}
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]

@@ -24,6 +24,7 @@ from lumpedcable.model.ends import (
 )
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, LineForces, Workspace
+from lumpedcable.model.places import PlaceMeasured
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.waves import Boundary
@@ -71,7 +72,7 @@ class Model(eqx.Module):
     base: Float[Array, ""] | None = None
     bodies: dict[str, AbstractBody] = eqx.field(default_factory=dict)
     couplings: tuple[Coupled, ...] = ()
-    measures: dict[str, Measured] = eqx.field(default_factory=dict)
+    measures: dict[str, Measured | PlaceMeasured] = eqx.field(default_factory=dict)
 
     def breakable(self) -> list[tuple[str, int, End]]:
         """Driven, joined or attached ends that can break: (line, 0 or -1, end)."""

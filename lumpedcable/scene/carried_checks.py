@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from lumpedcable.scene.carried import CarriedBody, HeightMeasure, SpeedMeasure, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line
+from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
@@ -33,7 +34,11 @@ def carried_problems(
             yield from _carried(lines, bodies, ("bodies", name), body, gravity)
     for name, measure in measures.items():
         if measure is not None:
-            yield from _measure(bodies, ("measures", name), measure)
+            path: Path = ("measures", name)
+            if isinstance(measure, LineMeasure):
+                yield from _place(lines, path, measure)
+            else:
+                yield from _measure(bodies, path, measure)
 
 
 def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
@@ -161,11 +166,9 @@ def _carried(
         )
 
 
-def _measure(
-    bodies: Bodies, path: Path, measure: HeightMeasure | SpeedMeasure
-) -> Iterator[Problem]:
+def _measure(bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Problem]:
     key = "height" if isinstance(measure, HeightMeasure) else "climb"
-    name = getattr(measure, key)
+    name = measure.body
     riders = [n for n, body in bodies.items() if body is None or isinstance(body, CarriedBody)]
     if name not in riders:
         yield _named((*path, key), name, riders, "the name of a body on a line")
@@ -193,3 +196,19 @@ def _measure(
                 f"expected a deck below {measure.near}, which is at "
                 f"{format_quantity(top, 'm')}, found {format_quantity(measure.level, 'm')}",
             )
+
+
+def _place(lines: Lines, path: Path, measure: LineMeasure) -> Iterator[Problem]:
+    if next(measure.problems(), None) is not None:
+        return  # told already
+    name, _, place = measure.target()
+    known = [n for n, line in lines.items() if line is None or line.model != "ideal"]
+    if name not in known:
+        yield _named((*path, measure.KIND), name, known, "the name of a line with nodes")
+    line = lines.get(name)
+    if line is not None and place is not None and not 0 <= place <= line.unstretched:
+        yield Problem(
+            (*path, "place"),
+            f"expected a place on the line, from 0 m to {format_quantity(line.unstretched, 'm')}, "
+            f"found {format_quantity(place, 'm')}",
+        )

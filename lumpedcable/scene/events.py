@@ -14,13 +14,44 @@ from lumpedcable.scene.quantities import NAME_PATTERN, Length, NonNegativeTime, 
 _TARGET = re.compile(rf"({NAME_PATTERN})(?:\.(start|end)|@(.+))?", re.DOTALL)
 
 
-def _target(text: str) -> str:
+def target_text(text: str) -> str:
+    """Return a text that names a place on a line; a fault where it does not."""
     if not _TARGET.fullmatch(text):
         raise fault(
             'expected a place on a line: "LINE.start", "LINE.end" or "LINE@DISTANCE", '
             f"found {found(text)}"
         )
     return text
+
+
+def split_place(data: Any, key: str) -> Any:
+    """Return a table with "rope@37.5 m" under ``key`` as one with "rope" and place = "37.5 m"."""
+    if isinstance(data, dict) and "place" not in data and isinstance(data.get(key), str):
+        line, at, place = data[key].partition("@")
+        if at and _TARGET.fullmatch(data[key]):
+            return {**data, key: line, "place": place.strip()}
+    return data
+
+
+def target_of(
+    name: str, place: float | None
+) -> tuple[str, Literal["start", "end"] | None, float | None]:
+    """Return (line, "start" or "end", None) or (line, None, place in m)."""
+    line, _, side = name.partition(".")
+    return line, (side or None), place  # type: ignore[return-value]
+
+
+def place_problems(key: str, name: str, place: float | None) -> Iterator[Problem]:
+    """Yield a fault where the place is missing or given twice."""
+    whole_line = re.fullmatch(NAME_PATTERN, name) is not None
+    if whole_line and place is None:
+        yield Problem(
+            (key,),
+            f'expected where: "{name}.start", "{name}.end", '
+            f"or a place (m), found {found(name)} alone",
+        )
+    elif not whole_line and place is not None:
+        yield Problem(("place",), f"expected one place, found place and {key} = {found(name)}")
 
 
 class Event(Part):
@@ -30,7 +61,7 @@ class Event(Part):
     read as that, so that the place is a number like any other.
     """
 
-    breaks: Annotated[Text, AfterValidator(_target)]
+    breaks: Annotated[Text, AfterValidator(target_text)]
     """The end that breaks ("rope.end"), or the line ("rope") that breaks at ``place``."""
     place: Length | None = None
     """Unstretched distance in m from the start of the line."""
@@ -42,27 +73,12 @@ class Event(Part):
     @model_validator(mode="before")
     @classmethod
     def _split_place(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "place" not in data and isinstance(data.get("breaks"), str):
-            line, at, place = data["breaks"].partition("@")
-            if at and _TARGET.fullmatch(data["breaks"]):
-                return {**data, "breaks": line, "place": place.strip()}
-        return data
+        return split_place(data, "breaks")
 
     def target(self) -> tuple[str, Literal["start", "end"] | None, float | None]:
         """Return (line, "start" or "end", None) or (line, None, place in m)."""
-        line, _, side = self.breaks.partition(".")
-        return line, (side or None), self.place  # type: ignore[return-value]
+        return target_of(self.breaks, self.place)
 
     def problems(self) -> Iterator[Problem]:
         """Yield a fault where the place is missing or given twice."""
-        whole_line = re.fullmatch(NAME_PATTERN, self.breaks) is not None
-        if whole_line and self.place is None:
-            yield Problem(
-                ("breaks",),
-                f'expected where: "{self.breaks}.start", "{self.breaks}.end", '
-                f"or a place (m), found {found(self.breaks)} alone",
-            )
-        elif not whole_line and self.place is not None:
-            yield Problem(
-                ("place",), f"expected one place, found place and breaks = {found(self.breaks)}"
-            )
+        yield from place_problems("breaks", self.breaks, self.place)

@@ -10,11 +10,11 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import Measure
 from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import Line, tie_of
 from lumpedcable.scene.materials import Material
+from lumpedcable.scene.measures import Measure
 from lumpedcable.scene.moved import AnyBody, MovedBody
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count

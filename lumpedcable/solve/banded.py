@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["solve_chain"]
+__all__ = ["at_first", "at_last", "both", "flip", "onto", "solve_chain", "times"]
 
 
 def solve_chain(
@@ -43,3 +43,34 @@ def solve_chain(
 
     _, x = jax.lax.scan(backward, zero[1], (gains, values), reverse=True)
     return x
+
+
+def both(left, matrix, right):
+    """J^T A K, of all rods; None stands for the unit matrix."""
+    matrix = matrix if left is None else flip(left) @ matrix
+    return matrix if right is None else matrix @ right
+
+
+def onto(turn, vectors: Float[Array, "n d"]) -> Float[Array, "n s"]:
+    """J^T v of all rods; None stands for the unit matrix."""
+    return vectors if turn is None else (vectors[:, None, :] @ turn)[:, 0, :]
+
+
+def times(matrices: Float[Array, "n d d"], vectors: Float[Array, "n d"]) -> Float[Array, "n d"]:
+    """A v of all rods."""
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def flip(x: Array) -> Array:
+    """Transposed matrices."""
+    return jnp.swapaxes(x, 1, 2)
+
+
+def at_first(x: Array) -> Array:
+    """Values of rods at their first places, nothing at the last place."""
+    return jnp.pad(x, ((0, 1), *((0, 0),) * (x.ndim - 1)))
+
+
+def at_last(x: Array) -> Array:
+    """Values of rods at their last places, nothing at the first place."""
+    return jnp.pad(x, ((1, 0), *((0, 0),) * (x.ndim - 1)))

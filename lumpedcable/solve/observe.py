@@ -9,6 +9,7 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.energy import WORKS, energies
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
+from lumpedcable.model.places import Seen
 from lumpedcable.model.state import State
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.vectors import dot
@@ -143,7 +144,7 @@ def sample(
 ) -> Sample:
     """Everything that is kept of one output time."""
     found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
-    fields, ends, most = {}, {}, []
+    fields, ends, tensions = {}, {}, {}
     place = model.followed(t, y.displacement)
     finite = jnp.ones((), bool)
     back = jnp.zeros((), bool)
@@ -153,7 +154,7 @@ def sample(
         whole = e.tension if e.damping is None else e.tension + e.damping
         if line.inextensible:
             whole = y.tension[name]
-        most.append(jnp.max(whole))
+        tensions[name] = whole
         every = {
             "position": place[name],
             "velocity": y.velocity[name],
@@ -170,6 +171,7 @@ def sample(
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
     stored = energies(model, found, y.displacement, y.velocity)
     none = jnp.full((), jnp.nan)  # without a line that has nodes
+    most = [jnp.max(whole) for whole in tensions.values()]
     largest = {"tension": jnp.max(jnp.stack(most)) if most else none, "kinetic": stored["kinetic"]}
     energy = {}
     if y.work:
@@ -183,9 +185,8 @@ def sample(
         key = body_key(name)
         bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
         finite &= jnp.all(jnp.isfinite(bodies[name]))
-    measures = {
-        name: measure.value(model, t, place, y.velocity) for name, measure in model.measures.items()
-    }
+    seen = Seen(place, y.velocity, tensions, ends)
+    measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
     stopped = jnp.zeros((), bool)
     return Sample(
         fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures, stopped

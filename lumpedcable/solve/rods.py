@@ -21,6 +21,7 @@ from lumpedcable.physics.motion import mean_velocity_of
 from lumpedcable.physics.place import place
 from lumpedcable.physics.rod import ROD_SHARES, rod_drag, rod_mass
 from lumpedcable.physics.vectors import dot
+from lumpedcable.solve.banded import at_first, at_last, both, flip, onto, times
 
 __all__ = [
     "Chain",
@@ -191,24 +192,20 @@ def system_of(
     """
     (places, size), d = chain.before.shape, chain.tangent.shape[0]
     own, between = ROD_SHARES
-    mass_first, mass_last = (_both(j, own * chain.whole, j) for j in (chain.first, chain.last))
-    cross = _both(chain.first, between * chain.whole, chain.last)
+    mass_first, mass_last = (both(j, own * chain.whole, j) for j in (chain.first, chain.last))
+    cross = both(chain.first, between * chain.whole, chain.last)
     middle = chain.before + 0.5 * dt * guess.places
     force, drift = _forces(model, chain, guess, middle, dt)
     spun, spin = force.first.T, force.last.T
     if drift is not None:
         spun = (
-            spun
-            - _times(own * chain.whole, drift.first)
-            - _times(between * chain.whole, drift.last)
+            spun - times(own * chain.whole, drift.first) - times(between * chain.whole, drift.last)
         )
         spin = (
-            spin
-            - _times(between * chain.whole, drift.first)
-            - _times(own * chain.whole, drift.last)
+            spin - times(between * chain.whole, drift.first) - times(own * chain.whole, drift.last)
         )
-    mass = _ahead(mass_first) + _behind(mass_last)
-    right = _ahead(_onto(chain.first, spun)) + _behind(_onto(chain.last, spin))
+    mass = at_first(mass_first) + at_last(mass_last)
+    right = at_first(onto(chain.first, spun)) + at_last(onto(chain.last, spin))
     for at, index in chain.path.junctions.items():
         junction = model.junctions[index]
         here = (jnp.arange(places) == at).astype(mass.dtype)
@@ -220,19 +217,19 @@ def system_of(
         mass = mass + _padded_places(chain, size, d)
 
     # a rod's pull u T on its first place, against it on its last
-    ahead_of, behind = _onto(chain.first, chain.tangent.T), _onto(chain.last, chain.tangent.T)
+    ahead_of, behind = onto(chain.first, chain.tangent.T), onto(chain.last, chain.tangent.T)
     ends = _ends_after(chain, guess, dt, ahead)
     step = ends.last - ends.first
     far = jnp.sqrt(dot(step, step))
     row = (step / far).T  # u'
-    row_first, row_last = _onto(chain.first, row), _onto(chain.last, row)
+    row_first, row_last = onto(chain.first, row), onto(chain.last, row)
     reached = jnp.sum(row_last * guess.places[1:] - row_first * guess.places[:-1], axis=1)
     wanted = reached - (far - chain.spread.length) / (dt * ahead)
 
-    low = jnp.concatenate([_flip(cross), jnp.zeros((places - 1, size, 1), mass.dtype)], axis=2)
+    low = jnp.concatenate([flip(cross), jnp.zeros((places - 1, size, 1), mass.dtype)], axis=2)
     high = jnp.concatenate([cross, -ahead_of[:, :, None]], axis=2)
-    level = jnp.concatenate([mass, _behind(behind)[:, :, None]], axis=2)
-    lower, upper = _behind(low), _ahead(high)
+    level = jnp.concatenate([mass, at_last(behind)[:, :, None]], axis=2)
+    lower, upper = at_last(low), at_first(high)
     weights = {at: _hub_weight(chain, guess, at, pushes.get(at), dt) for at in chain.hubs}
     for at, target in chain.driven.items():
         none = jnp.zeros((size, size), mass.dtype)
@@ -249,17 +246,17 @@ def system_of(
         right = place(right, (vector + weight @ own_right)[None], at, 0)
 
     # a tension before the first place, which is none, and what rods give way by
-    one = (jnp.arange(places) == 0).astype(mass.dtype) - _behind(chain.spread.give / (dt * ahead))
+    one = (jnp.arange(places) == 0).astype(mass.dtype) - at_last(chain.spread.give / (dt * ahead))
     one = one[:, None, None]
-    last_row = jnp.concatenate([_behind(row_last)[:, None, :], one], axis=2)
-    first_row = jnp.pad(_behind(-row_first)[:, None, :], ((0, 0), (0, 0), (0, 1)))
+    last_row = jnp.concatenate([at_last(row_last)[:, None, :], one], axis=2)
+    first_row = jnp.pad(at_last(-row_first)[:, None, :], ((0, 0), (0, 0), (0, 1)))
     return System(
         (
             jnp.concatenate([lower, first_row], axis=1),
             jnp.concatenate([level, last_row], axis=1),
             jnp.pad(upper, ((0, 0), (0, 1), (0, 0))),
         ),
-        jnp.concatenate([right, _behind(wanted)[:, None]], axis=1),
+        jnp.concatenate([right, at_last(wanted)[:, None]], axis=1),
         raw,
         known,
     )
@@ -315,34 +312,6 @@ def hub_gain(
         only = hub.mass * jnp.outer(free, free) + jnp.diag(pinned)
         gain = solve_small(only, free * (system.known[at] + on - hub.mass @ stop)) + stop
     return gain, hub.mass @ gain - system.known[at] - on
-
-
-def _both(left, matrix, right):
-    """J^T A K, of all rods; None stands for the unit matrix."""
-    matrix = matrix if left is None else _flip(left) @ matrix
-    return matrix if right is None else matrix @ right
-
-
-def _onto(turn, vectors: Float[Array, "n d"]) -> Float[Array, "n s"]:
-    return vectors if turn is None else (vectors[:, None, :] @ turn)[:, 0, :]
-
-
-def _times(matrices: Float[Array, "n d d"], vectors: Float[Array, "n d"]) -> Float[Array, "n d"]:
-    return (matrices @ vectors[..., None])[..., 0]
-
-
-def _flip(x: Array) -> Array:
-    return jnp.swapaxes(x, 1, 2)
-
-
-def _ahead(x: Array) -> Array:
-    """Values of rods at their first places, nothing at the last place."""
-    return jnp.pad(x, ((0, 1), *((0, 0),) * (x.ndim - 1)))
-
-
-def _behind(x: Array) -> Array:
-    """Values of rods at their last places, nothing at the first place."""
-    return jnp.pad(x, ((1, 0), *((0, 0),) * (x.ndim - 1)))
 
 
 def _padded_places(chain: Chain, size: int, d: int) -> Float[Array, "P s s"]:

@@ -146,7 +146,9 @@ def balance(
         usable[:, 0] = True
         released = np.nanmax(np.where(usable, moved, 0.0), axis=1)
         worst = np.nanmax(np.where(usable, np.abs(residual), 0.0), axis=1)
-        closure = np.divide(worst, released, out=np.zeros_like(worst), where=released > 0.0)
+        # what has not moved has released rounding alone, which nothing can be a share of
+        moving = released > np.finfo(account.part.plan.dtype).eps * _peaks(account)
+        closure = np.divide(worst, released, out=np.zeros_like(worst), where=moving)
         tolerated = np.maximum(ENERGY_LIMIT * released, _tolerated(account))
         opened = np.abs(residual) > tolerated[:, None]
     found.residual[rest] = residual[rest]
@@ -161,8 +163,12 @@ def _tolerated(account: Account) -> NDArray[np.float64]:
     A hundredth of the strain energy that it starts with, so that the first steps of a break are no
     alarm; and what rounding can do, which is all that a line at rest has.
     """
-    tables = account.energy.values()
-    peaks = np.nanmax([np.nanmax(np.abs(t), axis=1, initial=0.0) for t in tables], axis=0)
-    rounding = 1e6 * float(np.finfo(account.part.plan.dtype).eps) * peaks
+    rounding = 1e6 * float(np.finfo(account.part.plan.dtype).eps) * _peaks(account)
     strain = account.energy.get("strain")
     return rounding if strain is None else np.maximum(0.01 * strain[:, 0], rounding)
+
+
+def _peaks(account: Account) -> NDArray[np.float64]:
+    """The largest size of any energy of each run (J)."""
+    tables = account.energy.values()
+    return np.nanmax([np.nanmax(np.abs(t), axis=1, initial=0.0) for t in tables], axis=0)

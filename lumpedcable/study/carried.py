@@ -10,7 +10,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import winch_name
 from lumpedcable.results import Variable
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import CarriedBody, HeightMeasure, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.solve.observe import Sample
 
 if TYPE_CHECKING:
@@ -43,12 +43,7 @@ def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
     """The datasets of measures and winches."""
     found = []
     for name, part in scene.measures.items():
-        if isinstance(part, HeightMeasure):
-            unit, text, best = "m", f"height of {part.height}", "least"
-            if part.over is not None:
-                text = f"height of {part.height} over the deck of {part.over}"
-        else:
-            unit, text, best = "m/s", f"vertical speed of {part.climb}", "largest"
+        unit, text, best = part.UNIT, part.words, "least" if part.LEAST else "largest"
         attributes = {} if part.limit is None else {"limit": part.limit}
         found.append(
             Variable(f"summary/{name}", ("run",), "f8", unit, f"{best} {text}", attributes)
@@ -77,7 +72,7 @@ def carried_histories(scene: Scene, samples: Sample) -> dict[str, NDArray[np.flo
 
 def measure_outcome(scene: Scene, name: str, history: NDArray[np.float64]) -> NDArray[np.float64]:
     """What histories (runs, times) of a measure come down to; NaN where it never counted."""
-    least = isinstance(scene.measures[name], HeightMeasure)
+    least = scene.measures[name].LEAST
     none = np.inf if least else -np.inf
     kept = np.where(np.isfinite(history), history, none)
     best = kept.min(axis=1) if least else kept.max(axis=1)

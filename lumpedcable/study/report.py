@@ -13,7 +13,6 @@ from rich.table import Table
 from rich.text import Text
 
 from lumpedcable.scene import Study, format_quantity
-from lumpedcable.scene.carried import HeightMeasure
 from lumpedcable.scene.runs import Axis
 from lumpedcable.status import Status
 from lumpedcable.study.run import Timings, run_study
@@ -127,7 +126,7 @@ def _table(
         if quantity in EXACT and "exact" in beside:
             column("exact*", style="cyan")
     for name, part in study.scene.measures.items():
-        column(name, "m" if isinstance(part, HeightMeasure) else "m/s")
+        column(name, part.UNIT)
     if study.scene.output.stop is not None:
         column("stops\nafter", "s")
         column("gone by\nthen", "m")

@@ -1,6 +1,5 @@
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import good_scenes
@@ -8,6 +7,7 @@ import numpy as np
 import pytest
 
 from lumpedcable.scene import (
+    CHECKED,
     HarmonicMotion,
     HeldForce,
     LinearMaterial,
@@ -194,16 +194,14 @@ def test_reading_scenes_does_not_load_jax():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_a_hundred_thousand_runs_are_ready_at_once(rope):
+def test_of_a_hundred_thousand_runs_few_are_built(rope, scenes_built):
     values = [f"{i} N" for i in range(1, 401)]
     times = [i * 1e-5 for i in range(250)]
-    start = time.perf_counter()
     study = load_study(rope, [f"pretension={values}", f"break.time={times}"])
-    seconds = time.perf_counter() - start
+    assert scenes_built[0] < 3 * CHECKED
     assert len(study.runs) == 100_000
     assert study.runs[99_999].lines["rope"].end.held.pretension == 400.0
     assert study.runs[99_999].events["break"].time == 249e-5
-    assert seconds < 10  # about one second; minutes where every run is built
     assert study.references == {}
 
 

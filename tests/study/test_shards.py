@@ -11,6 +11,7 @@ import pytest
 import xarray
 from command_line import process, say
 
+from lumpedcable.commands.console import share_cores
 from lumpedcable.results import StudyFolder, open_result
 from lumpedcable.scene import load_study, run_checks
 from lumpedcable.study import contents as contents_of_files
@@ -174,6 +175,8 @@ def test_another_study_is_not_mixed_in(scene, whole):
         (["--part", "3/2"], "--part: expected K/M with K from 1 to M, found 3/2"),
         (["--part", "x"], "--part: expected K/M"),
         (["--shard", "0"], "--shard: expected at least 1, found 0"),
+        (["--cores", "0"], "--cores: expected at least 1"),
+        (["--cores", "2", "--executor", "dask"], "found --executor dask, whose workers have one"),
         (["--scheduler", "tcp://a:1"], "--scheduler: expected --executor dask beside it"),
     ],
 )
@@ -232,3 +235,15 @@ def test_a_run_that_cannot_be_is_marked_and_the_others_are_run(tmp_path, monkeyp
         assert result.line("rope").fields == result.energy_terms == []
         end = result.summary()["rope.end"]
         assert np.isfinite(end["peak_end_speed"]).tolist() == [True, False, True]
+
+
+def test_cores_are_devices_unless_the_user_has_said_how_many(monkeypatch):
+    name = "--xla_force_host_platform_device_count"
+    monkeypatch.setenv("XLA_FLAGS", "--xla_dump_to=there")
+    share_cores(3)
+    assert os.environ["XLA_FLAGS"] == f"--xla_dump_to=there {name}=3"
+    share_cores(2)
+    assert os.environ["XLA_FLAGS"] == f"--xla_dump_to=there {name}=3"
+    monkeypatch.setenv("XLA_FLAGS", "")
+    share_cores(None)
+    assert int(os.environ["XLA_FLAGS"].removeprefix(f"{name}=")) >= 1

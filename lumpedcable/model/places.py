@@ -1,0 +1,91 @@
+"""Numbers of a place along a line: its tension, its speed."""
+
+from typing import Literal, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.layout import Layout
+from lumpedcable.scene import Scene
+from lumpedcable.scene.measures import LineMeasure
+
+__all__ = ["PlaceMeasured", "Seen", "place_measured"]
+
+
+class Seen(NamedTuple):
+    """What measures are taken of: displacements (m) and velocities (m/s) by line and body, tensions
+    (N), damping included, of the segments of each line and at its two ends."""
+
+    displacement: dict[str, Array]
+    velocity: dict[str, Array]
+    tension: dict[str, Float[Array, " n"]]
+    ends: dict[str, Float[Array, " 2"]]
+
+
+class PlaceMeasured(eqx.Module):
+    """Tension (N) or speed (m/s) at the unstretched distance `place` (m) from the start of a line.
+
+    `pieces` are the parts of the line, from its start on; `side` 0 or -1 stands for an end of it.
+    """
+
+    kind: Literal["tension", "speed"] = eqx.field(static=True)
+    pieces: tuple[str, ...] = eqx.field(static=True)
+    side: int | None = eqx.field(static=True)
+    place: Float[Array, ""] | None
+
+    def value(self, model, t, seen: Seen) -> Float[Array, ""]:
+        """The number at t (s)."""
+        if self.side is not None:
+            piece = self.pieces[self.side]
+            if self.kind == "tension":
+                return seen.ends[piece][self.side]
+            return _size(seen.velocity[piece][:, self.side])
+        assert self.place is not None
+        sizes = [
+            jnp.broadcast_to(model.lines[p].segment_length, model.lines[p].segments)
+            for p in self.pieces
+        ]
+        # a place at the very end belongs to the last segment
+        place = self.place.astype(sizes[0].dtype)
+        whole = sum(jnp.sum(size) for size in sizes)
+        place = jnp.minimum(place, whole * (1.0 - 4.0 * jnp.finfo(place.dtype).eps))
+        begin, found = jnp.zeros_like(place), []
+        for piece, size in zip(self.pieces, sizes, strict=True):
+            ends = begin + jnp.cumsum(size)
+            starts = jnp.concatenate([begin[None], ends[:-1]])
+            here = (starts <= place) & (place < ends)
+            begin = ends[-1]
+            if self.kind == "tension":
+                own = _between(seen.tension[piece], 0.5 * (starts + ends), place)
+                found.append(jnp.sum(jnp.where(here, own, 0.0)))
+            else:
+                v = seen.velocity[piece]
+                share = (place - starts) / size
+                own = v[:, :-1] + share * (v[:, 1:] - v[:, :-1])
+                found.append(jnp.sum(jnp.where(here, own, 0.0), axis=1))
+        total = sum(found[1:], found[0])
+        return total if self.kind == "tension" else _size(total)
+
+
+def _between(values: Float[Array, " n"], middles: Float[Array, " n"], place) -> Float[Array, " n"]:
+    """Each segment's value carried on to `place` on the line to its neighbour's on that side, or
+    to its only neighbour's."""
+    if values.shape[0] == 1:
+        return values
+    slope = jnp.diff(values) / jnp.diff(middles)
+    after, before = (jnp.concatenate([slope, slope[-1:]]), jnp.concatenate([slope[:1], slope]))
+    return values + (place - middles) * jnp.where(place > middles, after, before)
+
+
+def _size(v: Float[Array, " d"]) -> Float[Array, ""]:
+    return jnp.sqrt(jnp.sum(v**2))
+
+
+def place_measured(scene: Scene, layout: Layout, part: LineMeasure) -> PlaceMeasured:
+    """The measure of a place as the scene gives it."""
+    line, side, place = part.target()
+    pieces = tuple(piece.name for piece in layout.of_line(line))
+    if side is not None:
+        return PlaceMeasured(part.KIND, pieces, 0 if side == "start" else -1, None)
+    return PlaceMeasured(part.KIND, pieces, None, jnp.asarray(place, float))

@@ -1,0 +1,210 @@
+"""Numbers that a scene asks for: of bodies on lines, and of places along lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, Tag, model_validator
+
+from lumpedcable.scene.events import place_problems, split_place, target_of, target_text
+from lumpedcable.scene.part import Part, Problem, Text, choose, tag
+from lumpedcable.scene.quantities import (
+    Length,
+    NonNegativeForce,
+    PositiveLength,
+    PositiveSpeed,
+    fault,
+    found,
+)
+
+__all__ = [
+    "BodyMeasure",
+    "HeightMeasure",
+    "LineMeasure",
+    "LineSpeedMeasure",
+    "Measure",
+    "SpeedMeasure",
+    "TensionMeasure",
+]
+
+
+class HeightMeasure(Part):
+    """The least height of a body over the water or over a ship's deck."""
+
+    UNIT: ClassVar[str] = "m"
+    LEAST: ClassVar[bool] = True
+    height: Text
+    """Name of the body: its trolley, where it has one."""
+    over: Text | None = None
+    """Name of the moved body that carries the deck. Absent: over z = level."""
+    level: Length = 0.0
+    """Height in m of the deck in that body's axes, or of the level in space."""
+    near: Text | None = None
+    """A point of a body, "ship.post": counts only near it. Absent: always."""
+    within: PositiveLength | None = None
+    """Horizontal distance in m from that point within which it counts."""
+    beyond: PositiveLength | None = None
+    """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
+    while_hauled: bool = False
+    """Counts only until the body has been hauled to its stop."""
+    limit: Length | None = None
+    """Least height in m that is safe. Absent: none."""
+
+    @property
+    def body(self) -> str:
+        """Name of the body."""
+        return self.height
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        deck = "" if self.over is None else f" over the deck of {self.over}"
+        return f"height of {self.height}{deck}"
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where a distance has nothing that it counts from, or the reverse."""
+        yield from _together(self)
+
+
+class SpeedMeasure(Part):
+    """The largest vertical speed of a body, up or down."""
+
+    UNIT: ClassVar[str] = "m/s"
+    LEAST: ClassVar[bool] = False
+    climb: Text
+    """Name of the body: its trolley, where it has one."""
+    near: Text | None = None
+    """A point of a body, "ship.post": counts only near it. Absent: always."""
+    within: PositiveLength | None = None
+    """Horizontal distance in m from that point within which it counts."""
+    beyond: PositiveLength | None = None
+    """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
+    while_hauled: bool = False
+    """Counts only until the body has been hauled to its stop."""
+    limit: PositiveSpeed | None = None
+    """Largest speed in m/s that is safe. Absent: none."""
+
+    @property
+    def body(self) -> str:
+        """Name of the body."""
+        return self.climb
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        return f"vertical speed of {self.climb}"
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where a distance has nothing that it counts from, or the reverse."""
+        yield from _together(self)
+
+
+def _together(measure: HeightMeasure | SpeedMeasure) -> Iterator[Problem]:
+    bounds = (measure.within, measure.beyond)
+    if measure.near is None and bounds != (None, None):
+        yield Problem(("near",), "expected near with within or beyond, found no near")
+    if measure.near is not None and bounds == (None, None):
+        yield Problem(("within",), "expected within or beyond with near, found neither")
+
+
+class TensionMeasure(Part):
+    """The largest tension at a place of a line, linear between the middles of segments.
+
+    ``tension = "rope@30 m"`` is short for ``tension = "rope"`` with ``place = "30 m"``.
+    """
+
+    KIND: ClassVar[Literal["tension"]] = "tension"
+    UNIT: ClassVar[str] = "N"
+    LEAST: ClassVar[bool] = False
+    tension: Annotated[Text, AfterValidator(target_text)]
+    """The end ("rope.end"), or the line ("rope") at ``place``."""
+    place: Length | None = None
+    """Unstretched distance in m from the start of the line."""
+    limit: NonNegativeForce | None = None
+    """Largest tension in N that is safe. Absent: none."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _split_place(cls, data: Any) -> Any:
+        return split_place(data, "tension")
+
+    def target(self) -> tuple[str, Literal["start", "end"] | None, float | None]:
+        """Return (line, "start" or "end", None) or (line, None, place in m)."""
+        return target_of(self.tension, self.place)
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        return f"tension at {_where(self.tension, self.place)}"
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where the place is missing or given twice."""
+        yield from place_problems("tension", self.tension, self.place)
+
+
+class LineSpeedMeasure(Part):
+    """The largest speed of a place of a line, linear between nodes.
+
+    ``speed = "rope@30 m"`` is short for ``speed = "rope"`` with ``place = "30 m"``.
+    """
+
+    KIND: ClassVar[Literal["speed"]] = "speed"
+    UNIT: ClassVar[str] = "m/s"
+    LEAST: ClassVar[bool] = False
+    speed: Annotated[Text, AfterValidator(target_text)]
+    """The end ("rope.end"), or the line ("rope") at ``place``."""
+    place: Length | None = None
+    """Unstretched distance in m from the start of the line."""
+    limit: PositiveSpeed | None = None
+    """Largest speed in m/s that is safe. Absent: none."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _split_place(cls, data: Any) -> Any:
+        return split_place(data, "speed")
+
+    def target(self) -> tuple[str, Literal["start", "end"] | None, float | None]:
+        """Return (line, "start" or "end", None) or (line, None, place in m)."""
+        return target_of(self.speed, self.place)
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        return f"speed of {_where(self.speed, self.place)}"
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where the place is missing or given twice."""
+        yield from place_problems("speed", self.speed, self.place)
+
+
+BodyMeasure = HeightMeasure | SpeedMeasure
+LineMeasure = TensionMeasure | LineSpeedMeasure
+_KINDS = {
+    "height": HeightMeasure,
+    "climb": SpeedMeasure,
+    "tension": TensionMeasure,
+    "speed": LineSpeedMeasure,
+}
+_MEASURE = "a table with height, climb, tension or speed"
+
+
+def _where(name: str, place: float | None) -> str:
+    return name if place is None else f"{name}@{place:g} m"
+
+
+def _pick_measure(value: Any) -> str:
+    for key, kind in _KINDS.items():
+        if isinstance(value, kind) or (isinstance(value, dict) and key in value):
+            return key
+    raise fault(f"expected {_MEASURE}, found {found(value)}")
+
+
+Measure = Annotated[
+    Annotated[HeightMeasure, Tag(tag("height"))]
+    | Annotated[SpeedMeasure, Tag(tag("climb"))]
+    | Annotated[TensionMeasure, Tag(tag("tension"))]
+    | Annotated[LineSpeedMeasure, Tag(tag("speed"))],
+    *choose(_pick_measure, _MEASURE),
+]
+"""A number of a run that its scene asks for."""

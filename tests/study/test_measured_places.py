@@ -1,0 +1,147 @@
+"""Tension and speed at places along lines: against exact statics and against the fields."""
+
+import numpy as np
+import pytest
+
+from lumpedcable.results import open_result
+from lumpedcable.scene import SceneError, load_study
+from lumpedcable.study.run import run_study
+
+HANGING = """
+title = "A hanging line"
+gravity = "9.81 m/s2"
+
+[materials.steel]
+law = "linear"
+EA = "1 MN"
+
+[lines.line]
+material = "steel"
+length = "10 m"
+segments = 7
+mass = "2 kg/m"
+start = { fixed = [0, 0, 0] }
+end = "free"
+
+[measures.tension]
+tension = "line"
+place = "3.3 m"
+
+[measures.top]
+tension = "line.start"
+
+[output]
+duration = "20 ms"
+every = "10 ms"
+"""
+PARTED = """
+title = "A line that parts between its ends"
+
+[materials.steel]
+law = "linear"
+EA = "1 MN"
+
+[lines.line]
+material = "steel"
+length = "10 m"
+segments = 20
+mass = "2 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { held = { pretension = "10 kN", direction = [1, 0, 0] } }
+
+[events.parts]
+breaks = "line@4 m"
+time = 0
+
+[measures]
+near = { tension = "line@1.9 m" }
+far = { tension = "line@7.3 m" }
+end = { tension = "line.end" }
+slow = { speed = "line@1.9 m" }
+cut = { speed = "line@4 m" }
+
+[output]
+duration = "20 ms"
+every = "1 ms"
+"""
+
+
+def ran(folder, text, *overrides):
+    path, target = folder / "scene.toml", folder / "out.h5"
+    path.write_text(text)
+    (outcome, *_) = run_study(load_study(path, list(overrides)), target)
+    return target, outcome
+
+
+def test_tension_of_a_hanging_line_at_any_place(tmp_path):
+    """T(s) = m g (L - s), linear, so that it is exact between segments and beyond their middles."""
+    places = [0.0, 0.1, 1.0, 3.3, 9.9, 10.0]
+    target, outcome = ran(tmp_path, HANGING, f"measures.tension.place={places}")
+    with open_result(target) as result:
+        found, attributes = result.measures()["tension"]
+        top, _ = result.measures()["top"]
+    exact = 2.0 * 9.81 * (10.0 - np.array(places))
+    np.testing.assert_allclose(found, exact[:, None] * np.ones(3), rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(top, 2.0 * 9.81 * 10.0, rtol=1e-9)
+    assert attributes["units"] == "N"
+    assert outcome.energy_closure == 0.0  # nothing moved: there is nothing to be a share of
+
+
+def test_places_of_a_parted_line_are_what_the_fields_say(tmp_path):
+    target, _ = ran(tmp_path, PARTED)
+    with open_result(target) as result:
+        measured = {name: table[0] for name, (table, _) in result.measures().items()}
+        first, second = result.line("line-1"), result.line("line-2")
+        middles = {n: p.unstretched_segment() for n, p in (("a", first), ("b", second))}
+        tension = {"a": first.tension(0), "b": second.tension(0)}
+        velocity = first.velocity(0)[..., 0]  # along x, as all of it
+        nodes = first.unstretched_position()
+        end = second.field("end_tension")[0]
+        cut = np.linalg.norm(second.velocity(0)[:, 0], axis=-1)
+    each = range(len(end))
+    near = [np.interp(1.9, middles["a"], tension["a"][k]) for k in each]
+    far = [np.interp(7.3, middles["b"], tension["b"][k]) for k in each]
+    slow = [abs(np.interp(1.9, nodes, velocity[k])) for k in each]
+    np.testing.assert_allclose(measured["near"], near, rtol=1e-9)
+    np.testing.assert_allclose(measured["far"], far, rtol=1e-9)
+    np.testing.assert_allclose(measured["end"], end, rtol=1e-12)
+    np.testing.assert_allclose(measured["slow"], slow, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(measured["cut"], cut, rtol=1e-12)  # the part from the cut on
+    # the wave has passed: the place beside the fixed end carries nothing of its 10 kN, and both move
+    assert measured["slow"].max() > 1.0
+    assert near[0] == pytest.approx(10e3, rel=1e-9)
+
+
+def test_summaries_have_the_largest(tmp_path):
+    target, _ = ran(tmp_path, PARTED)
+    with open_result(target) as result:
+        largest = {name: np.nanmax(table) for name, (table, _) in result.measures().items()}
+    target, outcome = ran(tmp_path, PARTED, 'output.keep="summaries"')
+    assert set(outcome.measures) == set(largest)
+    for name, value in largest.items():
+        assert outcome.measures[name] == pytest.approx(value, rel=1e-12)
+    with open_result(target) as result:
+        assert not result.measures()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ('"line"\nplace = "3.3 m"', '"lin@3.3 m"', "measures.tension.tension", 'did you mean "line"'),
+        ("3.3 m", "13 m", "measures.tension.place", "from 0 m to 10 m, found 13 m"),
+        ('place = "3.3 m"', "", "measures.tension.tension", '"line.start", "line.end", or a place'),
+        ('"line"\nplace = "3.3 m"', '"line.middle"', "measures.tension.tension",
+         "expected a place on a line"),
+        ("3.3 m", "3.3 kg", "measures.tension.place", "expected a length"),
+        ('tension = "line"\n', 'tensoin = "line"\n', "measures.tension",
+         "expected a table with height, climb, tension or speed"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_where_it_is(tmp_path, old, new, key, words):
+    path = tmp_path / "scene.toml"
+    path.write_text(HANGING.replace(old, new))
+    with pytest.raises(SceneError) as caught:
+        load_study(path)
+    found = {fault.key: fault.message for fault in caught.value.faults}
+    assert key in found, found
+    assert words in found[key]
