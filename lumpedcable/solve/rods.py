@@ -124,6 +124,8 @@ def chain_of(model: Model, path: Path, t, found, displacement, before, dt, ahead
     for at, hub in hubs.items():
         if hub.reduced:
             continue
+        assert first is not None
+        assert last is not None
         m = hub.q.shape[0]
         rates = place(rates, jnp.pad(hub.v, (0, size - m))[None], at, 0)
         for side, turn in hub.turns.items():

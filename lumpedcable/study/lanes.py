@@ -204,7 +204,7 @@ def _stack(eqn, operands, flags, size):
 
 
 def _split(eqn, operands, flags, size):
-    return _all(lax.split(operands[0], eqn.params["sizes"], eqn.params["axis"]))
+    return _all(list(lax.split(operands[0], eqn.params["sizes"], eqn.params["axis"])))
 
 
 def _unstack(eqn, operands, flags, size):
