@@ -32,8 +32,12 @@ PARTS: dict[str, Callable[[bool, Tell], dict[str, Any]]] = {
     "native": native.run,
     "study": studies.run,
 }
-# other programs' pages, which know how to run themselves: `run(quick)` and `table(data)`
-GUESTS = {"hard": "benchmarks.hard", "chain": "benchmarks.peers.moordyn_chain"}
+# what is beside the page's main parts, which know how to run themselves: `run(quick)` and `table(data)`
+GUESTS = {
+    "hard": "benchmarks.hard",
+    "chain": "benchmarks.peers.moordyn_chain",
+    "fit": "benchmarks.fitting",
+}
 ROOT = Path(__file__).parents[1]
 PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"
 PAGES = (PAGE, ROOT / "README.md")

@@ -38,15 +38,25 @@ def fit(
     with told():
         study = load_fit(file)
 
+    if study.ropes:
+        _fit_ropes(study, output or Path(file.stem), tuple(format_ or ["png"]))
+        return
+
+    from lumpedcable.fit.profile import with_profiles
     from lumpedcable.fit.report import print_fit
     from lumpedcable.fit.run import fit_problem
+    from lumpedcable.fit.sample import MISSING, can_sample, with_sample
     from lumpedcable.fit.write import pictures_of, write_fit
     from lumpedcable.view import plot_fit
     from lumpedcable.view.fit import pictures_from
 
     folder = output or Path(file.stem)
+    if study.sampling is not None and not can_sample():
+        fail(f"{file}: {MISSING}")
     with told():
-        fitted = fit_problem(study.problem)
+        fitted = with_profiles(fit_problem(study.problem))
+        if study.sampling is not None:
+            fitted = with_sample(fitted, study.sampling)
         others = {name: fit_problem(problem) for name, problem in study.choices.items()}
         print_fit(fitted, others)
         made, wrong = write_fit(fitted, others, folder)
@@ -56,6 +66,27 @@ def fit(
     for path in made:
         print(path)
     if not fitted.converged:
+        raise SystemExit(1)
+
+
+def _fit_ropes(study, folder: Path, formats: tuple[str, ...]) -> None:
+    """The same fit to every rope of a `FitStudy`."""
+    from lumpedcable.fit.report import print_ropes
+    from lumpedcable.fit.ropes import fit_ropes
+    from lumpedcable.fit.write import ropes_picture, write_ropes
+    from lumpedcable.view.fit import plot_ropes
+
+    with told():
+        fits = fit_ropes(study.ropes)
+        print_ropes(fits, study.problem.title)
+        made, wrong = write_ropes(fits, folder)
+        picture = ropes_picture(fits, study.problem.title)
+        made += plot_ropes(**picture, folder=folder, formats=formats)
+    for message in wrong:
+        print(f"the fitted scene cannot be run as it is: {message}")
+    for path in made:
+        print(path)
+    if not all(fitted.converged for fitted in fits.values()):
         raise SystemExit(1)
 
 
@@ -81,7 +112,7 @@ def sensitivity(
     of
         The result: max, min, first or last; tension, velocity, displacement or position; at a place;
         in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is taken where
-        that end breaks.
+        that end breaks. Or a measure of the scene: "min h_w".
     output
         Folder for picture and numbers; the scene's name in this folder if not given.
     set_
@@ -102,7 +133,9 @@ def sensitivity(
     folder, title = output or Path(scene.stem), heading(study, run_)
     with told():
         try:
-            scalar = usual_scalar(study.runs[run_]) if of is None else read_scalar(of)
+            scalar = (
+                usual_scalar(study.runs[run_]) if of is None else read_scalar(of, study.runs[run_])
+            )
             found = sensitivity_of(study, scalar, run_)
         except ValueError as error:
             fail(f"--of: {error}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -29,6 +29,7 @@ __all__ = [
     "TableSpec",
     "arrays_of",
     "grouped",
+    "seen_plan",
 ]
 
 SEEN = ("position", "velocity", "tension")
@@ -112,13 +113,15 @@ class SmoothArrays(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """All numbers of a problem."""
+    """All numbers of a problem; parameters that are `held` stay `at` a value (unbounded)."""
 
     transform: Transform
     tables: tuple[TableArrays, ...]
     groups: tuple[GroupArrays, ...]
     smooth: tuple[SmoothArrays, ...]
     threshold: Float[Any, ""]
+    held: Any
+    at: Float[Any, " p"]
 
 
 class Member(NamedTuple):
@@ -155,6 +158,8 @@ def arrays_of(problem: Problem, steps: Sequence[int] | None = None) -> tuple[Spe
         tuple(arrays for _, arrays in groups),
         tuple(arrays for _, arrays in smooth),
         number(problem.method.threshold),
+        np.zeros(len(problem.parameters), bool),
+        np.zeros(len(problem.parameters)),
     )
     return spec, arrays
 
@@ -185,11 +190,16 @@ def grouped(problem: Problem) -> list[list[Member]]:
         scene = record.study.runs[0]
         structure = Structure(scene.skeleton(), make_layout(scene), scene)
         plan = plan_of(scene, structure.layout)
-        plan = Plan(plan.method, plan.adaptive, SEEN, (), plan.dtype, plan.max_steps, 1)
+        plan = seen_plan(plan)
         owned = tuple(key for key in scene.numbers() if problem.owner(key, record.name) is not None)
         key = (structure, plan, record.watched, owned)
         groups.setdefault(key, []).append(Member(record, scene, structure, plan))
     return list(groups.values())
+
+
+def seen_plan(plan: Plan) -> Plan:
+    """A scene's plan with what is looked at here alone, and with derivatives."""
+    return replace(plan, quantities=SEEN, recoils=(), outputs=1, stop=None, sloped=True)
 
 
 def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArrays]:

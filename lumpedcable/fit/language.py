@@ -25,6 +25,8 @@ class Free(Part):
     """It stays below. Absent: no bound."""
     private: StrictBool = False
     """Every experiment has its own value, instead of one for all."""
+    profile: StrictBool | None = None
+    """Whether its interval is found by its profile. Absent: where the data hardly tell it."""
     smooth: PositiveNumber | None = None
     """For the tensions of a table: how much the slope may change from one interval to the next, as a
     share of the mean slope. Absent: as the data have it."""
@@ -129,13 +131,26 @@ class FitMethod(Part):
     """Relative change of a value at which the search ends."""
     max_steps: Annotated[int, Count(1, 100_000)] = 200
     """Most steps of one search."""
-    starts: Annotated[int, Count(1, 10_000)] = 1
+    starts: Annotated[int, Count(1, 10_000)] | None = None
     """Number of searches: the first from the start values, the others from a random sample between
-    the bounds."""
+    the bounds. Absent: one, and where it ends badly up to 4 more from the best of 64 random places."""
     seed: Annotated[int, Count(0, 10**9)] = 0
     """Seed of that sample."""
     confidence: Fraction = 0.95
     """Probability of the intervals."""
+
+
+class Sampling(Part):
+    """Draws from the distribution of the numbers, by Hamiltonian sampling (extra `sample`)."""
+
+    draws: Annotated[int, Count(10, 1_000_000)] = 500
+    """Draws of a chain that are kept."""
+    warmup: Annotated[int, Count(10, 1_000_000)] = 300
+    """Draws before them, in which the sampler finds its step."""
+    chains: Annotated[int, Count(2, 1000)] = 4
+    """Chains, each from another place."""
+    accept: Fraction = 0.9
+    """Share of proposals that are to be accepted: nearer to 1, smaller steps."""
 
 
 class Choice(Part):
@@ -160,7 +175,12 @@ class FitFile(Part):
     """Free numbers by their full key in the scene."""
     experiments: Annotated[dict[Name, Experiment], Field(min_length=1)]
     """Experiments by name."""
+    ropes: Annotated[tuple[Text, ...], Field(min_length=1)] | Literal["*"] | None = None
+    """Names of ropes, each fitted by itself: `{rope}` in the names of files becomes each of them. "*":
+    all that there are files of. Absent: one rope."""
     method: FitMethod = FitMethod()
     """How to fit."""
+    sample: Sampling | None = None
+    """Draws from the distribution of the numbers, beside the intervals. Absent: none."""
     choices: dict[Name, Choice] = Field(default_factory=dict)
     """Other laws to fit to the same data, compared in the report."""

@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from lumpedcable.fit.run import Fitted
+from lumpedcable.fit.uncertainty import reach_of
 from lumpedcable.model.materials import law_of
 from lumpedcable.scene import Scene, TableMaterial
 
@@ -92,11 +92,8 @@ def _band(fitted: Fitted, scene: Scene, material: str, experiment: str | None, d
     covariance = fitted.certainty.covariance[np.ix_(index, index)]
     with np.errstate(invalid="ignore"):
         variance = np.einsum("ni,ij,nj->n", slope, covariance, slope)
-    confidence = problem.method.confidence
-    reach = float(stats.norm.ppf(0.5 + 0.5 * confidence))
-    if not problem.known_noise:
-        free = max(problem.points - fitted.values.size, 1)
-        reach = float(stats.t.ppf(0.5 + 0.5 * confidence, free))
+    free = max(problem.points - fitted.values.size, 1)
+    reach = reach_of(problem.known_noise, problem.method.confidence, free)
     half = reach * np.sqrt(np.maximum(variance, 0.0))
     law = np.asarray(tension(jnp.asarray(found)))
     half = np.where(half < MOST_BAND * np.max(np.abs(law)), half, np.nan)

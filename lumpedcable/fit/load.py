@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import glob
+import re
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
@@ -12,7 +14,14 @@ from pydantic import ValidationError
 from lumpedcable.fit.columns import check_times, noise_of, read_data
 from lumpedcable.fit.data import Problem as FitProblem
 from lumpedcable.fit.data import Record, Series, Smooth, Table
-from lumpedcable.fit.language import Column, FitFile, Free, RecordExperiment, TableExperiment
+from lumpedcable.fit.language import (
+    Column,
+    FitFile,
+    Free,
+    RecordExperiment,
+    Sampling,
+    TableExperiment,
+)
 from lumpedcable.fit.observe import UNITS, watched
 from lumpedcable.fit.parameters import Parameter, read_parameters
 from lumpedcable.model.layout import make_layout
@@ -28,13 +37,23 @@ from lumpedcable.scene.writer import value_text
 
 __all__ = ["FitStudy", "load_fit"]
 
+ROPE = "{rope}"
+"""What stands for a rope's name in the name of a file."""
+_LETTERS = "names of letters, digits, _, - and ."
+_ROPE_NAME = re.compile(r"\w[\w.-]*")
+
 
 class FitStudy(NamedTuple):
-    """A fit file as read: the problem, and the same data with other laws by name."""
+    """A fit file as read: the problem, and the same data with other laws by name.
+
+    Where it names ropes, the problem of each; `problem` is then that of the first.
+    """
 
     path: FilePath
     problem: FitProblem
     choices: dict[str, FitProblem]
+    ropes: dict[str, FitProblem]
+    sampling: Sampling | None
 
 
 def load_fit(path: FilePath) -> FitStudy:
@@ -52,6 +71,13 @@ def load_fit(path: FilePath) -> FitStudy:
         raise SceneError(reader.faults) from None
     reader.tell(inside(file, ()))
     reader.stop()
+    if (names := reader.ropes(file)) is not None:
+        ropes = {
+            name: reader.problem(of_rope(file, name), {}, file.free, ("free",)) for name in names
+        }
+        reader.stop()
+        good = {name: problem for name, problem in ropes.items() if problem is not None}
+        return FitStudy(path, next(iter(good.values())), {}, good, None)
     main = reader.problem(file, {}, file.free, ("free",))
     choices = {
         name: reader.problem(file, choice.set, _freed(file, choice.free), ("choices", name, "free"))
@@ -59,7 +85,18 @@ def load_fit(path: FilePath) -> FitStudy:
     }
     reader.stop()
     assert main is not None
-    return FitStudy(path, main, {name: p for name, p in choices.items() if p is not None})
+    return FitStudy(
+        path, main, {name: p for name, p in choices.items() if p is not None}, {}, file.sample
+    )
+
+
+def of_rope(file: FitFile, rope: str) -> FitFile:
+    """The same file for one of its ropes."""
+    mine = {
+        name: one.model_copy(update={"file": one.file.replace(ROPE, rope)})
+        for name, one in file.experiments.items()
+    }
+    return file.model_copy(update={"experiments": mine})
 
 
 def _freed(file: FitFile, own: Mapping[str, Free]) -> dict[str, Free]:
@@ -85,6 +122,53 @@ class _Reader:
     def stop(self) -> None:
         if self.faults:
             raise SceneError(self.faults)
+
+    # --- ropes ------------------------------------------------------------------------------
+
+    def ropes(self, file: FitFile) -> list[str] | None:
+        """The names of the ropes, None without any; stops where they are faulty."""
+        named = {n: e.file for n, e in file.experiments.items() if ROPE in e.file}
+        if file.ropes is None:
+            for name in named:
+                message = (
+                    f'expected ropes = ["NAME", ...] for the "{ROPE}" in this name, found none'
+                )
+                self.tell([Problem(("experiments", name, "file"), message)])
+            self.stop()
+            return None
+        if not named:
+            message = f'expected "{ROPE}" in the file of an experiment, found it in none'
+            self.tell([Problem(("ropes",), message)])
+        for key in ("choices", "sample"):
+            if getattr(file, key):
+                message = (
+                    f"expected no {key} where there are ropes: it is done for one rope at a time"
+                )
+                self.tell([Problem((key,), message)])
+        self.stop()
+        if file.ropes != "*":
+            for name in file.ropes:
+                if _ROPE_NAME.fullmatch(name) is None or file.ropes.count(name) > 1:
+                    twice = "each rope once" if file.ropes.count(name) > 1 else _LETTERS
+                    self.tell([Problem(("ropes",), f'expected {twice}, found "{name}"')])
+            self.stop()
+            return list(file.ropes)
+        found = [self._found(pattern) for pattern in named.values()]
+        common = sorted(set.intersection(*found))
+        if not common:
+            message = f"expected files like {next(iter(named.values()))}, found none"
+            self.tell([Problem(("ropes",), message)])
+        self.stop()
+        return common
+
+    def _found(self, pattern: str) -> set[str]:
+        """The ropes that there is a file of."""
+        before, _, rest = pattern.partition(ROPE)
+        shape = re.compile(
+            re.escape(before) + r"([^/]+)" + re.escape(rest).replace(re.escape(ROPE), r"\1")
+        )
+        paths = glob.glob(pattern.replace(ROPE, "*"), root_dir=self.folder)
+        return {match.group(1) for p in paths if (match := shape.fullmatch(p))}
 
     # --- scenes -----------------------------------------------------------------------------
 
@@ -268,7 +352,7 @@ def _whole(problem: FitProblem, file: FitFile, at: Path) -> list[Problem]:
                 f"expected the noise of every column or of none, found none for {missing.label}",
             )
         )
-    if file.method.starts > 1:
+    if (file.method.starts or 1) > 1:
         for p in problem.parameters:
             if not np.all(np.isfinite([p.low, p.high])):
                 told.append(

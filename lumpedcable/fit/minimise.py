@@ -26,8 +26,9 @@ FREE = 1e12
 """One over a damping that holds nothing back: a step that small is no end before."""
 NOTHING = 1e-6
 """Predicted gain over the loss that is not worth another step, far below what the noise leaves open."""
-MOST_REFUSED = 8
-"""Steps refused one after the other, each a twentieth of the one before, at which a search ends."""
+MOST_IDLE, FEW_IDLE = 8, 3
+"""Evaluations one after the other without progress at which a search ends (a refused step is a twentieth
+of the one before); and where none is predicted either."""
 REVERSE_FROM = 9
 """Free numbers from which a gradient is taken in reverse."""
 
@@ -53,6 +54,7 @@ class _Counted(eqx.Module):
     inner: Any
     failed: Int[Array, ""]
     gained: Bool[Array, ""]
+    idle: Int[Array, ""]
 
 
 class TrustRegion(optx.AbstractSearch):
@@ -71,7 +73,7 @@ class TrustRegion(optx.AbstractSearch):
         """No run has failed."""
         inner = self.inner.init(y, f_info_struct)
         inner = eqx.tree_at(lambda s: s.step_size, inner, jnp.asarray(FIRST_STEP_SIZE))
-        return _Counted(inner, jnp.zeros((), int), jnp.ones((), bool))
+        return _Counted(inner, jnp.zeros((), int), jnp.ones((), bool), jnp.zeros((), int))
 
     def step(self, first_step, y, y_eval, f_info, f_eval_info, state):
         """Accept or refuse a step, as the inner search says unless nothing is left to gain."""
@@ -89,7 +91,9 @@ class TrustRegion(optx.AbstractSearch):
         inner = eqx.tree_at(lambda s: s.step_size, inner, size)
         failed = state.failed + failed_runs(self.runs, f_eval_info.residual)
         gained = first_step | (gain > NOTHING * now)
-        return size, accept | settled, result, _Counted(inner, failed, gained)
+        better = first_step | (accept & (now - after > NOTHING * now))
+        idle = jnp.where(better, 0, state.idle + 1)
+        return size, accept | settled, result, _Counted(inner, failed, gained, idle)
 
 
 class Scaled(optx.AbstractDescent):
@@ -125,7 +129,7 @@ class Scaled(optx.AbstractDescent):
 class Marquardt(optx.AbstractGaussNewton):
     """Levenberg-Marquardt with `TrustRegion` and `Scaled`.
 
-    It also ends where no shorter step is better: a minimum to rounding, or to the little chaos of a
+    It also ends where no step is better any more: a minimum to rounding, or to the little chaos of a
     line that goes slack.
     """
 
@@ -137,11 +141,11 @@ class Marquardt(optx.AbstractGaussNewton):
     verbose: Any = eqx.field(default=lambda **kwargs: None, static=True)
 
     def terminate(self, fn, y, args, options, state, tags):
-        """Whether the values have settled, or too many steps were refused."""
-        refused = state.num_steps_since_acceptance >= MOST_REFUSED
-        free = state.search_state.inner.step_size >= FREE
-        done = state.terminate | ~state.search_state.gained
-        return (done & free) | refused, state.result
+        """Whether the values have settled, or too many steps made nothing better."""
+        counted = state.search_state
+        free = counted.inner.step_size >= FREE
+        stuck = ~counted.gained & (free | (counted.idle >= FEW_IDLE))
+        return (state.terminate & free) | stuck | (counted.idle >= MOST_IDLE), state.result
 
 
 @partial(jax.jit, static_argnames=("spec", "solver", "tolerance", "max_steps"))

@@ -19,9 +19,10 @@ from lumpedcable.scene.part import did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.solve.observe import Sample
 
-__all__ = ["UNITS", "Grid", "Watched", "grid_of", "look", "watched"]
+__all__ = ["MEASURE", "UNITS", "Grid", "Watched", "grid_of", "look", "watched"]
 
 UNITS = {"tension": "N", "displacement": "m", "velocity": "m/s", "position": "m"}
+MEASURE = "measure"  # a number that the scene asks for: NaN while it does not count
 MOST_OUTPUTS = 20_000  # of a grid that meets all times of a record
 ON_GRID = 1e-6  # of its spacing by which a time may miss a point of the grid
 _PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
@@ -31,7 +32,7 @@ class Watched(NamedTuple):
     """One observed quantity, as far as it is structure.
 
     `node` is 0 or -1 at an end of the piece; elsewhere None, and `after` the first of the two nodes
-    (of a tension: the two segments) that it lies between.
+    (of a tension: the two segments) that it lies between. Of a measure, `piece` is its name.
     """
 
     quantity: str
@@ -59,6 +60,8 @@ def watched(
             f'expected a line of the scene, found "{line}"{did_you_mean(line, scene.lines)}'
         )
     pieces = layout.of_line(line)
+    if not pieces:
+        raise ValueError(f'expected a line with nodes, found "{line}", which is ideal')
     if side is not None:
         piece, node = (pieces[0], 0) if side == "start" else (pieces[-1], -1)
         return Watched(quantity, piece.name, node, 0, axis), 0.0
@@ -95,6 +98,8 @@ def look(
     Between nodes (of a tension: the middles of segments) it is linear, an error of the second order
     in the segments' length.
     """
+    if what.quantity == MEASURE:
+        return seen.measures[what.piece]
     fields = seen.fields[what.piece]
     if what.quantity == "tension":
         if what.node is not None:

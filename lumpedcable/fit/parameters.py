@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pydantic_core import PydanticCustomError
 
 from lumpedcable.fit.language import Free
-from lumpedcable.scene import Scene, Study, format_quantity
+from lumpedcable.scene import Scene, Study, TanhMaterial, format_quantity
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.sweep import label_of, swept_number
@@ -39,6 +39,8 @@ class Parameter:
     """Lower bound (SI), -inf for none."""
     high: float
     """Upper bound (SI), inf for none."""
+    profile: bool | None = None
+    """Whether its profile is wanted; None where the data hardly tell it."""
 
     @property
     def name(self) -> str:
@@ -54,6 +56,8 @@ class Number:
     kind: Quantity
     label: str
     value: float
+    sided: bool
+    """It keeps the sign of its start: with the other, the scene has a twin that is the same."""
 
 
 def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
@@ -82,8 +86,18 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
                 f'expected a number that the scene gives, found "{one}", which it does not: '
                 "write a value there (data of a CSV file cannot be free: write them out)"
             )
-        numbers.append(Number(one, kind, label_of(root, one), given[one]))
+        numbers.append(Number(one, kind, label_of(root, one), given[one], _sided(study, one)))
     return numbers, ""
+
+
+def _sided(study: Study, key: str) -> bool:
+    """Whether a number is p2 of a tanh law, which stays as it is when p1, p2 and p3 turn their signs."""
+    place, _, rest = key.partition(".")
+    name, _, last = rest.partition(".")
+    return (
+        place == "materials" and last == "p2"
+        and isinstance(study.scene.materials.get(name), TanhMaterial)
+    )  # fmt: skip
 
 
 def read_parameters(
@@ -138,8 +152,10 @@ def _parameter(
 
     positive = number.kind.sign != "any"
     start = read("start", number.value, number.kind)
-    low = read("low", 0.0 if positive else -math.inf, anything)
+    above, below = positive or (number.sided and start > 0.0), number.sided and start < 0.0
+    low = read("low", 0.0 if above else -math.inf, anything)
     highest = math.inf if number.kind.maximum is None else number.kind.maximum
+    highest = 0.0 if below else highest
     high = read("high", highest, anything)
     if not problems and not low < start < high:
         between = " and ".join(
@@ -157,7 +173,12 @@ def _parameter(
     if problems:
         return None, problems
     kind = number.kind
-    return Parameter(number.key, experiment, kind.unit, number.label, start, low, high), []
+    return (
+        Parameter(
+            number.key, experiment, kind.unit, number.label, start, low, high, free.profile
+        ),
+        [],
+    )  # fmt: skip
 
 
 def _twice(parameters: Sequence[Parameter], at: Path) -> list[Problem]:
@@ -176,5 +197,5 @@ def _distinct(parameters: Sequence[Parameter]) -> list[Parameter]:
     for p in parameters:
         label = p.label if shorts.count((p.label, p.experiment)) == 1 else p.key
         label = label if p.experiment is None else f"{label} [{p.experiment}]"
-        found.append(Parameter(p.key, p.experiment, p.unit, label, p.start, p.low, p.high))
+        found.append(replace(p, label=label))
     return found

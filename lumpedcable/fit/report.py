@@ -10,21 +10,34 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-from scipy import stats
 
 from lumpedcable.fit.run import Fitted, failure_text
+from lumpedcable.fit.seek import UNLIKELY, chance_of
 from lumpedcable.fit.sensitivity import Sensitivity
-from lumpedcable.fit.uncertainty import words
+from lumpedcable.fit.uncertainty import VAGUE, words
 from lumpedcable.scene import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["WIDE", "contents_of", "print_fit", "print_sensitivity", "remarks_of", "slopes_contents"]
+__all__ = [
+    "WIDE",
+    "contents_of",
+    "print_fit",
+    "print_ropes",
+    "print_sensitivity",
+    "remarks_of",
+    "slopes_contents",
+    "status_of",
+]
 
 WIDE = 140  # columns where no terminal says how many there are
-UNLIKELY = 1e-3  # probability of such deviations by chance, below which the scene is in doubt
 UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
 MOST_ROWS = 30
+MIXED, FEW = (
+    1.02,
+    100,
+)  # R-hat from which chains disagree; independent draws below which they are few
+MOST_NUMBERS = 5
 
 
 def console_of() -> Console:
@@ -40,11 +53,61 @@ def print_fit(fitted: Fitted, others: Mapping[str, Fitted] | None = None) -> Non
     console.print(_values(fitted))
     for remark in remarks_of(fitted):
         console.print(Text(remark))
+    if fitted.draws is not None:
+        console.print(_drawn(fitted))
     if others:
         console.print(_choices({"as given": fitted, **others}))
     console.print(
         f"{fitted.evaluations} evaluations with derivatives in {fitted.seconds:.3g} s, "
         f"{_failed(fitted)}"
+    )
+
+
+def _drawn(fitted: Fitted) -> Table:
+    """The distribution that was sampled, number by number."""
+    found, table = (
+        _sample(fitted) or {},
+        Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False),
+    )
+    share = f"{100 * fitted.problem.method.confidence:g} %"
+    for k, head in enumerate(("sampled", "mean", "std", share, "R-hat", "worth draws")):
+        table.add_column(Text(head), justify="right" if k else "left")
+    for k, p in enumerate(fitted.problem.parameters):
+        low, high = (format_quantity(float(found[key][k]), p.unit, 4) for key in ("low", "high"))
+        mean = format_quantity(float(found["mean"][k]), p.unit, 6)
+        std = format_quantity(float(found["std"][k]), p.unit, 2)
+        table.add_row(
+            Text(p.label), mean, std, f"{low} to {high}", f"{found['r_hat'][k]:.3f}",
+            f"{found['effective_size'][k]:.0f}",
+        )  # fmt: skip
+    return table
+
+
+def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
+    """Print the numbers found of every rope, with their standard deviations."""
+    console = console_of()
+    console.print(Text(title, "bold"))
+    shown = next(iter(fits.values())).problem.parameters[:MOST_NUMBERS]
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    for k, head in enumerate(("rope", *(p.label for p in shown), "left over", "remark")):
+        text = k in (0, len(shown) + 2)
+        table.add_column(Text(head), justify="left" if text else "right", no_wrap=not text)
+    for name, f in list(fits.items())[:MOST_ROWS]:
+        found = [
+            f"{format_quantity(float(x), p.unit, 5)} ± {format_quantity(float(s), p.unit, 2)}"
+            for p, x, s in zip(shown, f.values, f.certainty.std, strict=False)
+        ]
+        said = [] if f.converged else [status_of(f)]
+        said += ["at a bound"] if any(f.at_bound) else []
+        said += ["numbers not told by the data"] if f.certainty.vague() else []
+        table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
+    console.print(table)
+    if len(fits) > MOST_ROWS:
+        console.print(f"{MOST_ROWS} of {len(fits)} ropes shown; the files hold all.")
+    seconds = sum(f.seconds for f in fits.values())
+    evaluations = sum(f.evaluations for f in fits.values())
+    console.print(
+        f"{len(fits)} ropes in {seconds:.3g} s, {evaluations} evaluations with derivatives"
     )
 
 
@@ -64,6 +127,7 @@ def _values(fitted: Fitted) -> Table:
         table.add_column(Text(head), justify="left" if left else "right", no_wrap=not left)
     certainty = fitted.certainty
     vague = {int(np.argmax(np.abs(c.parts))) for c in certainty.vague()}
+    profiles = {one.parameter: one for one in fitted.profiles}
     for k, p in enumerate(fitted.problem.parameters):
 
         def show(x: float, unit: str = p.unit, digits: int = 6) -> str:
@@ -71,7 +135,11 @@ def _values(fitted: Fitted) -> Table:
 
         remark = "at its bound" if fitted.at_bound[k] else "not told by the data"
         said = remark if fitted.at_bound[k] or k in vague else ""
-        interval = f"{show(certainty.low[k], digits=4)} to {show(certainty.high[k], digits=4)}"
+        low, high = certainty.low[k], certainty.high[k]
+        if k in profiles:
+            low, high = profiles[k].low, profiles[k].high
+            said = f"{said}, interval by profile" if said else "interval by profile"
+        interval = f"{show(low, digits=4)} to {show(high, digits=4)}"
         table.add_row(
             Text(p.label), show(p.start), show(fitted.values[k]),
             show(certainty.std[k], digits=2), interval, said,
@@ -109,6 +177,17 @@ def remarks_of(fitted: Fitted) -> list[str]:
             "Times off the steps are interpolated by a cubic; a parabola differs by at most: "
             f"{', '.join(rough)}."
         )
+    for one in fitted.profiles:
+        if one.better:
+            said.append(
+                f"The profile of {names[one.parameter]} passes a better fit than this one: give other "
+                "starts, or more of them (method.starts)."
+            )
+    draws = fitted.draws
+    if draws is not None and not (np.all(draws.r_hat < MIXED) and np.all(draws.size > FEW)):
+        said.append("The chains do not agree yet: raise sample.draws and sample.warmup.")
+    if draws is not None and draws.diverging:
+        said.append(f"{draws.diverging} steps of the sampler went wrong: raise sample.accept.")
     if len(fitted.starts) > 1:
         said.append(_spread_of_starts(fitted))
     return said
@@ -122,7 +201,7 @@ def _quality(fitted: Fitted) -> str:
             "each column, taken as its noise."
         )
     free = max(problem.points - len(problem.parameters), 1)
-    chance = float(stats.chi2.sf(free * left**2, free))
+    chance = chance_of(free * left**2, problem)
     text = f"{problem.points} values; deviations are {left:.3g} times the noise."
     if chance < UNLIKELY and problem.method.loss == "squares":
         text += (
@@ -135,7 +214,13 @@ def _quality(fitted: Fitted) -> str:
 def _spread_of_starts(fitted: Fitted) -> str:
     losses = np.array([start.loss for start in fitted.starts])
     same = int(np.sum(losses <= losses.min() * (1.0 + 1e-4) + 1e-9))
-    return f"{same} of {losses.size} searches ended at this minimum, the others above it."
+    text = f"{same} of {losses.size} searches ended at this minimum, the others above it."
+    if fitted.sampled:
+        text = (
+            "The first search ended badly, so that others began at the best of "
+            f"{fitted.sampled} random places. {text}"
+        )
+    return text
 
 
 def _choices(all_: Mapping[str, Fitted]) -> Table:
@@ -152,9 +237,32 @@ def _choices(all_: Mapping[str, Fitted]) -> Table:
     return table
 
 
+def _sample(fitted: Fitted) -> dict[str, Any] | None:
+    """What was drawn, in few numbers."""
+    draws = fitted.draws
+    if draws is None:
+        return None
+    values = draws.values.reshape(-1, fitted.values.size)
+    return {
+        "chains": draws.values.shape[0], "draws": draws.values.shape[1],
+        "mean": values.mean(axis=0), "std": values.std(axis=0, ddof=1), "low": draws.low,
+        "high": draws.high, "r_hat": draws.r_hat, "effective_size": draws.size,
+        "diverging": draws.diverging, "evaluations": draws.evaluations,
+    }  # fmt: skip
+
+
+def status_of(fitted: Fitted) -> str:
+    """How a fit ended, in one word or two."""
+    if fitted.failures:
+        return "run failed"
+    return "ok" if fitted.converged else "not converged"
+
+
 def contents_of(fitted: Fitted) -> dict[str, Any]:
     """A fit as JSON values: parameters with their units, what is left, correlations, searches."""
     problem, certainty = fitted.problem, fitted.certainty
+    counts = [start.failed for start in fitted.starts]
+    names = [p.name for p in problem.parameters]
     parameters = [
         {
             "key": p.key, "experiment": p.experiment, "unit": p.unit, "start": p.start,
@@ -173,18 +281,38 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
     return {
         "title": problem.title,
         "converged": fitted.converged,
+        "status": status_of(fitted),
         "remarks": remarks_of(fitted),
+        "method": problem.method.model_dump(),
         "confidence": problem.method.confidence,
         "parameters": parameters,
-        "correlation": {"rows": [list(row) for row in certainty.correlation]},
-        "combinations": [
-            {"parts_of_relative_change": c.parts, "std": c.spread} for c in certainty.combinations
+        "profiles": [
+            {
+                "name": names[one.parameter], "interval": [one.low, one.high], "value": one.x,
+                "signed_root": one.root, "limit": one.reach, "better_fit_met": one.better,
+                "evaluations": one.evaluations,
+            }
+            for one in fitted.profiles
         ],
+        "sample": _sample(fitted),
+        "names": names,
+        "correlation": {"rows": [list(row) for row in certainty.correlation]},
+        "covariance": {"rows": [list(row) for row in certainty.covariance]},
+        "combinations": [
+            {"parts_of_relative_change": c.parts, "std": c.spread, "told": bool(c.spread < VAGUE)}
+            for c in certainty.combinations
+        ],
+        "loss": fitted.loss,
+        "values": problem.points,
         "left_over": certainty.factor,
         "noise_known": problem.known_noise,
         "aic": fitted.criteria.aic,
         "bic": fitted.criteria.bic,
+        "evaluations": fitted.evaluations,
+        "plain_evaluations": fitted.sampled,
+        "seconds": fitted.seconds,
         "failed": {name: status.name.lower() for name, status in fitted.failures},
+        "failed_runs": None if min(counts) < 0 else sum(counts),
         "searches": [
             {
                 "start": s.start, "values": s.values, "loss": s.loss, "evaluations": s.steps,

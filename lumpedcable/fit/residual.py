@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from lumpedcable.fit.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
-from lumpedcable.fit.observe import look
+from lumpedcable.fit.observe import MEASURE, look
 from lumpedcable.fit.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
@@ -20,7 +20,7 @@ from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, begin, cast, interval
 from lumpedcable.solve.observe import Sample, sample
 from lumpedcable.solve.reverse import scan_in_blocks
-from lumpedcable.solve.start import start_of
+from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import Status
 
 __all__ = [
@@ -83,7 +83,7 @@ def started(spec: GroupSpec, arrays: GroupArrays, values):
 
     def start(mine):
         scene = spec.structure.scene.with_numbers({**shared, **mine})
-        found = start_of(scene, spec.structure.layout, coordinates)
+        found = rest_of(scene, spec.structure.layout, coordinates)
         return cast(found.model, spec.plan.dtype), step_bound(found.model), found.converged
 
     axis, runs = None if not own else 0, arrays.every.shape[0]
@@ -143,7 +143,8 @@ def history(
             look(model, coordinates, s, what, shares[k]) for k, what in enumerate(spec.watched)
         ]
         values = jnp.stack(picked)
-        finite = s.finite & jnp.all(jnp.isfinite(values))
+        counts = jnp.array([what.quantity != MEASURE for what in spec.watched])
+        finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
         return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted])
 
     def body(run, k):
@@ -209,6 +210,7 @@ def penalised(
     Measured values, then smoothness, then one row for each run: 0, or where the run failed a number
     larger than what its values could deviate by. So the others can still tell where to go.
     """
+    z = jnp.where(arrays.held, arrays.at, z)
     r, smooth, found = deviations(spec, arrays, to_values(arrays.transform, z))
     fines = [jnp.zeros(0)]
     for status, a in zip(found.status, arrays.groups, strict=True):

@@ -5,44 +5,33 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import jax
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from lumpedcable.fit.arrays import Arrays, Spec, arrays_of, grouped
 from lumpedcable.fit.data import Problem
-from lumpedcable.fit.minimise import REVERSE_FROM, Found, search
+from lumpedcable.fit.minimise import REVERSE_FROM, Found
 from lumpedcable.fit.residual import Prediction, started, unpacked
-from lumpedcable.fit.transforms import slope_at, to_unbounded, to_values
-from lumpedcable.fit.uncertainty import Certainty, Criteria, certainty_of, criteria_of
+from lumpedcable.fit.seek import Sought, Start, seek
+from lumpedcable.fit.transforms import slope_at, to_values
+from lumpedcable.fit.uncertainty import (
+    Certainty,
+    Criteria,
+    Draws,
+    Profile,
+    certainty_of,
+    criteria_of,
+)
 from lumpedcable.scene import Scene
 from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["Fitted", "Start", "fit_problem", "slopes_of"]
+__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of"]
 
 Array = NDArray[np.float64]
 AT_BOUND = 1e-4  # share of the gap between bounds (or of the start) within which a value is at one
-STEP_ROUNDS = 3
-NUDGES, NUDGE, WORTH = (
-    4,
-    1e-3,
-    1e-3,
-)  # most of them, their relative size, the gain that asks for more
 SPARE = 1.25  # steps beyond those needed at the start, where reverse mode fixes their number
-
-
-class Start(NamedTuple):
-    """One search: where it began and ended (SI), the loss there, and what it took."""
-
-    start: Array
-    values: Array
-    loss: float
-    steps: int
-    failed: int
-    converged: bool
 
 
 @dataclass(frozen=True)
@@ -62,14 +51,27 @@ class Fitted:
     deviation: Array
     rough: tuple[float, ...]
     failures: tuple[tuple[str, Status], ...]
-    starts: tuple[Start, ...]
     at_bound: tuple[bool, ...]
+    spec: Spec
+    sought: Sought
     seconds: float
+    profiles: tuple[Profile, ...] = ()
+    draws: Draws | None = None
+
+    @property
+    def starts(self) -> tuple[Start, ...]:
+        """All searches."""
+        return self.sought.starts
+
+    @property
+    def sampled(self) -> int:
+        """Places tried without derivatives, where the first search ended badly."""
+        return self.sought.sampled
 
     @property
     def loss(self) -> float:
         """Sum of the squared deviations, after the robust loss if there is one."""
-        return min(start.loss for start in self.starts)
+        return self.sought.loss
 
     @property
     def evaluations(self) -> int:
@@ -103,87 +105,8 @@ def fit_problem(problem: Problem, tell: Callable[[str], None] = lambda words: No
     spec, arrays = arrays_of(problem)
     if problem.method.solver != "levenberg-marquardt" and len(problem.parameters) >= REVERSE_FROM:
         spec, arrays = _fixed_steps(problem, spec, arrays)
-    starts, best = [], None
-    for k, start in enumerate(_starts(problem)):
-        tell(f"search {k + 1} of {problem.method.starts}")
-        one, found, arrays = _settled(problem, spec, arrays, start)
-        starts.append(one)
-        if best is None or one.loss < min(s.loss for s in starts[:-1]):
-            best = found
-    assert best is not None
-    return _fitted(problem, spec, arrays, best, tuple(starts), clock.perf_counter() - begun)
-
-
-def _starts(problem: Problem) -> list[Array]:
-    """The start values, and a scrambled Sobol sample between the bounds for more of them."""
-    first = np.array([p.start for p in problem.parameters])
-    more = problem.method.starts - 1
-    if not more:
-        return [first]
-    low, high = (np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high"))
-    sobol = qmc.Sobol(first.size, rng=problem.method.seed)
-    share = sobol.random_base2(int(np.ceil(np.log2(more))))[:more]
-    # bounds themselves are infinitely far away for the search
-    return [first, *(low + (0.02 + 0.96 * share) * (high - low))]
-
-
-def _settled(
-    problem: Problem, spec: Spec, arrays: Arrays, start: Array
-) -> tuple[Start, Found, Arrays]:
-    """A search, repeated from its end while its result wants another number of steps in time.
-
-    While searching, more steps are taken where the values of the moment need them; the result is
-    that of one fixed number, so that it does not depend on the way.
-    """
-    method = problem.method
-    z = to_unbounded(arrays.transform, start)
-    steps = failed = 0
-
-    def once(z: Array, arrays: Arrays) -> Found:
-        nonlocal steps, failed
-        found = search(spec, arrays, z, method.solver, method.tolerance, method.max_steps)
-        found = jax.tree.map(np.asarray, found)
-        steps, failed = steps + int(found.steps), failed + int(found.failed)
-        return found
-
-    found = _nudged(problem, once, once(z, arrays), arrays)
-    for _ in range(STEP_ROUNDS):
-        taken = unpacked(spec, arrays, found.flat).steps
-        wanted = [int(n) for n in taken]
-        if all(
-            group.steps is not None or group.plan.adaptive or int(a.steps) == n
-            for group, a, n in zip(spec.groups, arrays.groups, wanted, strict=True)
-        ):
-            break
-        arrays = arrays._replace(
-            groups=tuple(
-                a._replace(steps=np.asarray(n)) for a, n in zip(arrays.groups, wanted, strict=True)
-            )
-        )
-        found = once(found.z, arrays)
-    values = np.asarray(to_values(arrays.transform, found.z))
-    loss = float(np.sum(found.residual**2))
-    return Start(start, values, loss, steps, failed, bool(found.converged)), found, arrays
-
-
-def _nudged(problem: Problem, once, found: Found, arrays: Arrays) -> Found:
-    """A search ended in a crease of the loss goes on beside it.
-
-    Records of a line that goes slack have creases and small jumps; where the search ends in one, a
-    start next to it finds the way on. Tables alone have none.
-    """
-    random = np.random.default_rng(problem.method.seed)
-    for _ in range(NUDGES if problem.records else 0):
-        beside = found.z + NUDGE * np.maximum(np.abs(found.z), 1.0) * random.standard_normal(
-            found.z.size
-        )
-        other = once(beside, arrays)
-        here, there = (float(np.sum(one.residual**2)) for one in (found, other))
-        if there < here:
-            found = other
-        if there >= here * (1.0 - WORTH):
-            break
-    return found
+    sought = seek(problem, spec, arrays, tell)
+    return fitted_from(problem, spec, sought, clock.perf_counter() - begun)
 
 
 def _fixed_steps(problem: Problem, spec: Spec, arrays: Arrays) -> tuple[Spec, Arrays]:
@@ -201,9 +124,9 @@ def group_bound(group, arrays, values) -> float:
     return float(np.min(bound))
 
 
-def _fitted(
-    problem: Problem, spec: Spec, arrays: Arrays, found: Found, starts: tuple[Start, ...], seconds
-) -> Fitted:
+def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) -> Fitted:
+    """What searches have found, with how sure it is."""
+    found, arrays = sought.best, sought.arrays
     values = np.asarray(to_values(arrays.transform, found.z))
     prediction = jax.tree.map(np.asarray, unpacked(spec, arrays, found.flat))
     predicted, failures, rough = _by_series(problem, spec, arrays, prediction)
@@ -223,8 +146,8 @@ def _fitted(
     criteria = criteria_of(left, problem.points, certainty.effective, known)
     bound = tuple(_is_at_bound(p, x) for p, x in zip(problem.parameters, values, strict=True))
     return Fitted(
-        problem, values, certainty, criteria, predicted, deviation, rough, failures, starts, bound,
-        seconds,
+        problem, values, certainty, criteria, predicted, deviation, rough, failures, bound,
+        spec, sought, seconds,
     )  # fmt: skip
 
 
@@ -242,9 +165,12 @@ def _is_at_bound(p, x: float) -> bool:
 
 
 def slopes_of(arrays: Arrays, found: Found) -> Array:
-    """Derivatives (n, p) of the rows that were squared by the parameters in SI."""
+    """Derivatives (n, p) of the rows that were squared by the parameters in SI.
+
+    Of a value that is its bound to rounding nothing is known: zero.
+    """
     change = slope_at(arrays.transform, found.z)
-    return found.slope / np.where(change != 0.0, change, np.nan)
+    return found.slope / np.where(change != 0.0, change, np.inf)
 
 
 def _data_rows(arrays: Arrays) -> int:
@@ -269,7 +195,8 @@ def _by_series(problem: Problem, spec: Spec, arrays: Arrays, found: Prediction):
         for k, record in enumerate(members):
             rows = [values[k, i, : s.x.size] for i, s in enumerate(record.series)]
             by_record[record.name] = (rows, Status(int(status[k])), list(map(float, rough[k])))
-    predicted, roughness = list(found.tables), [0.0] * len(found.tables)
+    predicted = [f[: t.series.x.size] for f, t in zip(found.tables, problem.tables, strict=True)]
+    roughness = [0.0] * len(found.tables)
     failures = []
     for record in problem.records:
         rows, status, rough = by_record[record.name]

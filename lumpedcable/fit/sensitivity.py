@@ -11,15 +11,14 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.fit.arrays import SEEN, GroupArrays, GroupSpec
-from lumpedcable.fit.observe import UNITS, watched
+from lumpedcable.fit.arrays import GroupArrays, GroupSpec, seen_plan
+from lumpedcable.fit.observe import MEASURE, UNITS, Watched, watched
 from lumpedcable.fit.parameters import numbers_of
 from lumpedcable.fit.residual import run_group, started
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, Study
 from lumpedcable.scene.part import did_you_mean
-from lumpedcable.solve.integrate import Plan
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import Structure, number
 from lumpedcable.study.plan import (
@@ -39,25 +38,27 @@ AT_ONCE = 8  # directions that go through time together
 REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
 REDUCTIONS = ("max", "min", "first", "last")
 _SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
+_MEASURE = re.compile(r"(\w+) ([A-Za-z][\w-]*)")
 
 
 @dataclass(frozen=True)
 class Scalar:
-    """One number of a run: the max, min, first or last of a quantity at a place, over the outputs."""
+    """One number of a run: the max, min, first or last of a quantity at a place, over the outputs.
+
+    Or of a measure of the scene, whose name is then `at`, over the outputs at which it counts.
+    """
 
     reduction: str
     quantity: str
     at: str
     component: str | None
+    unit: str
 
     def __str__(self) -> str:
+        if self.quantity == MEASURE:
+            return f"{self.reduction} {self.at}"
         part = "" if self.component is None else f" in {self.component}"
         return f"{self.reduction} {self.quantity} at {self.at}{part}"
-
-    @property
-    def unit(self) -> str:
-        """Its SI unit."""
-        return UNITS[self.quantity]
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,19 @@ class Sensitivity:
     shares: Array
 
 
-def read_scalar(text: str) -> Scalar:
+def read_scalar(text: str, scene: Scene) -> Scalar:
     """The scalar that a text means: "max velocity at rope.end", "last position at rope.end in x".
+
+    Of a measure of the scene it is "min h_w".
 
     Raises:
         ValueError: it means none; the message says what was expected.
     """
     match = _SCALAR.fullmatch(" ".join(text.split()))
     expected = 'expected "max velocity at LINE.end" or the like'
+    measure = _MEASURE.fullmatch(" ".join(text.split()))
+    if measure is not None and measure.group(1) in REDUCTIONS and scene.measures:
+        return _measure(scene, *measure.groups())
     if match is None:
         raise ValueError(f'{expected}, found "{text}"')
     reduction, quantity, at, component = match.groups()
@@ -100,16 +106,29 @@ def read_scalar(text: str) -> Scalar:
         raise ValueError(f'expected as component {wanted}, found "{component}"')
     if component is None and quantity == "position":
         raise ValueError(f'expected a component of the position, "{text} in x" or the like')
-    return Scalar(reduction, quantity, at, component)
+    return Scalar(reduction, quantity, at, component, UNITS[quantity])
+
+
+def _measure(scene: Scene, reduction: str, name: str) -> Scalar:
+    """A scalar of a measure."""
+    if name not in scene.measures:
+        hint = did_you_mean(name, scene.measures)
+        raise ValueError(f'expected a measure of the scene, found "{name}"{hint}')
+    return Scalar(reduction, MEASURE, name, None, scene.measures[name].UNIT)
 
 
 def usual_scalar(scene: Scene) -> Scalar:
-    """The peak speed of the first end that breaks, or the largest tension at the first line's start."""
+    """The peak speed of the first end that breaks; else the scene's first measure at its worst; else
+    the largest tension at the first line's start.
+    """
     recoils = recoils_of(make_layout(scene))
     for recoil in recoils:
         if recoil.line in scene.lines:
-            return Scalar("max", "velocity", recoil_name(recoil), None)
-    return Scalar("max", "tension", f"{next(iter(scene.lines))}.start", None)
+            return Scalar("max", "velocity", recoil_name(recoil), None, UNITS["velocity"])
+    for name, measure in scene.measures.items():
+        return _measure(scene, "min" if measure.LEAST else "max", name)
+    at = f"{next(iter(scene.lines))}.start"
+    return Scalar("max", "tension", at, None, UNITS["tension"])
 
 
 def sensitivity_of(
@@ -122,7 +141,7 @@ def sensitivity_of(
     says).
 
     Raises:
-        ValueError: the scalar's place is not in the scene.
+        ValueError: the scalar's place is not in the scene, or its measure never counts.
     """
     scene = study.runs[run]
     named = _numbers(study, scene)
@@ -132,6 +151,10 @@ def sensitivity_of(
     spec, arrays = setting_of(scene, scalar, keys, back)
     found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
     value = float(found)
+    if scalar.quantity == MEASURE and not np.isfinite(value) and int(status) == Status.OK:
+        raise ValueError(
+            f'expected a measure that counts, found "{scalar.at}", which never does here'
+        )
     shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
     order = np.lexsort((-np.abs(slopes), -np.abs(shares)))
     return Sensitivity(
@@ -158,9 +181,11 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
 def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
     """One run of a scene as a group of one, looked at at its own output times."""
     layout, coordinates = make_layout(scene), coordinates_of([scene])
-    what, share = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
+    what, share = Watched(MEASURE, scalar.at, None, 0, None), 0.0
+    if scalar.quantity != MEASURE:
+        what, share = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
     plan = plan_of(scene, layout)
-    plan = Plan(plan.method, plan.adaptive, SEEN, (), plan.dtype, plan.max_steps, 1)
+    plan = seen_plan(plan)
     count, solver = output_count(scene), scene.solver
     index = np.repeat(np.arange(count + 1)[:, None], 4, axis=1)
     mix = np.tile([1.0, 0.0, 0.0, 0.0], (count + 1, 1))
@@ -193,9 +218,13 @@ def _slopes(spec: GroupSpec, arrays: GroupArrays, values, reduction: str, back: 
     def scalar(values):
         found, status, _, _ = run_group(spec, arrays, values)
         history = found[0, 0]
+        counts = jnp.isfinite(history)  # a measure is NaN while it does not
         picked = {
-            "max": jnp.max, "min": jnp.min, "first": lambda x: x[0], "last": lambda x: x[-1],
-        }[reduction](history)  # fmt: skip
+            "max": lambda: jnp.max(jnp.where(counts, history, -jnp.inf)),
+            "min": lambda: jnp.min(jnp.where(counts, history, jnp.inf)),
+            "first": lambda: history[jnp.argmax(counts)],
+            "last": lambda: history[history.size - 1 - jnp.argmax(counts[::-1])],
+        }[reduction]()
         return picked, (picked, status[0])
 
     values = jnp.asarray(values)

@@ -30,12 +30,16 @@ class Transform(NamedTuple):
 
 
 def transform_of(parameters: Sequence[Parameter]) -> Transform:
-    """The transform whose scales are the start values (1 where that is zero) or the bounds' gap."""
+    """The transform whose scales are the bounds' gap, or the start values.
+
+    Where that is zero: the largest start of the same unit, or 1.
+    """
     start, low, high = (
         np.array([getattr(p, key) for p in parameters], float) for key in ("start", "low", "high")
     )
     has_low, has_high = np.isfinite(low), np.isfinite(high)
-    free = np.where(start != 0.0, np.abs(start), 1.0)
+    most = [max(abs(q.start) for q in parameters if q.unit == p.unit) or 1.0 for p in parameters]
+    free = np.where(start != 0.0, np.abs(start), most)
     with np.errstate(invalid="ignore"):
         scale = np.select(
             [has_low & has_high, has_low, has_high], [high - low, start - low, high - start], free
@@ -70,6 +74,7 @@ def slope_at(t: Transform, z: np.ndarray) -> np.ndarray:
     """dx/dz."""
     z = np.clip(np.asarray(z, float), -700.0, 700.0)
     share = 1.0 / (1.0 + np.exp(-z))
-    one = np.where(t.has_low, t.scale, -t.scale) * np.exp(z)
+    with np.errstate(over="ignore"):  # of what is not used
+        one = np.where(t.has_low, t.scale, -t.scale) * np.exp(z)
     bounded = np.where(t.has_low & t.has_high, t.scale * share * (1.0 - share), one)
     return np.where(t.has_low | t.has_high, bounded, t.scale)

@@ -9,7 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-__all__ = ["Certainty", "Combination", "Criteria", "certainty_of", "criteria_of"]
+__all__ = [
+    "Certainty",
+    "Combination",
+    "Criteria",
+    "Draws",
+    "Profile",
+    "certainty_of",
+    "criteria_of",
+    "reach_of",
+]
 
 Array = NDArray[np.float64]
 
@@ -59,6 +68,12 @@ class Certainty(NamedTuple):
         return sorted(found, key=lambda pair: -abs(pair[2]))
 
 
+def reach_of(known: bool, confidence: float, free: int) -> float:
+    """Half an interval in standard deviations: normal, or Student's t where the noise was found."""
+    half = 0.5 + 0.5 * confidence
+    return float(stats.norm.ppf(half) if known else stats.t.ppf(half, free))
+
+
 def certainty_of(
     values: Array, slope: Array, deviation: Array, points: int, known: bool, confidence: float,
     sizes: Array | None = None,
@@ -97,11 +112,10 @@ def certainty_of(
         variance = np.sum(scaled**2, axis=0)
         covariance = s**2 * (scaled.T @ scaled) * np.outer(sizes, sizes)
     std = s * np.sqrt(variance) * sizes
-    reach = float(stats.norm.ppf(0.5 + 0.5 * confidence))
-    if not known:
-        reach = float(stats.t.ppf(0.5 + 0.5 * confidence, free))
+    reach = reach_of(known, confidence, free)
     # which parameters change together is a matter of the directions that are known at all
-    tame = v * np.minimum(inverse, 1e8 * inverse[0])[:, None]
+    most = 1e8 * inverse[0] if np.isfinite(inverse[0]) else 1.0
+    tame = v * np.minimum(inverse, most)[:, None]
     outer = tame.T @ tame
     root = np.sqrt(np.diag(outer))
     correlation = outer / np.outer(root, root)
@@ -139,6 +153,42 @@ def words(combination: Combination, names: Sequence[str]) -> str:
         text += f" {sign} {abs(part):.2f} d({names[k]})/{names[k]}" if text else (
             f"{sign}{abs(part):.2f} d({names[k]})/{names[k]}")  # fmt: skip
     return text
+
+
+class Profile(NamedTuple):
+    """The profile of one number, by its place among the parameters.
+
+    root = sign(x - x_best) sqrt((S(x) - S_best)/s^2), S(x) the least sum of squares with the number
+    held at x, s the noise (1 where it was given): a straight line where the model is linear. The
+    interval is where |root| stays below `reach`; -inf or inf where a side is open.
+    """
+
+    parameter: int
+    x: Array
+    root: Array
+    reach: float
+    low: float
+    high: float
+    better: bool
+    evaluations: int
+
+
+class Draws(NamedTuple):
+    """Draws from the distribution of the parameters: values (chains, draws, p) in SI.
+
+    low, high (p,): quantiles of the confidence. r_hat (p,): spread of all chains over that within
+    them, 1 where they agree; size (p,): how many independent draws they are worth (Gelman et al.,
+    Bayesian Data Analysis, 3rd ed., 2013, sections 11.4 and 11.5). `diverging` steps went wrong;
+    `evaluations` of the model with its gradient were made after the warm-up.
+    """
+
+    values: Array
+    low: Array
+    high: Array
+    r_hat: Array
+    size: Array
+    diverging: int
+    evaluations: int
 
 
 class Criteria(NamedTuple):

@@ -6,7 +6,7 @@ interrupted.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -62,7 +62,8 @@ class Plan:
     """How to integrate, as far as it is structure: what it changes needs another compilation.
 
     `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
-    `outputs` is the most that one call of `advance` returns.
+    `outputs` is the most that one call of `advance` returns. `sloped` asks that Runge-Kutta methods of
+    fixed steps have derivatives in both modes, which takes a little longer.
     """
 
     method: str
@@ -73,6 +74,7 @@ class Plan:
     max_steps: int
     outputs: int
     stop: str | None = None
+    sloped: bool = False
 
     @property
     def energy(self) -> bool:
@@ -160,11 +162,12 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
     """The solver for given steps; an implicit one finds its stages to the plan's tolerances."""
     method = METHODS[plan.method]
-    if not issubclass(method, diffrax.AbstractImplicitSolver):
-        return method()
-    own = cast(numbers, plan.dtype)
-    root_finder = diffrax.VeryChord(rtol=own.rtol, atol=own.atol, norm=_size)
-    return method(root_finder=root_finder)  # pyright: ignore[reportCallIssue]
+    stages = plan.sloped and issubclass(method, diffrax.AbstractRungeKutta)
+    options: dict[str, Any] = {"scan_kind": "bounded"} if stages else {}
+    if issubclass(method, diffrax.AbstractImplicitSolver):
+        own = cast(numbers, plan.dtype)
+        options["root_finder"] = diffrax.VeryChord(rtol=own.rtol, atol=own.atol, norm=_size)
+    return method(**options)
 
 
 def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from lumpedcable.results.errors import OutputError
 from lumpedcable.results.human import scale
@@ -48,6 +49,35 @@ class Law(NamedTuple):
     data: Sequence[tuple[str, Array, Array]]
 
 
+class Profile(NamedTuple):
+    """Signed roots of the rise of the sum of squares over a number (SI), its best value and std.
+
+    `low` and `high` are where the root passes `reach`.
+    """
+
+    title: str
+    unit: str
+    x: Array
+    root: Array
+    best: float
+    std: float
+    reach: float
+    low: float
+    high: float
+
+
+class Drawn(NamedTuple):
+    """Draws (draws,) of a number (SI) with their interval, its best value and its std by the fit."""
+
+    title: str
+    unit: str
+    values: Array
+    best: float
+    std: float
+    low: float
+    high: float
+
+
 class FitPictures(NamedTuple):
     """All that is drawn of a fit."""
 
@@ -56,6 +86,8 @@ class FitPictures(NamedTuple):
     names: Sequence[str]
     correlation: Array
     laws: Sequence[Law]
+    profiles: Sequence[Profile]
+    draws: Sequence[Drawn]
     confidence: float
 
 
@@ -66,6 +98,8 @@ def pictures_from(numbers: Mapping[str, Any]) -> FitPictures:
             **numbers,
             "series": [Compared(**one) for one in numbers["series"]],
             "laws": [Law(**one) for one in numbers["laws"]],
+            "draws": [Drawn(**one) for one in numbers["draws"]],
+            "profiles": [Profile(**one) for one in numbers["profiles"]],
         }
     )
 
@@ -85,6 +119,10 @@ def plot_fit(pictures: FitPictures, folder: Path, formats: Sequence[str] = ("png
         draws.append(("correlations", partial(correlation_figure, pictures)))
     if pictures.laws:
         draws.append(("laws", partial(law_figure, pictures)))
+    if pictures.profiles:
+        draws.append(("profiles", partial(profile_figure, pictures)))
+    if pictures.draws:
+        draws.append(("sample", partial(sample_figure, pictures)))
     ready(folder, formats)
     for name, draw in draws:
         made += style.save(draw, folder / name, formats)
@@ -204,5 +242,119 @@ def law_figure(pictures: FitPictures) -> Figure:
         handles.append(
             Line2D([], [], marker=".", linestyle="", color=style.COLOURS[0], label="bench")
         )
+    style.foot(figure, "", handles)  # type: ignore[arg-type]
+    return figure
+
+
+def profile_figure(pictures: FitPictures) -> Figure:
+    """A panel a number: the rise of the sum of squares as it is held elsewhere, with its interval."""
+    shown = pictures.profiles[:MOST_PANELS]
+    figure, axes = style.panel_figure(
+        [p.title for p in shown], f"Profiles: {pictures.heading}", height=2.4
+    )
+    for ax, p in zip(axes, shown, strict=True):
+        factor, unit = scale(style.largest(p.x), p.unit)
+        left, right = (factor * float(x) for x in (p.x[0], p.x[-1]))
+        inside = [factor * p.low, factor * p.high]
+        low, high = (
+            x if np.isfinite(x) else end for x, end in zip(inside, (left, right), strict=True)
+        )
+        ax.axvspan(low, high, color="#F3CDB4", linewidth=0)
+        ax.axhline(p.reach**2, color=style.NEUTRAL, linewidth=0.7)
+        if np.isfinite(p.std) and p.std > 0.0:
+            x = np.linspace(left, right, 201)
+            rise = ((x / factor - p.best) / p.std) ** 2
+            ax.plot(x, rise, color=style.NEUTRAL, linestyle=style.DASHES[1])
+        x = np.linspace(p.x[0], p.x[-1], 201)
+        ax.plot(factor * x, PchipInterpolator(p.x, p.root)(x) ** 2, color=style.COLOURS[1])
+        ax.plot(factor * p.x, p.root**2, ".", color=style.COLOURS[1], markersize=4)
+        ax.set_ylim(0.0, 1.15 * max(p.reach**2, float(np.max(p.root**2))))
+        ax.set_xlabel(style.with_unit(p.title, unit))
+        ax.set_ylabel("rise of the sum of squares\nover the noise squared (-)")
+    handles = [
+        Line2D([], [], marker=".", color=style.COLOURS[1], label="best fit with the number held"),
+        Line2D(
+            [],
+            [],
+            color=style.NEUTRAL,
+            linestyle=style.DASHES[1],
+            label="linear about the best fit",
+        ),
+        Patch(color="#F3CDB4", label=f"{100 * pictures.confidence:g} % interval"),
+    ]
+    style.foot(figure, "", handles)  # type: ignore[arg-type]
+    return figure
+
+
+def sample_figure(pictures: FitPictures) -> Figure:
+    """A panel a number: the density of what was drawn, and the normal one of the fit."""
+    shown = pictures.draws[:MOST_PANELS]
+    figure, axes = style.panel_figure([d.title for d in shown], f"Sampled: {pictures.heading}")
+    for ax, d in zip(axes, shown, strict=True):
+        factor, unit = scale(style.largest(d.values), d.unit)
+        ax.axvspan(factor * d.low, factor * d.high, color="#F3CDB4", linewidth=0)
+        ax.hist(factor * d.values, bins=40, density=True, color=style.COLOURS[0])
+        if np.isfinite(d.std) and d.std > 0.0:
+            x = np.linspace(np.min(d.values), np.max(d.values), 201)
+            normal = np.exp(-0.5 * ((x - d.best) / d.std) ** 2) / (
+                factor * d.std * np.sqrt(2 * np.pi)
+            )
+            ax.plot(factor * x, normal, color=style.COLOURS[1])
+        ax.set_yticks([])
+        ax.set_xlabel(style.with_unit(d.title, unit))
+    handles = [
+        Patch(color=style.COLOURS[0], label="density of the draws"),
+        Line2D([], [], color=style.COLOURS[1], label="normal, by the fit's std"),
+        Patch(color="#F3CDB4", label=f"{100 * pictures.confidence:g} % of the draws"),
+    ]
+    style.foot(figure, "", handles)  # type: ignore[arg-type]
+    return figure
+
+
+class RopeNumbers(NamedTuple):
+    """One number of every rope (SI), with its interval."""
+
+    title: str
+    unit: str
+    values: Array
+    low: Array
+    high: Array
+
+
+def plot_ropes(
+    heading: str, ropes: Sequence[str], numbers: Sequence[Mapping[str, Any]], confidence: float,
+    folder: Path, formats: Sequence[str] = ("png",),
+) -> list[Path]:  # fmt: skip
+    """Draw the numbers of many ropes beside each other and return the files made.
+
+    Raises:
+        OutputError: they cannot be written there, or not in that format.
+    """
+    ready(folder, formats)
+    all_ = [RopeNumbers(**one) for one in numbers]
+    draw = partial(ropes_figure, heading, ropes, all_, confidence)
+    return style.save(draw, folder / "ropes", formats)
+
+
+def ropes_figure(
+    heading: str, ropes: Sequence[str], numbers: Sequence[RopeNumbers], confidence: float
+) -> Figure:
+    """A panel a number: its value for every rope, with its interval."""
+    shown = numbers[:MOST_PANELS]
+    figure, axes = style.panel_figure([n.title for n in shown], f"Ropes: {heading}", height=2.2)
+    place = np.arange(len(ropes))
+    for ax, n in zip(axes, shown, strict=True):
+        factor, unit = scale(style.largest(n.values), n.unit)
+        good = np.isfinite(n.low) & np.isfinite(n.high)
+        ax.vlines(place[good], factor * n.low[good], factor * n.high[good], color="#F3CDB4", lw=3)
+        ax.plot(place, factor * n.values, ".", color=style.COLOURS[1])
+        ax.set_ylabel(style.with_unit(n.title, unit))
+        every = -(-len(ropes) // SHOWN_NUMBERS)
+        ax.set_xticks(place[::every], list(ropes[::every]), rotation=45, ha="right")
+        ax.set_xlim(-0.6, len(ropes) - 0.4)
+    handles = [
+        Line2D([], [], marker=".", linestyle="", color=style.COLOURS[1], label="found"),
+        Patch(color="#F3CDB4", label=f"{100 * confidence:g} % interval"),
+    ]
     style.foot(figure, "", handles)  # type: ignore[arg-type]
     return figure
