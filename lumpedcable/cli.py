@@ -68,6 +68,7 @@ def run(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     set_: Set = None,
+    pictures: Annotated[bool, Parameter(name="--plot", negative="")] = False,
     timings: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Run a scene, with its sweep as one batch, and write an HDF5 file.
@@ -82,6 +83,8 @@ def run(
         Results file (HDF5); the scene's name with .h5 in this folder if not given.
     set_
         KEY=VALUE: another value for any key of the scene.
+    pictures
+        Draw its pictures as well, as `plot` does.
     timings
         Print the wall time of each stage.
     """
@@ -110,6 +113,8 @@ def run(
     if timings:
         for stage, seconds in clock.stages.items():
             print(f"{stage:>10} {seconds:8.2f} s")
+    if pictures:
+        plot(target)
     if all(outcome.status != 0 for outcome in outcomes):
         raise SystemExit(1)
 

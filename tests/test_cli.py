@@ -108,8 +108,11 @@ def test_plot_makes_a_folder_named_after_the_file(ran):
 
 def test_set_changes_the_scene_and_is_recorded(ran, tmp_path):
     changes = ["--set", "pretension=[90 kN, 120 kN]", "--set", "break.time=1 ms"]
-    said = say(ran[0], "run", "scene.toml", "-o", tmp_path / "new" / "r.h5", *changes)
+    said = say(ran[0], "run", "scene.toml", "-o", tmp_path / "new" / "r.h5", "--plot", *changes)
     assert said.code == 0
+    # with --plot the pictures are drawn at once, beside the file
+    assert str(tmp_path / "new" / "r" / "energy.png") in said.out.splitlines()
+    assert (tmp_path / "new" / "r" / "energy.png").is_file()
     with h5py.File(tmp_path / "new" / "r.h5") as file:
         assert file["held_pretension"][()].tolist() == [90e3, 120e3]
         assert file["lines/rope/tension"][:, 0, -1] == pytest.approx([90e3, 120e3], rel=1e-9)

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.model.carried import (
+    body_place,
     make_couplings,
     make_measures,
     make_riders,
@@ -290,16 +291,12 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
     if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
         force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
         return Loaded(force, release)
+    if (tied := body_place(scene, own, coordinates)) is not None:
+        return Attached(*tied, release)
     if isinstance(own, WinchEnd) or scene.point_of(own) is not None:
         path = place_motion(scene, own, coordinates)
         assert path is not None  # the scene was checked
         return Driven(path, release)
-    if (tied := scene.body_point(own)) is not None:
-        body, point = tied
-        part = scene.bodies[body]
-        assert isinstance(part, Body)
-        offset = (0.0, 0.0, 0.0) if point is None else part.points[point]
-        return Attached(body, coordinates.vector(offset), release)
     if own is None or isinstance(own, str | JoinedEnd):
         return Loaded()
     return Driven(_motion(own, coordinates), release)

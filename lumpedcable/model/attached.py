@@ -14,6 +14,7 @@ from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.couple import body_force
 from lumpedcable.model.ends import Attached, solve_small
 from lumpedcable.model.inertia import end_matrices
+from lumpedcable.model.winches import Winch
 from lumpedcable.physics.place import place_at_end
 
 __all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "start_velocities"]
@@ -109,7 +110,7 @@ def _gain_at(
     q, v = body.reference + displacement[key], before[key]
     half = 0.0 if dt is None else 0.5 * dt
     matrix, vector = body.mass(q), body.force(q, middle)
-    pull = body_force(model, name, found)
+    pull = body_force(model, name, found, displacement)
     vector = vector if pull is None else vector + pull
     parts = {}
     for line, node, end in attached_ends(model, name):
@@ -127,6 +128,8 @@ def _gain_at(
         vector = vector + active * (turn.T @ force)
         parts[line, node] = (turn, mass, force)
     gain = _solved(matrix, vector, body.free)
+    if isinstance(body, Winch):
+        gain = body.limited(v, gain, dt)
     pulls = {end: mass @ (turn @ gain) - force for end, (turn, mass, force) in parts.items()}
     return BodyGain(gain, pulls)
 

@@ -49,6 +49,10 @@ class AbstractBody(eqx.Module):
         """M(q), symmetric and positive."""
 
     @abc.abstractmethod
+    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
+        """Energy of motion (J): v . M(q) v / 2, of those coordinates that are a motion."""
+
+    @abc.abstractmethod
     def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
         """Where a point of the body is (m), for the ends of lines that are tied to it."""
 
@@ -117,6 +121,10 @@ class RigidBody(AbstractBody):
     def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
         """M(q) (kg, kg m, kg m2)."""
         return rigid_mass(q, self.translation, self.inertia)
+
+    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
+        """v . M(q) v / 2 (J)."""
+        return 0.5 * v @ self.mass(q) @ v
 
     def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
         """x + R(angles) point (m)."""

@@ -1,5 +1,6 @@
 """From trolleys, winches and measures of a scene to those of the model."""
 
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -9,20 +10,27 @@ from jaxtyping import Array, Float
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import Coupled, winch_name
+from lumpedcable.model.floating import reference_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.model.places import PlaceMeasured, Seen, place_measured
-from lumpedcable.model.riders import Rider, Winch
+from lumpedcable.model.riders import Rider
 from lumpedcable.model.ships import motion_of, point_of_body
+from lumpedcable.model.winches import Control, Sheave, Winch
 from lumpedcable.physics import measures
-from lumpedcable.physics.coupling import IdealCable, Trolley
+from lumpedcable.physics.contact import Hertz
+from lumpedcable.physics.coupling import BodyPost, IdealCable, Trolley
 from lumpedcable.physics.measures import AbstractMeasure, Near
 from lumpedcable.physics.motion import AbstractMotion, Hauled, Still
+from lumpedcable.physics.rigid import place_of
+from lumpedcable.physics.ships import HeldBody
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import CarriedBody, Contact, WinchEnd
+from lumpedcable.scene.carried import Winch as WinchPart
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, MovingEnd
-from lumpedcable.scene.measures import BodyMeasure, SpeedMeasure
+from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, SpeedMeasure
 from lumpedcable.scene.moved import MovedBody
 
 __all__ = [
@@ -38,7 +46,8 @@ __all__ = [
 class Measured(eqx.Module):
     """A measure of a body; `axes` (3, d) and `origin` (3,) lead from its coordinates to x, y, z.
 
-    It ends with the hauling of the body where `until_rest` says so.
+    It ends with the hauling of the body where `until_rest` says so. `deck` is the rigid body whose deck
+    the height counts from, `post` the post on one that it counts near; None where neither moves freely.
     """
 
     body: str = eqx.field(static=True)
@@ -46,14 +55,39 @@ class Measured(eqx.Module):
     axes: Float[Array, "3 d"]
     origin: Float[Array, " 3"]
     until_rest: bool = eqx.field(static=True, default=False)
+    deck: str | None = eqx.field(static=True, default=None)
+    post: BodyPost | None = None
 
     def value(self, model, t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
         body, key = model.bodies[self.body], body_key(self.body)
         d = self.axes.shape[1]
         place = self.origin + self.axes @ (body.reference + seen.displacement[key])[:d]
-        found = self.law.value(t, place, self.axes @ seen.velocity[key][:d])
+        law = self._law(model, seen.displacement)
+        found = law.value(t, place, self.axes @ seen.velocity[key][:d])
         return jnp.where(t <= body.path.arrival, found, jnp.nan) if self.until_rest else found
+
+    def _law(self, model, displacement) -> AbstractMeasure:
+        """The measure with what it counts from where that is at the moment."""
+        law = self.law
+        if self.deck is not None and isinstance(law, measures.HeightMeasure):
+            at = self._six(model, displacement, self.deck)
+            law = replace(law, motion=HeldBody(at), mean=jnp.zeros(3))
+        if self.post is not None and law.near is not None:
+            body = model.bodies[self.post.body]
+            q = body.reference + displacement[body_key(self.post.body)]
+            place = self.origin + self.axes @ body.place(q, self.post.point)
+            law = replace(law, near=replace(law.near, post=Still(place)))
+        return law
+
+    def _six(self, model, displacement, name: str) -> Float[Array, " 6"]:
+        """Place (m) and roll, pitch, yaw (rad) of a rigid body."""
+        q = model.bodies[name].reference + displacement[body_key(name)]
+        d = self.axes.shape[1]
+        turn = q[d:]
+        if d == 2:
+            turn = jnp.cross(self.axes[:, 1], self.axes[:, 0]) * q[2]
+        return jnp.concatenate([self.origin + self.axes @ q[:d], turn])
 
 
 def _number(value) -> Float[Array, ""]:
@@ -78,11 +112,27 @@ def place_motion(scene: Scene, place: Any, coordinates: Coordinates) -> Abstract
     return None if carried is None else point_of_body(scene, *carried, coordinates)
 
 
-def _posts(scene: Scene, line: str, coordinates: Coordinates) -> list[AbstractMotion]:
-    """The paths of the two ends of a line that a body runs on."""
+def body_place(scene: Scene, end: Any, coordinates: Coordinates):
+    """The rigid body that an end is tied to and the point (m) in its axes; None for anything else."""
+    tied = scene.body_point(end)
+    if tied is None:
+        return None
+    name, point = tied
+    part = scene.bodies[name]
+    assert isinstance(part, Body)
+    offset = (0.0, 0.0, 0.0) if point is None else part.points[point]
+    return name, coordinates.vector(offset)
+
+
+def _posts(scene: Scene, line: str, coordinates: Coordinates) -> list[AbstractMotion | BodyPost]:
+    """The paths of the two ends of a line that a body runs on, or the bodies that they stand on."""
     found = []
     for end in (scene.lines[line].start, scene.lines[line].end):
         assert not isinstance(end, MovingEnd)
+        tied = body_place(scene, end, coordinates)
+        if tied is not None:
+            found.append(BodyPost(*tied))
+            continue
         motion = place_motion(scene, end, coordinates)
         assert motion is not None  # the scene was checked
         found.append(motion)
@@ -109,16 +159,36 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
         strain = strain_at(line.law, tension, line.max_strain)
         length = jnp.sum(line.node_length)
         mass = line.mass * length / 3.0
+        control = _control(winch)
+        integral = control is not None and control.rate is not None
         found[winch_name(name)] = Winch(
-            reference=length[None],
+            reference=jnp.stack([length, jnp.zeros_like(length)][: 2 if integral else 1]),
             kilograms=mass if winch.inertia is None else mass + _number(winch.inertia),
             pull=(1.0 + strain) * tension - line.law.energy(strain),
             tension=tension,
+            stretch=1.0 + strain,
             damping=None if winch.damping is None else _number(winch.damping),
+            speed=None if winch.speed is None else _number(winch.speed),
+            control=control,
+            sheave=_sheave(winch),
             line=name,
             node=node,
         )
     return found
+
+
+def _control(winch: WinchPart) -> Control | None:
+    if winch.control is None:
+        return None
+    gain, time = _number(winch.control.gain), winch.control.integral_time
+    return Control(gain, None if time is None else gain / _number(time))
+
+
+def _sheave(winch: WinchPart) -> Sheave | None:
+    if winch.sheave is None:
+        return None
+    grip = _number(winch.sheave.friction) * _number(winch.sheave.wrap)
+    return Sheave(grip, _number(winch.sheave.speed))
 
 
 def make_riders(scene: Scene, coordinates: Coordinates) -> dict[str, AbstractBody]:
@@ -130,10 +200,22 @@ def make_riders(scene: Scene, coordinates: Coordinates) -> dict[str, AbstractBod
     return found
 
 
+def _at_start(
+    scene: Scene, post: AbstractMotion | BodyPost, coordinates: Coordinates
+) -> Float[Array, " d"]:
+    """Where a post is at t = 0 (m)."""
+    if not isinstance(post, BodyPost):
+        return post.position(jnp.zeros(()))
+    body = scene.bodies[post.body]
+    assert isinstance(body, Body)
+    return place_of(reference_of(body, coordinates), post.point)
+
+
 def _rider(scene: Scene, body: CarriedBody, coordinates: Coordinates) -> Rider:
     d = coordinates.dimensions
     up = coordinates.vector((0.0, 0.0, 1.0))
-    start, end = (post.position(jnp.zeros(())) for post in _posts(scene, body.on.line, coordinates))
+    posts = _posts(scene, body.on.line, coordinates)
+    start, end = (_at_start(scene, post, coordinates) for post in posts)
     way = end - start
     level = way - jnp.dot(way, up) * up
     span = jnp.sqrt(jnp.sum(level**2))
@@ -181,14 +263,24 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
             law = IdealCable(start, end, tension)
             found.append(Coupled(name, None, law))
             continue
-        friction = body.on.friction
+        friction, bending = body.on.friction, scene.lines[line].bending
         law = Trolley(
             tension,
             None if friction is None else _number(friction.coefficient),
             None if friction is None else _number(friction.speed),
+            _hertz(body.on.contact),
+            None if bending is None else _number(bending.EI),
         )
         found.append(Coupled(name, line, law))
     return tuple(found)
+
+
+def _hertz(part: Contact | None) -> Hertz | None:
+    if part is None:
+        return None
+    damping = None if part.damping is None else _number(part.damping)
+    depth = None if part.depth is None else _number(part.depth)
+    return Hertz(_number(part.stiffness), _number(part.exponent), damping, depth)
 
 
 def make_measures(
@@ -197,27 +289,47 @@ def make_measures(
     """The numbers that the scene asks for, by name."""
     axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
     return {
-        name: Measured(part.body, _measure(scene, part), axes, origin, part.while_hauled)
+        name: Measured(
+            part.body,
+            _measure(scene, part),
+            axes,
+            origin,
+            part.while_hauled,
+            _free_deck(scene, part),
+            _free_post(scene, part, coordinates),
+        )
         if isinstance(part, BodyMeasure)
         else place_measured(scene, layout, part)
         for name, part in scene.measures.items()
     }
 
 
+def _free_deck(scene: Scene, part: BodyMeasure) -> str | None:
+    over = part.over if isinstance(part, HeightMeasure) else None
+    return over if over is not None and isinstance(scene.bodies[over], Body) else None
+
+
+def _free_post(scene: Scene, part: BodyMeasure, coordinates: Coordinates) -> BodyPost | None:
+    tied = None if part.near is None else body_place(scene, part.near, coordinates)
+    return None if tied is None else BodyPost(*tied)
+
+
 def _measure(scene: Scene, part: BodyMeasure) -> AbstractMeasure:
     near = None
     if part.near is not None:
         carried = scene.point_of(part.near)
-        assert carried is not None  # the scene was checked
         space = Coordinates(jnp.eye(3), jnp.zeros(3))  # type: ignore[arg-type]
         bounds = [None if b is None else _number(b) for b in (part.within, part.beyond)]
-        near = Near(point_of_body(scene, *carried, space), *bounds)
+        # a post on a free body is put in where it is at the moment
+        still = Still(jnp.zeros(3))
+        near = Near(still if carried is None else point_of_body(scene, *carried, space), *bounds)
     if isinstance(part, SpeedMeasure):
         return measures.ClimbMeasure(near=near)
     if part.over is None:
         return measures.HeightMeasure(level=_number(part.level), near=near)
     ship = scene.bodies[part.over]
-    assert isinstance(ship, MovedBody)  # the scene was checked
+    if not isinstance(ship, MovedBody):
+        return measures.HeightMeasure(level=_number(part.level), near=near)
     return measures.HeightMeasure(
         level=_number(part.level),
         motion=motion_of(scene, ship),

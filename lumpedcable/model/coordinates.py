@@ -146,7 +146,7 @@ def _places_of(end) -> list[np.ndarray]:
 
 
 def _on_body(scene: Scene, end) -> list[np.ndarray]:
-    carried = scene.point_of(end.winch.at if isinstance(end, WinchEnd) else end)
+    carried = scene.point_of(end)
     return [] if carried is None else [np.asarray(carried[0].position) + np.asarray(carried[1])]
 
 

@@ -11,8 +11,17 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.line import Line
-from lumpedcable.model.riders import Rider, Winch
-from lumpedcable.physics.coupling import AbstractCoupling, CableState, Pull
+from lumpedcable.model.riders import Rider
+from lumpedcable.model.winches import Winch
+from lumpedcable.physics.coupling import (
+    AbstractCoupling,
+    BodyPost,
+    CableState,
+    IdealCable,
+    Posts,
+    PostState,
+    Pull,
+)
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
 from lumpedcable.physics.weight import Weight
@@ -25,6 +34,7 @@ __all__ = [
     "body_works",
     "coupling_energies",
     "live_line",
+    "posts_of",
     "steered",
     "steered_gain",
     "winch_name",
@@ -79,17 +89,21 @@ def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | No
 
 
 class Found(dict[str, Any]):
-    """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches."""
+    """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches.
+
+    `drawn` is that pull (N), `payouts` what comes of it with the winch's control.
+    """
 
     pulls: tuple[Pull, ...] = ()
-    payouts: dict[str, Float[Array, " 1"]]
+    drawn: dict[str, Float[Array, ""]]
+    payouts: dict[str, Float[Array, " m"]]
 
     def add_couplings(self, model, t, displacement: Values, velocity: Values | None) -> None:
         """Work out what couplings and winches do, and add it to the forces of the lines."""
         self.pulls = tuple(
             _pull(model, coupled, t, self, displacement, velocity) for coupled in model.couplings
         )
-        self.payouts = {
+        self.drawn = {
             name: _payout_force(model, body, self, displacement)
             for name, body in model.bodies.items()
             if isinstance(body, Winch)
@@ -100,10 +114,16 @@ class Found(dict[str, Any]):
                 force = e.line.force + pull.line
                 self[coupled.line] = e._replace(line=e.line._replace(force=force))
                 winch = winch_name(coupled.line)
-                if winch in self.payouts:
-                    # the contact's stiffness goes with one over the segments' length
+                if winch in self.drawn and pull.kink is not None:
+                    # the kink's stiffness goes with one over the segments' length
                     length = jnp.sum(e.line.shape.node_length)
-                    self.payouts[winch] = self.payouts[winch] + pull.energy / length
+                    self.drawn[winch] = self.drawn[winch] + pull.kink / length
+        self.payouts = {
+            name: model.bodies[name].answer(
+                drawn, None if velocity is None else velocity[body_key(name)]
+            )
+            for name, drawn in self.drawn.items()
+        }
 
 
 def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None) -> Pull:
@@ -112,27 +132,58 @@ def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Val
     d = body.dimensions
     place = (body.reference + displacement[key])[:d]
     speed = None if velocity is None else velocity[key][:d]
-    cable = None
-    if coupled.line is not None:
-        own = None if velocity is None else velocity[coupled.line]
-        growth = None
-        winch = winch_name(coupled.line)
-        if velocity is not None and winch in model.bodies:
-            length = model.bodies[winch].reference + displacement[body_key(winch)]
-            growth = (velocity[body_key(winch)] / length)[0]
-        cable = CableState(found[coupled.line].line.shape, own, growth)
+    if coupled.line is None:
+        posts = posts_of(model, coupled, t, displacement, velocity)
+        assert posts is not None  # only an ideal cable has no nodes
+        return coupled.law.pull(t, place, speed, posts)
+    own = None if velocity is None else velocity[coupled.line]
+    growth = None
+    winch = winch_name(coupled.line)
+    if velocity is not None and winch in model.bodies:
+        length = (model.bodies[winch].reference + displacement[body_key(winch)])[0]
+        growth = velocity[body_key(winch)][0] / length
+    cable = CableState(found[coupled.line].line.shape, own, growth)
     return coupled.law.pull(t, place, speed, cable)
 
 
-def body_force(model, name: str, found: Found) -> Array | None:
+def posts_of(
+    model, coupled: Coupled, t, displacement: Values | None, velocity: Values | None
+) -> Posts | None:
+    """The posts of an ideal cable at t (s), None of another; with None as at the start, and at rest."""
+    law, found = coupled.law, []
+    if not isinstance(law, IdealCable):
+        return None
+    for post in (law.start, law.end):
+        if not isinstance(post, BodyPost):
+            found.append(PostState(post.position(t), velocity_of(post, t), False))
+            continue
+        body, key = model.bodies[post.body], body_key(post.body)
+        q = body.reference if displacement is None else body.reference + displacement[key]
+        v = jnp.zeros_like(q) if velocity is None else velocity[key]
+        place = body.place(q, post.point)
+        found.append(PostState(place, body.rate(q, v, post.point)[1], True))
+    return Posts(*found)
+
+
+def body_force(model, name: str, found: Found, displacement: Values | None = None) -> Array | None:
     """Generalised force on a body from the cable that it runs on, or on a winch from its line.
 
-    None where there is neither.
+    Of a rigid body that of the ideal cables whose posts stand on it, at `displacement`, the start if
+    None. None where there is neither.
     """
     body = model.bodies[name]
     if isinstance(body, Winch):
         return found.payouts[name]
     force = None
+    for coupled, pull in zip(model.couplings, found.pulls, strict=True):
+        law = coupled.law
+        ends = (law.start, law.end) if isinstance(law, IdealCable) else ()
+        for post, pushed in zip(ends, pull.posts, strict=True):
+            if isinstance(post, BodyPost) and post.body == name:
+                u = jnp.zeros_like(body.reference)
+                u = u if displacement is None else displacement[body_key(name)]
+                turn = body.rate(body.reference + u, jnp.zeros_like(u), post.point)[0]
+                force = turn.T @ pushed if force is None else force + turn.T @ pushed
     for coupled, pull in zip(model.couplings, found.pulls, strict=True):
         if coupled.body == name:
             force = jnp.zeros_like(body.reference) if force is None else force
@@ -140,7 +191,7 @@ def body_force(model, name: str, found: Found) -> Array | None:
     return force
 
 
-def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, " 1"]:
+def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, ""]:
     """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
 
     Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
@@ -165,7 +216,7 @@ def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Arr
             return sum(load.energy(scaled) for load in rest)
 
         force = force - jax.grad(energy)(jnp.ones_like(length)) / length
-    return force[None]
+    return force
 
 
 def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
@@ -225,6 +276,8 @@ def body_powers(
         share = line.node_length / jnp.sum(line.node_length)
         squares = jnp.sum(share * jnp.sum(velocity[body.line] ** 2, axis=0))
         moving = 0.5 * line.mass * squares
+        if body.driven:
+            total["control"] = body.taken(q, v, gain, found.drawn[name])
         total["payout"] = v[0] * (moving + _drum_weight(model, body, displacement))
     return total
 

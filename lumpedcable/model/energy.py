@@ -30,9 +30,16 @@ WORKS = {
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
     "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
     "winch": (-1.0, "energy dissipated by winches"),
+    "control": (
+        -1.0,
+        "energy taken by the drives of winches beyond their set tension and of ships",
+    ),
     "hull": (-1.0, "energy given to the water by hulls"),
-    "friction": (-1.0, "energy dissipated by friction of bodies on the bed and trolleys on lines"),
-    "contact": (-1.0, "energy dissipated by the seabed"),
+    "friction": (
+        -1.0,
+        "energy dissipated by friction of bodies on the bed and of trolleys and sheaves",
+    ),
+    "contact": (-1.0, "energy dissipated by the seabed and by wheels on lines"),
     "damping": (-1.0, "energy dissipated by the material"),
     "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
     "correction": (-1.0, "energy taken by the dispersion correction"),
@@ -252,7 +259,7 @@ def energies(
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], velocity[key]
-        add("kinetic", 0.5 * v @ body.mass(q) @ v)
+        add("kinetic", body.kinetic(q, v))
         for kind, value in body.stored(q).items():
             add(kind, value)
     for kind, value in coupling_energies(model, found).items():

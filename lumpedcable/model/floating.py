@@ -19,10 +19,11 @@ from lumpedcable.physics.hull import (
     box_draught,
     box_metacentre,
 )
+from lumpedcable.physics.steering import Station, Steering
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, Body
 
-__all__ = ["make_body"]
+__all__ = ["make_body", "reference_of"]
 
 
 def make_body(
@@ -34,20 +35,28 @@ def make_body(
     assert body.position is not None
     d = coordinates.dimensions
     mass = jnp.asarray(body.mass, float)
-    angles = _angles(coordinates, (0.0, 0.0, 0.0) if body.attitude is None else body.attitude)
+    reference = reference_of(body, coordinates)
+    angles = reference[d:]
     start = None
     if body.velocity is not None:
         start = jnp.concatenate([coordinates.vector(body.velocity), jnp.zeros_like(angles)])
     return RigidBody(
-        reference=jnp.concatenate([coordinates.point(body.position), angles]),
+        reference=reference,
         translation=jnp.full((d,), mass),
         inertia=_inertia(coordinates, body) if body.turns else jnp.full(angles.shape, mass),
         start_velocity=start,
         free=_free(coordinates, body),
         friction=_friction(coordinates, body),
-        loads=_loads(scene, body, coordinates),
+        loads=_loads(scene, body, coordinates, reference),
         resistances=_resistances(scene, body, coordinates, current),
     )
+
+
+def reference_of(body: Body, coordinates: Coordinates) -> Float[Array, " m"]:
+    """Its coordinates at the start: place (m) and angles (rad)."""
+    assert body.position is not None
+    angles = _angles(coordinates, (0.0, 0.0, 0.0) if body.attitude is None else body.attitude)
+    return jnp.concatenate([coordinates.point(body.position), angles])
 
 
 def _normal(coordinates: Coordinates) -> Float[Array, " 3"]:
@@ -96,15 +105,60 @@ def _free(coordinates: Coordinates, body: Body) -> Float[Array, " m"] | None:
     return jnp.round(jnp.concatenate([along, angles]))
 
 
-def _loads(scene: Scene, body: Body, coordinates: Coordinates) -> tuple[AbstractBodyLoad, ...]:
+def _loads(
+    scene: Scene, body: Body, coordinates: Coordinates, start: Float[Array, " m"]
+) -> tuple[AbstractBodyLoad, ...]:
+    keeping = _station(body, coordinates, start)
     if scene.gravity is None:
-        return ()
+        return keeping
     if body.hull is not None:
-        return (_hydrostatics(scene, body, coordinates),)
+        return (_hydrostatics(scene, body, coordinates), *keeping)
     weight = jnp.asarray(body.mass, float)
     if body.volume is not None and scene.fluid is not None:
         weight = weight - jnp.asarray(scene.fluid.density, float) * body.volume
-    return (BodyWeight(weight * scene.gravity * coordinates.vector((0.0, 0.0, -1.0))),)
+    down = coordinates.vector((0.0, 0.0, -1.0))
+    return (BodyWeight(weight * scene.gravity * down), *keeping)
+
+
+def _each(coordinates: Coordinates, along, about) -> Float[Array, " m"]:
+    """Numbers along x, y, z and about them as numbers of a body's coordinates; 0 where None."""
+    whole = [jnp.zeros(3) if v is None else jnp.stack([jnp.asarray(x, float) for x in v])
+             for v in (along, about)]  # fmt: skip
+    places = jnp.asarray(coordinates.axes).T ** 2 @ whole[0]
+    if coordinates.dimensions == 1:
+        return places
+    angles = whole[1]
+    if coordinates.dimensions == 2:
+        angles = jnp.dot(_normal(coordinates) ** 2, angles)[None]
+    return jnp.concatenate([places, angles])
+
+
+def _station(
+    body: Body, coordinates: Coordinates, start: Float[Array, " m"]
+) -> tuple[AbstractBodyLoad, ...]:
+    part = body.control
+    if part is None or (part.stiffness is None and part.turn_stiffness is None):
+        return ()
+    return (Station(_each(coordinates, part.stiffness, part.turn_stiffness), start),)
+
+
+def _steering(body: Body, coordinates: Coordinates) -> tuple[AbstractBodyResistance, ...]:
+    part = body.control
+    if part is None:
+        return ()
+    given = (part.force, part.moment, part.damping, part.turn_damping)
+    if all(number is None for number in given):
+        return ()
+    damping = None
+    if part.damping is not None or part.turn_damping is not None:
+        damping = _each(coordinates, part.damping, part.turn_damping)
+    return (
+        Steering(
+            None if part.force is None else coordinates.vector(part.force),
+            None if part.moment is None else _angles(coordinates, part.moment),
+            damping,
+        ),
+    )
 
 
 def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrostatics:
@@ -149,9 +203,9 @@ def _friction(coordinates: Coordinates, body: Body) -> BedFriction | None:
 def _resistances(
     scene: Scene, body: Body, coordinates: Coordinates, current: AbstractCurrent | None
 ) -> tuple[AbstractBodyResistance, ...]:
-    found: list[AbstractBodyResistance] = []
+    found: list[AbstractBodyResistance] = [*_steering(body, coordinates)]
     if scene.fluid is None or body.size is None:
-        return ()
+        return tuple(found)
     density = jnp.asarray(scene.fluid.density, float)
     length, breadth, height = (jnp.asarray(s, float) for s in body.size)
     if body.drag is not None:

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.couple import live_line
 from lumpedcable.model.layout import Layout
 from lumpedcable.scene import Scene
 from lumpedcable.scene.measures import LineMeasure
@@ -26,7 +27,7 @@ class Seen(NamedTuple):
 class PlaceMeasured(eqx.Module):
     """Tension (N) or speed (m/s) at the unstretched distance `place` (m) from the start of a line.
 
-    `pieces` are the parts of the line, from its start on; `side` 0 or -1 stands for an end of it.
+    The line is as long as its winch has paid it out. `pieces` are the parts of the line, from its start on; `side` 0 or -1 stands for an end of it.
     """
 
     kind: Literal["tension", "speed"] = eqx.field(static=True)
@@ -42,10 +43,8 @@ class PlaceMeasured(eqx.Module):
                 return seen.ends[piece][self.side]
             return _size(seen.velocity[piece][:, self.side])
         assert self.place is not None
-        sizes = [
-            jnp.broadcast_to(model.lines[p].segment_length, model.lines[p].segments)
-            for p in self.pieces
-        ]
+        lines = [live_line(model, piece, seen.displacement, None) for piece in self.pieces]
+        sizes = [jnp.broadcast_to(line.segment_length, line.segments) for line in lines]
         # a place at the very end belongs to the last segment
         place = self.place.astype(sizes[0].dtype)
         whole = sum(jnp.sum(size) for size in sizes)

@@ -1,4 +1,4 @@
-"""Bodies that run along cables, and winches: their coordinates, inertia and weight."""
+"""Bodies that run along cables: their coordinates, inertia and weight."""
 
 import equinox as eqx
 import jax
@@ -9,7 +9,7 @@ from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.physics.body import BedFriction
 from lumpedcable.physics.motion import AbstractMotion
 
-__all__ = ["Rider", "Winch"]
+__all__ = ["Rider"]
 
 
 class Rider(AbstractBody):
@@ -55,6 +55,10 @@ class Rider(AbstractBody):
         place, turn = jax.jacfwd(self.centre)(q), jax.jacfwd(self.hanger)(q)
         return self.kilograms * place.T @ place + self.inertia * turn.T @ turn
 
+    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
+        """v . M(q) v / 2 (J)."""
+        return 0.5 * v @ self.mass(q) @ v
+
     def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
         """The trolley (m); `point` counts from it and does not turn."""
         return q[: self.dimensions] + point
@@ -78,50 +82,3 @@ class Rider(AbstractBody):
     def works(self) -> tuple[str, ...]:
         """None of its own."""
         return ()
-
-
-class Winch(AbstractBody):
-    """The winch at an end of a line: q = (L), the length (m) that is paid out.
-
-    All segments of the line are L / n long, so that what is paid out is spread over the line at once.
-    The mass that belongs to it is that of the line as it is drawn out, m L0 / 3, and that of the drum,
-    J / r^2 (kg). `pull` (N) is what L costs per metre: (1 + e) T - U(e) at the strain e of the tension
-    T that the winch keeps, U the strain energy per metre, since what is hauled in is stretched.
-    """
-
-    reference: Float[Array, " 1"]
-    kilograms: Float[Array, ""]
-    pull: Float[Array, ""]
-    tension: Float[Array, ""]
-    damping: Float[Array, ""] | None = None
-    line: str = eqx.field(static=True, default="")
-    node: int = eqx.field(static=True, default=-1)
-    start_velocity: Float[Array, " 1"] | None = None
-    free: Float[Array, " 1"] | None = None
-    friction: BedFriction | None = None
-
-    def mass(self, q: Float[Array, " 1"]) -> Float[Array, "1 1"]:
-        """m L0 / 3 + J / r^2 (kg)."""
-        return self.kilograms * jnp.eye(1, dtype=q.dtype)
-
-    def place(self, q: Float[Array, " 1"], point: Float[Array, " d"]) -> Float[Array, " d"]:
-        """The point itself: a winch is no place."""
-        return point
-
-    def shift(self, u: Float[Array, " 1"], point: Float[Array, " d"]) -> Float[Array, " d"]:
-        """Nothing."""
-        return jnp.zeros_like(point)
-
-    def stored(self, q: Float[Array, " 1"]) -> dict[str, Float[Array, ""]]:
-        """pull L (J)."""
-        return {"winch": self.pull * q[0]}
-
-    def resisting(
-        self, q: Float[Array, " 1"], v: Float[Array, " 1"]
-    ) -> dict[str, Float[Array, " 1"]]:
-        """-c dL/dt (N)."""
-        return {} if self.damping is None else {"winch": -self.damping * v}
-
-    def works(self) -> tuple[str, ...]:
-        """Of its damping."""
-        return () if self.damping is None else ("winch",)

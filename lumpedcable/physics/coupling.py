@@ -9,9 +9,18 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics import contact
 from lumpedcable.physics.load import Shape
-from lumpedcable.physics.motion import AbstractMotion, velocity_of
+from lumpedcable.physics.motion import AbstractMotion
 
-__all__ = ["AbstractCoupling", "CableState", "IdealCable", "Pull", "Trolley"]
+__all__ = [
+    "AbstractCoupling",
+    "BodyPost",
+    "CableState",
+    "IdealCable",
+    "PostState",
+    "Posts",
+    "Pull",
+    "Trolley",
+]
 
 
 class CableState(NamedTuple):
@@ -25,11 +34,35 @@ class CableState(NamedTuple):
     growth: Float[Array, ""] | None = None
 
 
+class BodyPost(eqx.Module):
+    """A post on a rigid body of the scene, at `point` (d,) in its axes (m)."""
+
+    body: str = eqx.field(static=True)
+    point: Float[Array, " d"]
+
+
+class PostState(NamedTuple):
+    """Where a post is (m) and how fast it moves (m/s); whether a body of the scene carries it."""
+
+    place: Float[Array, " d"]
+    velocity: Float[Array, " d"]
+    carried: bool
+
+
+class Posts(NamedTuple):
+    """The two posts of a cable without nodes."""
+
+    start: PostState
+    end: PostState
+
+
 class Pull(NamedTuple):
     """Forces of a coupling (N): on the body at its trolley (d,), on the line's nodes (d, n+1) or None.
 
-    `energy` (J) is what it stores. `given` is the power (W) of moving posts; `taken` are those of the
-    forces that take energy, on body and line, by kind of work.
+    `energy` (J) is what it stores, of which `kink` is what it falls by where
+    segments grow by their own length. `given`
+    is the power (W) of moving posts; `taken` are those of the forces that take energy, on body and
+    line, by kind of work.
     """
 
     body: Float[Array, " d"]
@@ -37,6 +70,8 @@ class Pull(NamedTuple):
     energy: Float[Array, ""]
     given: dict[str, Float[Array, ""]]
     taken: dict[str, tuple[Float[Array, " d"], Float[Array, "d nodes"]]]
+    kink: Float[Array, ""] | None = None
+    posts: tuple[Float[Array, " d"], ...] = ()
 
 
 class AbstractCoupling(eqx.Module):
@@ -58,12 +93,15 @@ class AbstractCoupling(eqx.Module):
         t: Float[Array, ""],
         place: Float[Array, " d"],
         velocity: Float[Array, " d"] | None,
-        cable: CableState | None,
+        cable: CableState | Posts,
     ) -> Pull:
-        """Forces, energy and work at t (s); without velocities (None) those at rest."""
+        """Forces, energy and work at t (s); without velocities (None) those at rest.
+
+        `cable` is the line, or the posts of a cable without nodes.
+        """
 
     @abc.abstractmethod
-    def stiffness(self, place: Float[Array, " d"]) -> Float[Array, ""]:
+    def stiffness(self, place: Float[Array, " d"], posts: Posts | None) -> Float[Array, ""]:
         """Upper bound of the stiffness (N/m) with which it holds the body."""
 
 
@@ -72,11 +110,12 @@ class IdealCable(AbstractCoupling):
 
     F = T (a + b) with a, b the unit vectors towards the posts (Gao et al. 2022, eq. 17-18; the sign of
     the printed horizontal force is wrong, see `exact.IdealHighline`). The winch gives and takes
-    T times length, which is the energy; posts that move do the work T (dA/dt . -a + dB/dt . -b).
+    T times length, which is the energy; posts that are moved do the work T (dA/dt . -a + dB/dt . -b),
+    those on bodies of the scene pull at them.
     """
 
-    start: AbstractMotion
-    end: AbstractMotion
+    start: AbstractMotion | BodyPost
+    end: AbstractMotion | BodyPost
     tension: Float[Array, ""]
 
     @property
@@ -91,20 +130,22 @@ class IdealCable(AbstractCoupling):
 
     def pull(self, t, place, velocity, cable) -> Pull:
         """T (a + b), the energy T (|A - r| + |B - r|), and the power of the posts."""
-        force, length, power = jnp.zeros_like(place), jnp.zeros((), place.dtype), 0.0
-        for post in (self.start, self.end):
-            way = post.position(t).astype(place.dtype) - place
+        assert isinstance(cable, Posts)
+        force, length = jnp.zeros_like(place), jnp.zeros((), place.dtype)
+        power, T, posts = jnp.zeros((), place.dtype), self.tension, []
+        for post in cable:
+            way = post.place.astype(place.dtype) - place
             size = jnp.sqrt(jnp.sum(way**2))
             force = force + way / size
             length = length + size
-            power = power + jnp.dot(way / size, velocity_of(post, t).astype(place.dtype))
-        T = self.tension
-        return Pull(T * force, None, T * length, {"ends": T * power}, {})
+            posts.append(-T * way / size)
+            if not post.carried:
+                power = power + jnp.dot(way / size, post.velocity.astype(place.dtype))
+        return Pull(T * force, None, T * length, {"ends": T * power}, {}, None, tuple(posts))
 
-    def stiffness(self, place) -> Float[Array, ""]:
-        """T (1/|A - r| + 1/|B - r|) at t = 0."""
-        t = jnp.zeros(())
-        ways = [jnp.sum((post.position(t) - place) ** 2) for post in (self.start, self.end)]
+    def stiffness(self, place, posts) -> Float[Array, ""]:
+        """T (1/|A - r| + 1/|B - r|)."""
+        ways = [jnp.sum((post.place - place) ** 2) for post in posts or ()]
         return self.tension * sum(1.0 / jnp.sqrt(way) for way in ways)
 
 
@@ -113,12 +154,16 @@ class Trolley(AbstractCoupling):
 
     `tension` (N) is the one that the contact is scaled with, the winch's or that of the start:
     the tension of the moment would feed axial waves. v is the speed of the sheave along the line
-    relative to the line's own substance (Gao et al. 2022, eq. 11).
+    relative to the line's own substance (Gao et al. 2022, eq. 11). With `hertz` the wheel sinks into
+    the line (eq. 10); it is kept on the line from both sides. `EI` (N m2) is that of the line, None
+    without bending.
     """
 
     tension: Float[Array, ""]
     friction: Float[Array, ""] | None = None
     fade: Float[Array, ""] | None = None
+    hertz: contact.Hertz | None = None
+    EI: Float[Array, ""] | None = None
 
     @property
     def energy_name(self) -> str:
@@ -127,26 +172,44 @@ class Trolley(AbstractCoupling):
 
     @property
     def works(self) -> tuple[str, ...]:
-        """Of friction."""
-        return () if self.friction is None else ("friction",)
+        """Of friction and of the contact's damping."""
+        damped = self.hertz is not None and self.hertz.damping is not None
+        present = {"friction": self.friction is not None, "contact": damped}
+        return tuple(kind for kind in present if present[kind])
 
     def pull(self, t, place, velocity, cable) -> Pull:
-        """-k G and friction on the sheave, the opposite on the nodes; the energy k |G|^2 / 2."""
-        assert cable is not None
+        """The contact's push and friction on the sheave, the opposite on the nodes, and their energy."""
+        assert isinstance(cable, CableState)
         nodes = cable.shape.position
-        touch = contact.contact(nodes, place, self.tension, cable.shape.segment_length[0])
-        energy = 0.5 * touch.stiffness * jnp.dot(touch.gap, touch.gap)
-        line = contact.spread(touch, touch.push, nodes.shape[1])
-        if self.friction is None:
-            return Pull(-touch.push, line, energy, {}, {})
-        rub = jnp.zeros_like(place)
-        if velocity is not None and cable.velocity is not None and self.fade is not None:
+        length = cable.shape.segment_length[0]
+        touch = contact.contact(nodes, place, self.tension, length, self.hertz, self.EI)
+        energy = touch.kink_energy
+        kink = energy * (1.0 + touch.reading.growth)
+        if self.hertz is not None:
+            energy = energy + self.hertz.energy(touch.depth)
+        body, line = -touch.push, contact.spread(touch, touch.push, nodes.shape[1])
+        taken = {}
+        for kind in self.works:
+            own = jnp.zeros_like(place)
+            if velocity is not None and cable.velocity is not None:
+                own = self._resisting(kind, touch, velocity, cable)
+            other = -contact.spread(touch, own, nodes.shape[1])
+            body, line, taken[kind] = body + own, line + other, (own, other)
+        return Pull(body, line, energy, {}, taken, kink)
+
+    def _resisting(
+        self, kind: str, touch: contact.Contact, velocity, cable: CableState
+    ) -> Float[Array, " d"]:
+        """Force (N) on the sheave of one kind of work, where it moves."""
+        assert cable.velocity is not None
+        size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
+        if kind == "friction" and self.friction is not None and self.fade is not None:
             slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
-            size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
-            rub = -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
-        rubbed = -contact.spread(touch, rub, nodes.shape[1])
-        taken = {"friction": (rub, rubbed)}
-        return Pull(rub - touch.push, line + rubbed, energy, {}, taken)
+            return -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
+        assert self.hertz is not None
+        across = touch.push / size
+        sinking = jnp.dot(velocity - contact.velocity_at(touch, cable.velocity), across)
+        return -self.hertz.drag(touch.depth, touch.stiffness) * sinking * across
 
     def _slip(self, touch: contact.Contact, velocity, cable: CableState) -> Float[Array, " d"]:
         """Velocity (m/s) of the sheave relative to the line's substance."""
@@ -159,6 +222,6 @@ class Trolley(AbstractCoupling):
             slip = slip + cable.growth * way * touch.tangent
         return slip
 
-    def stiffness(self, place) -> Float[Array, ""]:
+    def stiffness(self, place, posts) -> Float[Array, ""]:
         """None of its own: the line's nodes bound it."""
         return jnp.zeros((), place.dtype)

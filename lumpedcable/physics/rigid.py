@@ -9,7 +9,7 @@ y, then yaw about z (singular at a pitch of 90 degrees). Places in m, angles in 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["angle_count", "place_of", "rigid_mass", "rotation"]
+__all__ = ["angle_count", "place_of", "rigid_mass", "rotation", "spin"]
 
 
 def angle_count(dimensions: int) -> int:
@@ -51,11 +51,11 @@ def rigid_mass(
     mass = jnp.pad((turn * translation) @ turn.T, (0, size - d))
     if inertia.shape[0] == 0:
         return mass
-    spin = _spin(q[3:]) if inertia.shape[0] == 3 else jnp.eye(1, dtype=q.dtype)
-    return mass + jnp.pad(spin.T @ (inertia[:, None] * spin), (d, 0))
+    turning = spin(q[3:]) if inertia.shape[0] == 3 else jnp.eye(1, dtype=q.dtype)
+    return mass + jnp.pad(turning.T @ (inertia[:, None] * turning), (d, 0))
 
 
-def _spin(angles: Float[Array, " 3"]) -> Float[Array, "3 3"]:
+def spin(angles: Float[Array, " 3"]) -> Float[Array, "3 3"]:
     """w = S (roll', pitch', yaw') in the body's axes."""
     c, s = jnp.cos(angles), jnp.sin(angles)
     one, none = jnp.ones_like(c[0]), jnp.zeros_like(c[0])

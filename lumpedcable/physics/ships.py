@@ -12,6 +12,7 @@ from lumpedcable.physics.motion import AbstractMotion, Recorded
 __all__ = [
     "AbstractBodyMotion",
     "HarmonicBody",
+    "HeldBody",
     "PointOfBody",
     "RecordedBody",
     "SeaBody",
@@ -84,6 +85,16 @@ class RecordedBody(AbstractBodyMotion):
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
         """The six numbers (m, rad) at t (s)."""
         return self.path.position(t)
+
+
+class HeldBody(AbstractBodyMotion):
+    """A body that stays at six numbers (m, rad): a moment of one that moves freely."""
+
+    at: Float[Array, " 6"]
+
+    def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
+        """The six numbers, at any t."""
+        return self.at
 
 
 def jonswap(

@@ -158,6 +158,13 @@ class ResultFile:
                 found.append((int(item.attrs.get("axis", len(found))), axis))
         return [axis for _, axis in sorted(found, key=lambda pair: pair[0])]
 
+    @property
+    def cases(self) -> list[str]:
+        """The names that the scene gives its cases, by run; none without names."""
+        if "case" not in self._file:
+            return []
+        return [_text(name) for name in _dataset(self._file, "case")[()]]
+
     def label(self, run: int) -> str:
         """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep."""
         return ", ".join(axis.text(run) for axis in self.axes)

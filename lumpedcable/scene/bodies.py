@@ -10,6 +10,8 @@ from pydantic import Field
 from lumpedcable.scene.part import Name, Part, Problem
 from lumpedcable.scene.quantities import (
     Angle,
+    Damper,
+    Force,
     KinematicViscosity,
     Length,
     MomentOfInertia,
@@ -17,6 +19,10 @@ from lumpedcable.scene.quantities import (
     Position,
     PositiveLength,
     PositiveMass,
+    Spring,
+    Torque,
+    TurnDamper,
+    TurnSpring,
     Velocity,
     Volume,
 )
@@ -25,7 +31,8 @@ Freedom = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 ANGLES: tuple[Freedom, ...] = ("roll", "pitch", "yaw")
 
 # any of these makes a body a rigid one
-_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "friction", "drag")
+_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "friction", "drag",
+          "control")  # fmt: skip
 
 
 class Resistance(Part):
@@ -54,6 +61,23 @@ class Hull(Part):
     """Resistance of the skin to motion along the length. Absent: none."""
     surface: Length = 0.0
     """Height z of the water's surface in m."""
+
+
+class BodyControl(Part):
+    """What steers a ship: steady thrust, and a pull back to its place and attitude of the start."""
+
+    force: tuple[Force, Force, Force] | None = None
+    """Thrust in N along its own axes: propellers, side thrusters. Absent: none."""
+    moment: tuple[Torque, Torque, Torque] | None = None
+    """Moment in N m about its own axes. Absent: none."""
+    stiffness: tuple[Spring, Spring, Spring] | None = None
+    """Force in N per m off its place, along x, y and z. Absent: none."""
+    damping: tuple[Damper, Damper, Damper] | None = None
+    """Force in N per m/s, along x, y and z. Absent: none."""
+    turn_stiffness: tuple[TurnSpring, TurnSpring, TurnSpring] | None = None
+    """Moment in N m per rad of roll, pitch and yaw off its attitude. Absent: none."""
+    turn_damping: tuple[TurnDamper, TurnDamper, TurnDamper] | None = None
+    """Moment in N m per rad/s of roll, pitch and yaw. Absent: none."""
 
 
 class Body(Part):
@@ -85,6 +109,8 @@ class Body(Part):
     none."""
     drag: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
     """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
+    control: BodyControl | None = None
+    """What steers a rigid body. Absent: nothing."""
     hull: Hull | None = None
     """It floats. Absent: it has its weight, less the buoyancy of volume."""
 

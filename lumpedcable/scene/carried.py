@@ -9,6 +9,7 @@ from pydantic import Tag
 
 from lumpedcable.scene.part import Part, Problem, Text, choose, tag
 from lumpedcable.scene.quantities import (
+    Angle,
     Damper,
     Length,
     MomentOfInertia,
@@ -17,6 +18,7 @@ from lumpedcable.scene.quantities import (
     PositiveForce,
     PositiveLength,
     PositiveMass,
+    PositiveNumber,
     PositiveSpeed,
     PositiveTime,
     fault,
@@ -49,6 +51,30 @@ class Friction(Part):
     """Speed in m/s of the trolley along the line below which friction fades."""
 
 
+class Contact(Part):
+    """How the trolley's wheel sinks into the line: k x^m + c step(x / d) dx/dt at the depth x.
+
+    Gao et al. (2022), eq. 10; step(y) = y^2 (3 - 2 y) from 0 to 1.
+    """
+
+    stiffness: PositiveNumber
+    """k in N/m^exponent."""
+    exponent: PositiveNumber = 1.5
+    """m, 1 or more; 1.5 by Hertz for round bodies."""
+    damping: Damper | None = None
+    """Largest damping c in N s/m; needed with depth. Absent: none."""
+    depth: PositiveLength | None = None
+    """Depth d in m from which the damping is full."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where damping and depth do not come together, and an exponent below 1."""
+        if (self.damping is None) != (self.depth is None):
+            absent = "damping" if self.damping is None else "depth"
+            yield Problem((absent,), "expected damping and depth together, found one of them")
+        if self.exponent < 1.0:
+            yield Problem(("exponent",), f"expected 1 or more, found {self.exponent:g}")
+
+
 class On(Part):
     """Where a trolley is on its line, and how it is moved along it."""
 
@@ -64,6 +90,8 @@ class On(Part):
     """Time in s that it takes to come to rest there."""
     friction: Friction | None = None
     """Friction between trolley and line. Absent: none."""
+    contact: Contact | None = None
+    """How its wheel sinks into a lumped line. Absent: not at all."""
 
 
 class CarriedBody(Part):
@@ -87,6 +115,34 @@ class CarriedBody(Part):
             yield Problem((absent,), "expected depth and inertia together, found one of them")
 
 
+class Control(Part):
+    """A drive that watches the tension: it adds gain (e + integral of e / integral_time) to it.
+
+    e is the tension of the line less that of the winch, in N.
+    """
+
+    gain: NonNegativeNumber
+    """Newtons of the drive for each newton that the tension is off."""
+    integral_time: PositiveTime | None = None
+    """Time in s after which a lasting error has been answered as strongly again. Absent: no integral."""
+
+
+class Sheave(Part):
+    """A fixed sheave at the post, over which the line slides to the drum."""
+
+    friction: NonNegativeNumber
+    """Friction coefficient between line and sheave, or what its bearing comes to."""
+    wrap: Angle
+    """Angle in rad that the line is bent by around it."""
+    speed: PositiveSpeed = 0.01
+    """Speed in m/s of payout below which friction fades."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where the line bends the other way."""
+        if self.wrap < 0.0:
+            yield Problem(("wrap",), f"expected an angle of 0 or more, found {self.wrap:g} rad")
+
+
 class Winch(Part):
     """A drum that pays a line out and hauls it in to keep its tension."""
 
@@ -98,6 +154,12 @@ class Winch(Part):
     """Moment of inertia of drum and drive over the drum's radius squared, in kg. Absent: none."""
     damping: Damper | None = None
     """Force in N per m/s of payout, against it. Absent: none."""
+    speed: PositiveSpeed | None = None
+    """Largest speed in m/s of payout and of hauling in. Absent: any."""
+    control: Control | None = None
+    """What its drive does about a wrong tension. Absent: it pulls with its tension, come what may."""
+    sheave: Sheave | None = None
+    """The sheave that the line runs over at the post. Absent: one without friction."""
 
 
 class WinchEnd(Part):

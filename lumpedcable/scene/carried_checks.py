@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line
+from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line, tie_of
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import Path, Problem, did_you_mean
@@ -17,6 +18,7 @@ from lumpedcable.scene.units import format_quantity
 __all__ = ["carried_problems"]
 
 SIDES = ("start", "end")
+REAL = ("speed", "control", "sheave")  # what an ideal cable has no winch for
 Lines = Mapping[str, Line | None]
 Bodies = Mapping[str, Any]
 
@@ -38,7 +40,7 @@ def carried_problems(
             if isinstance(measure, LineMeasure):
                 yield from _place(lines, path, measure)
             else:
-                yield from _measure(bodies, path, measure)
+                yield from _measure(lines, bodies, path, measure)
 
 
 def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
@@ -47,8 +49,8 @@ def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
 
 
 def _points(bodies: Bodies) -> list[str]:
-    moved = ((name, body) for name, body in bodies.items() if isinstance(body, MovedBody))
-    return [f"{name}.{point}" for name, body in moved for point in body.points]
+    ships = ((name, body) for name, body in bodies.items() if isinstance(body, MovedBody | Body))
+    return [f"{name}.{point}" for name, body in ships for point in body.points]
 
 
 def _is_point(bodies: Bodies, name: str) -> bool:
@@ -80,6 +82,15 @@ def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
             (*path, "model"),
             "expected a winch at an end of an ideal line, which has no tension of its own, found none",
         )
+    for side in SIDES:
+        end = getattr(line, side)
+        for key in REAL if isinstance(end, WinchEnd) else ():
+            if getattr(end.winch, key) is not None:
+                yield Problem(
+                    (*path, side, "winch", key),
+                    f'expected model = "lumped" for a winch with {key}, found "ideal", whose winch '
+                    "keeps its tension at once",
+                )
     if any(body is None for body in bodies.values()):
         return
     riders = [n for n, b in bodies.items() if isinstance(b, CarriedBody) and b.on.line == name]
@@ -102,7 +113,7 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
         return end
     name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
     body = bodies.get(name)
-    if isinstance(body, MovedBody) and point in body.points:
+    if isinstance(body, MovedBody | Body) and body.position and point in body.points:
         return tuple(a + b for a, b in zip(body.position, body.points[point], strict=True))
     return None
 
@@ -166,7 +177,7 @@ def _carried(
         )
 
 
-def _measure(bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Problem]:
+def _measure(lines: Lines, bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Problem]:
     key = "height" if isinstance(measure, HeightMeasure) else "climb"
     name = measure.body
     riders = [n for n, body in bodies.items() if body is None or isinstance(body, CarriedBody)]
@@ -182,20 +193,32 @@ def _measure(bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Probl
         yield _named((*path, "near"), measure.near, _points(bodies), "a point of a moved body")
     if not isinstance(measure, HeightMeasure) or measure.over is None:
         return
-    ships = [n for n, body in bodies.items() if body is None or isinstance(body, MovedBody)]
+    ships = [
+        n
+        for n, body in bodies.items()
+        if body is None or isinstance(body, MovedBody) or (isinstance(body, Body) and body.rigid)
+    ]
     if measure.over not in ships:
         yield _named((*path, "over"), measure.over, ships, "the name of a moved body")
         return
     ship = bodies[measure.over]
-    holder, _, point = (measure.near or "").partition(".")
-    if holder == measure.over and ship is not None and point in ship.points:
-        top = ship.points[point][2]
-        if measure.level >= top:
+    if ship is None:
+        return
+    ends = [tie_of(getattr(line, side)) for line in lines.values() if line for side in SIDES]
+    for post in dict.fromkeys([measure.near, *ends]):
+        holder, _, point = (post or "").partition(".")
+        if (
+            holder == measure.over
+            and point in ship.points
+            and measure.level >= ship.points[point][2]
+        ):
             yield Problem(
                 (*path, "level"),
-                f"expected a deck below {measure.near}, which is at "
-                f"{format_quantity(top, 'm')}, found {format_quantity(measure.level, 'm')}",
+                f"expected a deck below {post}, which is at "
+                f"{format_quantity(ship.points[point][2], 'm')}, "
+                f"found {format_quantity(measure.level, 'm')}",
             )
+            return
 
 
 def _place(lines: Lines, path: Path, measure: LineMeasure) -> Iterator[Problem]:

@@ -191,6 +191,8 @@ def tie_of(end: Any) -> str | None:
     """Return the text that says what an end is tied to, None where it is not or is held by itself."""
     if isinstance(end, JoinedEnd):
         return end.joined
+    if isinstance(end, WinchEnd):
+        return end.winch.at if isinstance(end.winch.at, str) else None
     return end if isinstance(end, str) and end != "free" else None
 
 

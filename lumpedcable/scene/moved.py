@@ -36,7 +36,8 @@ SHIFTS = ("surge", "sway", "heave")
 TURNS = ("roll", "pitch", "yaw")
 FREEDOMS = (*SHIFTS, *TURNS)
 """The six motions of a ship: along and about its x, y and z axes."""
-GAP = 10.0  # a record is torn where a step of time is so many times the usual one
+# a record is torn where a step of time is so many times the usual one, be it irregular or even
+GAP, EVEN_GAP = 10.0, 1.5
 
 
 class Shift(Part):
@@ -137,8 +138,9 @@ def record_fault(time: Sequence[float]) -> str | None:
         if step <= 0:
             return f"expected times that increase, found {before + step:g} s after {before:g} s"
     usual = sorted(steps)[len(steps) // 2]
+    even = sum(abs(step - usual) <= 0.01 * usual for step in steps) >= 0.8 * len(steps)
     for before, step in zip(time, steps, strict=False):
-        if step > GAP * usual:
+        if step > (EVEN_GAP if even else GAP) * usual:
             return (
                 f"expected a record without gaps, a value about every {usual:g} s, found none "
                 f"between {before:g} s and {before + step:g} s"

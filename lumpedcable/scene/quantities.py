@@ -60,11 +60,14 @@ class Quantity:
     unit: str
     sign: Literal["any", "positive", "nonnegative"] = "any"
     maximum: float | None = None
+    words: str | None = None
+    """What it is, "a moment (N m)", where its dimension does not tell."""
 
     @property
     def expected(self) -> str:
         """The text after "expected", for example "a positive length (m)"."""
         name = describe(unit_of(self.unit)[1]) if self.unit else "a number"
+        name = self.words or name
         if self.sign != "any":
             article, rest = name.split(" ", 1)
             word = {"positive": "positive", "nonnegative": "non-negative"}[self.sign]
@@ -227,6 +230,12 @@ Damping = Annotated[float, Quantity("N s", "nonnegative")]
 Damper = Annotated[float, Quantity("N s/m", "nonnegative")]
 FoundationStiffness = Annotated[float, Quantity("Pa", "positive")]
 FoundationDamping = Annotated[float, Quantity("Pa s", "nonnegative")]
+Torque = Annotated[float, Quantity("N m", words="a moment (N m)")]
+Spring = Annotated[float, Quantity("N/m", "nonnegative", words="a stiffness (N/m)")]
+TurnSpring = Annotated[float, Quantity("N m/rad", "nonnegative", words="a stiffness (N m/rad)")]
+TurnDamper = Annotated[
+    float, Quantity("N m s/rad", "nonnegative", words="a damping constant (N m s/rad)")
+]
 Volume = Annotated[float, Quantity("m3", "positive")]
 Angle = Annotated[float, Quantity("rad")]
 Number = Annotated[float, Quantity("")]

@@ -69,7 +69,7 @@ class Scene(Part):
 
     def point_of(self, end: Any) -> tuple[MovedBody, tuple[float, float, float]] | None:
         """Return the moved body that an end names a point of, "ship.post", and that point in m."""
-        name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+        name, _, point = (tie_of(end) or "").partition(".")
         body = self.bodies.get(name)
         if not isinstance(body, MovedBody) or point not in body.points:
             return None

@@ -5,10 +5,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
-from lumpedcable.model.couple import Coupled
+from lumpedcable.model.couple import Coupled, posts_of
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.riders import Rider
+from lumpedcable.model.winches import Winch
+from lumpedcable.physics.contact import read
 from lumpedcable.physics.coupling import Trolley
 from lumpedcable.physics.tension import stiffness_bound
 
@@ -42,7 +44,32 @@ def step_bound(model: Model) -> Float[Array, ""]:
     bounds = [line_step_bound(line) for line in model.lines.values()]
     bounds += [body_step_bound(body) for body in model.bodies.values()]
     bounds += [coupling_step_bound(model, coupled) for coupled in model.couplings]
+    bounds += [
+        winch_step_bound(model.lines[body.line], body)
+        for body in model.bodies.values()
+        if isinstance(body, Winch)
+    ]
     return jnp.min(jnp.stack(bounds))
+
+
+def winch_step_bound(line: Line, winch: Winch) -> Float[Array, ""]:
+    """Largest stable step (s) of a winch with its line, added to that of the line by itself.
+
+    The line is a spring of stiffness S / L that a gain K makes 1 + K times as strong, and the integral
+    by another share; damping and a sheave's friction have their rates.
+    """
+    length = jnp.sum(line.node_length)
+    stiff = stiffness_bound(line.law, line.max_strain) / (length * winch.kilograms)
+    rate = jnp.zeros_like(stiff)
+    if winch.damping is not None:
+        rate = rate + winch.damping / winch.kilograms
+    if winch.sheave is not None:
+        slope = winch.stretch * winch.tension * winch.sheave.grip / winch.sheave.fade
+        rate = rate + slope / winch.kilograms
+    square = 4.0 / line_step_bound(line) ** 2
+    if winch.control is not None:
+        square = square + stiff * (1.0 + winch.control.gain)
+    return 4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square))
 
 
 def body_step_bound(body: AbstractBody) -> Float[Array, ""]:
@@ -66,16 +93,24 @@ def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:
     body = model.bodies[coupled.body]
     assert isinstance(body, Rider)
     place = body.reference[: body.dimensions]
-    stiff = coupled.law.stiffness(place)
+    stiff = coupled.law.stiffness(place, posts_of(model, coupled, jnp.zeros(()), None, None))
     if coupled.line is None:
         return 2.0 / 30.0 / jnp.sqrt(stiff / body.kilograms)
     line = model.lines[coupled.line]
     assert isinstance(coupled.law, Trolley)
-    # the weights on four nodes have squares that sum up to 1/2 at most, and d is 5/9 at least
-    contact = 2.0 * coupled.law.tension / (line.segment_length * 5.0 / 9.0)
+    # the weights on four nodes have squares that sum up to 1/2 at most, and d is least at a node: 5/9
+    EI, bend = coupled.law.EI, None
+    if EI is not None:
+        bend = line.segment_length[0] * jnp.sqrt(coupled.law.tension / EI)
+    least = read(jnp.zeros_like(line.segment_length[0]), 1, bend).shortfall
+    contact = 2.0 * coupled.law.tension / (line.segment_length * least)
     pair = contact * (0.5 / (line.mass * line.segment_length) + 1.0 / body.kilograms)
     square = 4.0 / line_step_bound(line) ** 2 + jnp.max(pair)
-    return 2.0 / jnp.sqrt(square)
+    hertz = coupled.law.hertz
+    if hertz is None or hertz.damping is None:
+        return 2.0 / jnp.sqrt(square)
+    rate = jnp.max(hertz.damping * (0.5 / (line.mass * line.segment_length) + 1.0 / body.kilograms))
+    return 4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square))
 
 
 def courant_number(

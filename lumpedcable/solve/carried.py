@@ -8,16 +8,16 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
-from lumpedcable.model.couple import Coupled, Found, body_force, live_line, winch_of
-from lumpedcable.model.ends import Driven
+from lumpedcable.model.couple import Coupled, Found, body_force, live_line, posts_of, winch_of
 from lumpedcable.model.line import LineForces, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
-from lumpedcable.model.riders import Rider, Winch
-from lumpedcable.physics.coupling import IdealCable
+from lumpedcable.model.riders import Rider
+from lumpedcable.model.winches import Winch
+from lumpedcable.physics.coupling import IdealCable, Posts, PostState
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import strain_at
-from lumpedcable.solve.statics import Equilibrium, force_scale, static_residual
+from lumpedcable.solve.statics import Equilibrium, force_scale, held_position, static_residual
 
 __all__ = ["carried_equilibrium", "is_carried"]
 
@@ -105,7 +105,7 @@ def carried_equilibrium(
         if isinstance(body, Winch) or (isinstance(body, Rider) and body.settles)
     )
     net = make_net(model, ordered=False) if model.lines else None
-    d = next(b.dimensions for b in model.bodies.values() if isinstance(b, Rider))
+    d = _dimensions(model)
     unknowns = _Unknowns(net, names, d)
     size = (0 if net is None else net.size * d) + len(names)
     if size == 0:  # all that there is starts where the scene puts it
@@ -147,6 +147,13 @@ def carried_equilibrium(
     last = x - jnp.linalg.solve(slope, unknowns.residual(model, x))
     x = jnp.where(jnp.all(jnp.isfinite(last)), last, x)
     return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)
+
+
+def _dimensions(model: Model) -> int:
+    """Number of dimensions of the scene."""
+    for line in model.lines.values():
+        return line.dimensions
+    return next(b.dimensions for b in model.bodies.values() if isinstance(b, Rider))
 
 
 def _settled(model: Model, moved: dict[str, Array]) -> Model:
@@ -192,9 +199,9 @@ def _guessed(model: Model) -> Model:
     for coupled in model.couplings:
         body = bodies[coupled.body]
         assert isinstance(body, Rider)
-        law = _ideal(model, coupled)
+        law, posts = _ideal(model, coupled)
         if body.settles:
-            body = _at_rest(body, law)
+            body = _at_rest(body, law, posts)
             bodies[coupled.body] = body
         if coupled.line is not None:
             ways.setdefault(coupled.line, []).append(body.reference[: body.dimensions])
@@ -220,38 +227,42 @@ def _guessed(model: Model) -> Model:
         )
         lines[name] = placed(longer, nodes)
         key = next(n for n, b in bodies.items() if b is winch)
-        bodies[key] = eqx.tree_at(lambda b: b.reference, winch, length[None])
+        paid = winch.reference.at[0].set(length)
+        bodies[key] = eqx.tree_at(lambda b: b.reference, winch, paid)
     return eqx.tree_at(lambda m: (m.lines, m.bodies), model, (lines, bodies))
 
 
 def _post(model: Model, line: str, node: int) -> Float[Array, " d"]:
-    end = model.ends[line][0 if node == 0 else 1]
-    assert isinstance(end, Driven)  # the scene was checked
-    return end.motion.position(jnp.zeros(()))
+    place = held_position(model, model.ends[line][0 if node == 0 else 1])
+    assert place is not None  # the scene was checked
+    return place
 
 
-def _ideal(model: Model, coupled: Coupled) -> IdealCable:
-    """The ideal cable in the place of a line."""
+def _ideal(model: Model, coupled: Coupled) -> tuple[IdealCable, Posts]:
+    """The ideal cable in the place of a line, and its posts."""
     if isinstance(coupled.law, IdealCable):
-        return coupled.law
+        posts = posts_of(model, coupled, jnp.zeros(()), None, None)
+        assert posts is not None
+        return coupled.law, posts
     assert coupled.line is not None
     winch = winch_of(model, coupled.line)
     assert winch is not None
-    posts = [Still(_post(model, coupled.line, node)) for node in (0, -1)]
-    return IdealCable(posts[0], posts[1], winch.tension)
+    places = [_post(model, coupled.line, node) for node in (0, -1)]
+    posts = Posts(*(PostState(place, jnp.zeros_like(place), False) for place in places))
+    return IdealCable(Still(places[0]), Still(places[1]), winch.tension), posts
 
 
-def _at_rest(body: Rider, law: IdealCable) -> Rider:
+def _at_rest(body: Rider, law: IdealCable, posts: Posts) -> Rider:
     """The body at the height at which the cable carries it, by bisection; unchanged without weight."""
     q, last = body.reference, body.dimensions - 1
     d, t = body.dimensions, jnp.zeros(())
-    posts = [post.position(t) for post in (law.start, law.end)]
-    top = jnp.maximum(posts[0][last], posts[1][last])
-    span = jnp.sqrt(jnp.sum((posts[1] - posts[0]) ** 2))
+    places = [post.place for post in posts]
+    top = jnp.maximum(places[0][last], places[1][last])
+    span = jnp.sqrt(jnp.sum((places[1] - places[0]) ** 2))
 
     def carries(z):
         at = q.at[last].set(z)
-        pull = law.pull(t, at[:d], None, None).body[last]
+        pull = law.pull(t, at[:d], None, posts).body[last]
         return pull + body.force(at, jnp.zeros_like(at))[last] > 0.0
 
     def halve(_, bounds):

@@ -60,6 +60,7 @@ STORED = {
     "winch": "what winches have put into the lines, as if it were stored",
     "contact": "energy stored where trolleys touch their lines",
     "hydrostatic": "energy of hulls that heave, roll or pitch",
+    "control": "what holds ships at their places, as if it were stored",
 }
 
 

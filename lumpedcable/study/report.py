@@ -30,7 +30,6 @@ HEADS = {
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
 MOST_ROWS = 60  # of the table; the file holds them all
-MOST_AXES = 4  # beside the names of cases
 MOST_FAILURES = 10  # told one by one
 WIDE = 200  # columns where no terminal says how many there are
 
@@ -115,7 +114,7 @@ def _table(
     column("run")
     if study.runs.named:
         column("case", justify="left")
-    for axis in _shown(study):
+    for axis in _axes(study):
         column(axis.label.replace(" ", "\n"))
     if len(ends) > 1:
         column("end", justify="left")
@@ -138,9 +137,14 @@ def _table(
     return table
 
 
-def _shown(study: Study) -> Sequence[Axis]:
-    """The axes that get a column: where cases have names that say it, many axes get none."""
-    return () if study.runs.named and len(study.axes) > MOST_AXES else study.axes
+def _axes(study: Study) -> Sequence[Axis]:
+    """The swept numbers that tell runs apart: none where names do."""
+    count = len(study.runs)
+    if study.runs.named and count <= MOST_ROWS:
+        names = [study.runs.name(run) for run in range(count)]
+        if "" not in names and len(set(names)) == count:
+            return ()
+    return study.axes
 
 
 def _told(study: Study, quantity: str) -> list[str]:
@@ -155,7 +159,7 @@ def _row(
     cells = [str(outcome.run)]
     if study.runs.named:
         cells.append(study.runs.name(outcome.run))
-    cells += [format_quantity(values[axis.key], axis.unit) for axis in _shown(study)]
+    cells += [format_quantity(values[axis.key], axis.unit) for axis in _axes(study)]
     if len(ends) > 1:
         cells.append(end)
     numbers = outcome.recoils.get(end, {})

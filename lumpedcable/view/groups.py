@@ -89,7 +89,8 @@ def _group(result: ResultFile, runs: list[int], tag: str) -> Group:
 
 
 def _title(result: ResultFile, axes: list[Axis], run: int) -> str:
-    name = ", ".join(axis.text(run, _DIGITS) for axis in axes)
+    cases = result.cases
+    name = cases[run] if cases else ", ".join(axis.text(run, _DIGITS) for axis in axes)
     if not name and result.runs > 1:
         name = f"run {run}"
     status = result.status[run]

@@ -1,4 +1,4 @@
-"""Figures of the numbers that a scene asks for, against time."""
+"""Figures of the numbers that a scene asks for: against time, and one bar a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
 
-__all__ = ["measure_figure"]
+__all__ = ["MOST_BARS", "bars_figure", "measure_figure"]
+
+MOST_BARS = 40  # runs in one figure
 
 
 def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
@@ -41,4 +43,30 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     text, unit = attributes.get("long_name", name), attributes.get("units", "1")
     style.label_outer([ax], style.with_unit("time", time_unit), style.with_unit(str(text), unit))
     style.foot(figure, group.note, entries)
+    return figure
+
+
+def bars_figure(result: ResultFile, name: str) -> Figure:
+    """What a measure comes down to in each run, as bars, and its limit."""
+    told = result.summary_attributes("run", name)
+    values = result.summary()["run"][name]
+    heading = "\n".join(filter(None, [str(result.attributes.get("title", "")), name]))
+    figure, (ax,) = style.panel_figure([""], heading, height=3.0)
+    places = np.arange(result.runs)
+    labels = result.cases or [result.label(run) or f"run {run}" for run in range(result.runs)]
+    ax.bar(places, values, color=style.COLOURS[0], width=0.7)
+    ax.grid(False, axis="x")
+    ax.set_xticks(places, labels, rotation=90 if max(map(len, labels)) > 3 else 0)
+    drawn, entries = [values, np.zeros(1)], []
+    limit = told.get("limit")
+    if limit is not None:
+        ax.axhline(float(limit), color=style.NEUTRAL, linewidth=0.8)
+        entries.append(Line2D([], [], label="limit", color=style.NEUTRAL, linewidth=0.8))
+        drawn.append(np.asarray([float(limit)]))
+    ax.set_ylim(style.limits(np.concatenate(drawn)))
+    words, unit = str(told.get("long_name", name)), str(told.get("units", "1"))
+    ax.set_ylabel(style.wrapped(style.with_unit(words, unit), 2.0))
+    failed = sum(word != "ok" for word in result.status)
+    note = f"{failed} of {result.runs} runs went wrong; what they came to before counts."
+    style.foot(figure, note if failed else "", entries)
     return figure

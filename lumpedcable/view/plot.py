@@ -16,7 +16,7 @@ from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, shape_figure
 from lumpedcable.view.groups import Group, file_tag, groups
 from lumpedcable.view.maps import map_figures
-from lumpedcable.view.measures import measure_figure
+from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
 from lumpedcable.view.recoil import (
     end_speed_figure,
     tension_figure,
@@ -66,7 +66,7 @@ def plot_result(
             raise OutputError(
                 f"cannot make the folder {folder}: {os.strerror(error.errno or 0)}"
             ) from error
-        for name, draw in map_figures(result):
+        for name, draw in _whole_figures(result):
             made += style.save(draw, folder / name, formats)
         for group in groups(result) if _has_histories(result) else ():
             for name, draw in _figures(result, group):
@@ -85,7 +85,7 @@ def figures_of(path: str | Path) -> dict[str, Figure]:
     """
     made: dict[str, Figure] = {}
     with open_result(path) as result, style.styled():
-        for name, draw in map_figures(result):
+        for name, draw in _whole_figures(result):
             made[name] = draw()
         for group in groups(result) if _has_histories(result) else ():
             for name, draw in _figures(result, group):
@@ -93,6 +93,13 @@ def figures_of(path: str | Path) -> dict[str, Figure]:
     if not made:
         raise ResultError(f"{path} holds neither histories nor a sweep to draw")
     return made
+
+
+def _whole_figures(result: ResultFile) -> Iterator[tuple[str, Draw]]:
+    """Names and makers of the figures that show all runs at once."""
+    yield from map_figures(result)
+    for name in result.measures() if 1 < result.runs <= MOST_BARS else ():
+        yield f"bars_{file_tag(name)}", partial(bars_figure, result, name)
 
 
 def _has_histories(result: ResultFile) -> bool:

@@ -33,6 +33,8 @@ ON = 'on = { line = "highline", place = "1 m", speed = "1 m/s", stop = "2 m" }'
          'expected more than 9.81 kN, half the weight of "cargo"'),
         ([('level = "11 m"', 'level = "17 m"')], "measures.h_d.level",
          "expected a deck below receiver.post, which is at 16.2 m, found 17 m"),
+        ([('level = "11 m"\nnear = "receiver.post"\nwithin = "15 m"', 'level = "16.5 m"')],
+         "measures.h_d.level", "expected a deck below receiver.post, which is at 16.2 m"),
         ([('stop = "2 m"', 'stop = "59 m"')], "bodies.cargo.on.stop", "expected room to haul it"),
         ([('line = "highline"', 'line = "highlin"')], "bodies.cargo.on.line",
          'did you mean "highline"'),

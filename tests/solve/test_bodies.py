@@ -199,6 +199,51 @@ def test_a_box_floats_and_heaves_and_pitches_in_its_own_time(tmp_path):
     assert np.max(heave[len(heave) // 2 :]) == pytest.approx(lift, rel=0.01)
 
 
+def decay(time, start, mass, damping, stiffness, push=0.0):
+    """x of m x'' + c x' + k x = push from x = start at rest, less than critically damped."""
+    rate, rest = damping / (2 * mass), push / stiffness
+    omega = np.sqrt(stiffness / mass - rate**2)
+    swing = np.cos(omega * time) + rate / omega * np.sin(omega * time)
+    return rest + (start - rest) * np.exp(-rate * time) * swing
+
+
+@pytest.mark.slow
+def test_a_free_ship_in_six_freedoms_decays_as_six_oscillators_do(tmp_path):
+    # small motions about the upright ship hardly couple: each freedom is a spring, a damper, a push
+    text = SHIP.replace("attitude = [0, {pitch}, 0]", "attitude = [0.002, {pitch}, 0.001]")
+    text = (
+        "dimensions = 3\n"
+        + text.format(z=1.2 - DRAUGHT + 0.1, pitch=0.001)
+        + """
+[bodies.ship.control]
+force = ["3 kN", "3 kN", 0]
+moment = [0, 0, "30 kN m"]
+stiffness = ["200 kN/m", "300 kN/m", 0]
+damping = ["100 kN s/m", "60 kN s/m", "80 kN s/m"]
+turn_stiffness = [0, 0, "50 MN m/rad"]
+turn_damping = ["0.5 MN m s/rad", "10 MN m s/rad", "20 MN m s/rad"]
+"""
+    )
+    ran = run_text(tmp_path, text, "solver.step=10 ms")
+    assert ran.statuses == ["OK"]
+    mass, t = 500e3, ran.time
+    turned = mass / 12 * np.array([10**2 + 5**2, 50**2 + 5**2, 50**2 + 10**2])
+    metacentres = [DRAUGHT / 2 + side**2 / (12 * DRAUGHT) - 1.2 for side in (10, 50)]
+    place, angle = (ran.bodies["ship"][k][0] for k in ("position", "attitude"))
+    place[:, 2] -= 1.2 - DRAUGHT
+    exact = [
+        (place[:, 0], decay(t, 0, mass, 100e3, 200e3, 3e3)),
+        (place[:, 1], decay(t, 0, mass, 60e3, 300e3, 3e3)),
+        (place[:, 2], decay(t, 0.1, mass, 80e3, mass * G / DRAUGHT)),
+        (angle[:, 0], decay(t, 0.002, turned[0], 0.5e6, mass * G * metacentres[0])),
+        (angle[:, 1], decay(t, 0.001, turned[1], 10e6, mass * G * metacentres[1])),
+        (angle[:, 2] - 0.001, decay(t, 0, turned[2], 20e6, 50e6, 3e4)),
+    ]
+    for found, wanted in exact:
+        assert np.max(np.abs(found - wanted)) < 1e-2 * np.ptp(wanted)
+    assert ran.outcomes[0].energy_closure < 1e-3
+
+
 @pytest.mark.parametrize(
     ("old", "new", "key", "words"),
     [

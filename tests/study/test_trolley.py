@@ -17,8 +17,8 @@ from lumpedcable.scene import load_study
 from lumpedcable.study.run import run_study
 
 # Gao et al. 2022, section 2.1: 5 m, 28 mm of steel wire, 1000 kg, 40 kN, 50 elements. One scene for all
-# runs, so that one program serves them: `fix` is a post that may move, `slow` a speed that may be next
-# to nothing.
+# runs, so that one program serves them: `fix` is a post that may move, the speed may be next to nothing,
+# the wheel next to rigid.
 SPAN = """
 gravity = 9.81
 
@@ -34,7 +34,12 @@ points = { post = [0, 0, 0] }
 [bodies.cargo]
 mass = "1 t"
 height = 0
-on = { line = "highline", place = 2.5, speed = 1e-9, stop = 0.4, friction = { coefficient = 0.02 } }
+on.line = "highline"
+on.place = 2.5
+on.speed = 1e-9
+on.stop = 0.4
+on.friction = { coefficient = 0.02 }
+on.contact = { stiffness = 1e13, damping = "2 kN s/m", depth = 1e-6 }
 
 [lines.highline]
 material = "steel"
@@ -94,8 +99,8 @@ def test_the_spline_is_exact_where_it_must_be():
     assert float(touch.foot) == pytest.approx(5.37, abs=1e-4)
 
 
-@pytest.mark.parametrize("place", [2.5, 2.55, 1.0])
-def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place):
+@pytest.mark.parametrize(("place", "depth"), [(2.5, 5e-3), (2.55, 1e-6), (1.0, 1e-6)])
+def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place, depth):
     # two inextensible arcs of a catenary that meet under a sheave, w per stretched length; H and the
     # slope at the start from the height of the far post and the tension that the winch keeps there
     T, w = 40e3, 3.0 * 9.81 / (1 + 40e3 / 57.1e6)
@@ -115,11 +120,13 @@ def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place):
     guess = (np.cos(np.arctan(ideal / place)), np.arcsinh(ideal / place))
     found = fsolve(lambda x: shape(x)[1:], guess, xtol=1e-10)
     assert np.max(np.abs(shape(found)[1:])) < 1e-9
-    scene = scene_of(tmp_path, SPAN.replace("height = 0\n", ""), f"cargo.on.place={place}")
+    sets = (f"cargo.on.place={place}", f"contact.stiffness={9810 / depth**1.5}")
+    scene = scene_of(tmp_path, SPAN.replace("height = 0\n", ""), *sets)
     rest, _ = equilibrium_of(scene)
     assert bool(rest.converged)
-    # 0.05 mm: what the contact and 50 segments owe on a sag of 0.2 to 0.31 m
-    height = float(rest.model.bodies["cargo"].reference[1])
+    # 0.05 mm: what the contact and 50 segments owe on a sag of 0.2 to 0.31 m; the wheel sinks in by
+    # (F / k)^(1/m)
+    height = float(rest.model.bodies["cargo"].reference[1]) + depth
     assert height == pytest.approx(shape(found)[0], abs=1e-4)
 
 
@@ -134,9 +141,12 @@ def test_whole_and_ideal_cable_agree(folder):
     assert np.min(run.place[:, 2]) < IDEAL.lowest(0.0)
 
 
-def test_a_running_trolley_does_not_feel_the_nodes(folder):
-    rest = IdealHighline(5.0, 40e3, 1000.0, 9.81, place=0.8).height()
+@pytest.mark.parametrize("depth", [1e-6, 2e-3])
+def test_a_running_trolley_does_not_feel_the_nodes(folder, depth):
+    # by Gao et al. 2022, eq. 10, the wheel sinks in by `depth` under the weight
+    rest = IdealHighline(5.0, 40e3, 1000.0, 9.81, place=0.8).height() - depth
     run = ran(folder, "cargo.on.place=0.8", "cargo.on.speed=1", f"cargo.height={rest}",
+              f"contact.stiffness={9810 / depth**1.5}", f"contact.depth={depth}",
               "output.duration=2")  # fmt: skip
     assert run.outcome.status.name == "OK"
     np.testing.assert_allclose(run.place[:, 0], 0.8 + run.time, atol=1e-9)
@@ -184,3 +194,37 @@ def test_a_winch_keeps_its_tension_while_its_post_moves(folder):
     np.testing.assert_allclose(slope[1:-1], run.speed[1:-1], atol=0.01)
     # the work of post and winch and what friction takes close the account
     assert run.outcome.energy_closure < 1e-5
+
+
+@pytest.mark.slow
+def test_a_whole_transfer_is_continuous_and_its_energy_closes(tmp_path):
+    # from post to post in class 4 at 60 m and 80 kN (Gao et al. 2022), with the whole cable
+    transfer = Path(__file__).parents[2] / "configs" / "highline" / "transfer.toml"
+    sets = [
+        "lines.highline.model=lumped", "lines.highline.segments=30", "solver.method=leapfrog",
+        "receiver.position.1=60", "winch.tension=80 kN", "cargo.on.place=3", "cargo.on.stop=3",
+        "output.duration=55", "output.keep=fields",
+        "bodies.supply.motion.heave.amplitude=1.13", "bodies.supply.motion.roll.amplitude=1.268 deg",
+        "bodies.receiver.motion.heave.amplitude=1.12",
+        "bodies.receiver.motion.roll.amplitude=2.138 deg",
+    ]  # fmt: skip
+    # from rest: what starts at once rings along the cable, which nothing damps
+    sets += [f"bodies.{ship}.motion.ramp=5 s" for ship in ("supply", "receiver")]
+    study = load_study(transfer, sets)
+    (outcome,) = run_study(study, tmp_path / "transfer.h5")
+    assert outcome.status.name == "OK"
+    with open_result(tmp_path / "transfer.h5") as found:
+        line, time = found.line("highline"), found.time
+        payout, speed = (line.field(f)[0] for f in ("payout", "payout_speed"))
+        ends = [line.field(f"{side}_tension")[0] for side in ("start", "end")]
+        height = found.body("cargo", "position", 0)[:, 2]
+    # winch, posts, hauling and contact close the account over the way of the cargo, to 0.01 %
+    assert outcome.energy_closure < 1e-4
+    # the cable's length follows its own speed, without a jump: 10 samples a second of posts that move
+    # with a period of 9.4 s, of waves that run along it in 14 ms
+    assert np.max(np.abs(np.diff(payout))) < 0.1 * np.max(np.abs(speed)) * 1.05
+    assert np.max(np.abs(speed)) < 0.5
+    climb = np.max(np.abs(np.diff(height))) / (time[1] - time[0])
+    assert climb < 1.05 * outcome.measures["v_z"]
+    for tension in ends:  # what 180 kg of cable weigh and what the winch's own inertia makes
+        assert np.max(np.abs(tension - 80e3)) < 0.01 * 80e3

@@ -11,7 +11,7 @@ from lumpedcable.scene.environment import Fluid
 from lumpedcable.scene.lines import FixedEnd, JoinedEnd, Line
 from lumpedcable.scene.part import Problem
 
-__all__ = ["reach_problems"]
+__all__ = ["rod_problems"]
 
 SLACK = 1e-3  # share of its length that an inextensible line may seem short of, by rounded numbers
 Lines = Mapping[str, Line | None]
@@ -19,7 +19,7 @@ Side = tuple[str, str]
 OTHER = {"start": "end", "end": "start"}
 
 
-def reach_problems(
+def rod_problems(
     lines: Lines, bodies: Mapping[str, Any], materials: Mapping[str, Any], fluid: Fluid | None
 ) -> Iterator[Problem]:
     """Yield paths of inextensible lines that do not reach, and bodies on the bed that would float."""

@@ -1,0 +1,152 @@
+"""Winches that keep the tension of lines: ideal ones, and drives with a control law and a top speed."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.bodies import AbstractBody
+from lumpedcable.physics.body import BedFriction
+
+__all__ = ["Control", "Sheave", "Winch"]
+
+
+class Control(eqx.Module):
+    """A PI law on tension: the drive adds K e + (K / Ti) I to the pull of the line, with I' = e.
+
+    e = T - T_set (N) is what the line is too taut by, `gain` K (-) and `rate` K / Ti (1/s), None without
+    an integral. At its top speed, while e asks for more, the drive does not integrate (anti-windup by
+    clamping; K. J. Astrom & T. Hagglund, Advanced PID Control, 2006, section 3.5).
+    """
+
+    gain: Float[Array, ""]
+    rate: Float[Array, ""] | None = None
+
+
+class Sheave(eqx.Module):
+    """A fixed sheave at the post, over which the line slides on its way to the drum.
+
+    The line beyond it carries T exp(s mu theta) of the drum's tension T, s = tanh(v / v0) with the
+    speed v at which it is paid out (Euler's formula for a belt), to the order of the strain. `grip` is
+    mu theta (-), `fade` v0 (m/s).
+    """
+
+    grip: Float[Array, ""]
+    fade: Float[Array, ""]
+
+
+class Winch(AbstractBody):
+    """The winch at an end of a line: q = (L), the length (m) that is paid out.
+
+    All segments of the line are L / n long, so that what is paid out is spread over the line at once.
+    The mass that belongs to it is that of the line as it is drawn out, m L0 / 3, and that of the drum,
+    J / r^2 (kg). `pull` (N) is what L costs per metre: (1 + e) T - U(e) at the strain e of the tension
+    T that the winch keeps, U the strain energy per metre, since what is hauled in is stretched;
+    `stretch` is 1 + e. |dL/dt| stays below `speed` (m/s), None where it has no bound.
+
+    With a `control` that integrates there is a second coordinate, whose rate is the integral I (N s):
+    it has the mass 1 and no energy.
+    """
+
+    reference: Float[Array, " m"]
+    kilograms: Float[Array, ""]
+    pull: Float[Array, ""]
+    tension: Float[Array, ""]
+    stretch: Float[Array, ""]
+    damping: Float[Array, ""] | None = None
+    speed: Float[Array, ""] | None = None
+    control: Control | None = None
+    sheave: Sheave | None = None
+    line: str = eqx.field(static=True, default="")
+    node: int = eqx.field(static=True, default=-1)
+    start_velocity: Float[Array, " m"] | None = None
+    free: Float[Array, " m"] | None = None
+    friction: BedFriction | None = None
+
+    @property
+    def driven(self) -> bool:
+        """Whether its drive does more than keep one force."""
+        return self.control is not None or self.speed is not None
+
+    def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
+        """m L0 / 3 + J / r^2 (kg), and 1 of the integral."""
+        return jnp.diag(jnp.ones_like(q).at[0].set(self.kilograms))
+
+    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
+        """That of drum and line (J)."""
+        return 0.5 * self.kilograms * v[0] ** 2
+
+    def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
+        """The point itself: a winch is no place."""
+        return point
+
+    def shift(self, u: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
+        """Nothing."""
+        return jnp.zeros_like(point)
+
+    def stored(self, q: Float[Array, " m"]) -> dict[str, Float[Array, ""]]:
+        """pull L (J)."""
+        return {"winch": self.pull * q[0]}
+
+    def resisting(
+        self, q: Float[Array, " m"], v: Float[Array, " m"]
+    ) -> dict[str, Float[Array, " m"]]:
+        """-c dL/dt, the friction of the sheave, and the integral's part of the drive (N)."""
+        found, none = {}, jnp.zeros_like(q)
+        if self.damping is not None:
+            found["winch"] = none.at[0].set(-self.damping * v[0])
+        if self.sheave is not None:
+            grip = self.sheave.grip * jnp.tanh(v[0] / self.sheave.fade)
+            rub = self.stretch * self.tension * jnp.expm1(grip)
+            found["friction"] = none.at[0].set(-rub)
+        if self.control is not None and self.control.rate is not None:
+            found["control"] = none.at[0].set(self.control.rate * v[1])
+        return found
+
+    def works(self) -> tuple[str, ...]:
+        """Of its damping, its sheave and its drive."""
+        present = {
+            "winch": self.damping is not None,
+            "friction": self.sheave is not None,
+            "control": self.driven,
+        }
+        return tuple(kind for kind in present if present[kind])
+
+    def answer(
+        self, drawn: Float[Array, ""], velocity: Float[Array, " m"] | None
+    ) -> Float[Array, " m"]:
+        """Generalised force (N, and N of the integral) where the line pulls with `drawn` (N).
+
+        `velocity` are the rates of q, None at rest.
+        """
+        force = jnp.zeros_like(self.reference).at[0].set(drawn)
+        if self.control is None:
+            return force
+        error = (drawn - self.pull) / self.stretch
+        force = force.at[0].add(self.control.gain * error)
+        if self.control.rate is None:
+            return force
+        if self.speed is not None and velocity is not None:
+            full = jnp.abs(velocity[0]) >= self.speed * (1.0 - 1e-9)
+            error = jnp.where(full & (error * velocity[0] > 0.0), 0.0, error)
+        return force.at[1].set(error)
+
+    def limited(
+        self, v: Float[Array, " m"], gain: Float[Array, " m"], dt: Float[Array, ""] | None
+    ) -> Float[Array, " m"]:
+        """The gain (m/s2) that keeps dL/dt within its bound, over a kick of dt (s) or at the moment."""
+        if self.speed is None:
+            return gain
+        top = self.speed.astype(v.dtype)
+        if dt is None:
+            outwards = (jnp.abs(v[0]) >= top) & (gain[0] * v[0] > 0.0)
+            return gain.at[0].set(jnp.where(outwards, 0.0, gain[0]))
+        after = jnp.clip(v[0] + dt * gain[0], -top, top)
+        return gain.at[0].set((after - v[0]) / dt)
+
+    def taken(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], gain: Float[Array, " m"], drawn
+    ) -> Float[Array, ""]:
+        """Power (W) that the drive takes beyond its set tension: what the other forces leave over."""
+        own = self.resisting(q, v)
+        others = sum((own[kind][0] for kind in own if kind != "control"), drawn - self.pull)
+        return -(self.kilograms * gain[0] - others) * v[0]

@@ -1,0 +1,182 @@
+"""Winches with a drum, a control law and a top speed, against ODEs of their own equations."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from lumpedcable.results import open_result
+from lumpedcable.scene import SceneError, load_study
+from lumpedcable.study.run import run_study
+
+# A light wire between a fixed end and a post that is shaken. Without weight and with next to no mass
+# it is a spring, so that the winch obeys three equations of first order.
+EA, SPAN, MASS, SET = 1e6, 10.0, 0.02, 20e3
+INERTIA, DAMPING, GAIN, TIME, TOP = 40.0, 800.0, 4.0, 0.2, 50.0
+AMPLITUDE, PERIOD = 0.05, 1.5
+WINCH = f"""
+dimensions = 2
+[materials.wire]
+law = "linear"
+EA = {EA}
+
+[bodies.ship]
+position = [{SPAN}, 0, 0]
+motion.surge = {{ amplitude = {AMPLITUDE}, period = {PERIOD} }}
+points = {{ post = [0, 0, 0] }}
+
+[lines.line]
+material = "wire"
+length = {SPAN}
+segments = 4
+mass = {MASS}
+start = {{ fixed = [0, 0, 0] }}
+[lines.line.end.winch]
+at = "ship.post"
+tension = {SET}
+inertia = {INERTIA}
+damping = {DAMPING}
+speed = {TOP}
+control = {{ gain = {GAIN}, integral_time = {TIME} }}
+
+[output]
+duration = "1.2 s"
+every = "5 ms"
+"""
+
+
+class Ran:
+    """One run of the scene, read back."""
+
+    def __init__(self, folder: Path, text: str, *overrides: str):
+        (folder / "winch.toml").write_text(text)
+        study = load_study(folder / "winch.toml", list(overrides))
+        (self.outcome,) = run_study(study, folder / "winch.h5")
+        with open_result(folder / "winch.h5") as found:
+            self.time = found.time
+            line = found.line("line")
+            self.payout, self.speed = (line.field(f)[0] for f in ("payout", "payout_speed"))
+            self.end = line.field("end_tension")[0]
+            self.tension = line.tension(0)
+
+
+@cache
+def ran(folder: Path, *overrides: str) -> Ran:
+    return Ran(folder, WINCH, *overrides)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("winch")
+
+
+def post(t, amplitude=AMPLITUDE):
+    return SPAN + amplitude * np.sin(2 * np.pi * t / PERIOD)
+
+
+def pull(length, span):
+    """What the length costs per metre (N): (1 + e) T - EA e^2 / 2."""
+    e = span / length - 1.0
+    return (1.0 + e) * EA * e - 0.5 * EA * e**2
+
+
+def exactly(time, gain=GAIN, integral=TIME, damping=DAMPING, inertia=INERTIA, top=np.inf,
+            amplitude=AMPLITUDE):  # fmt: skip
+    """L, dL/dt and the integral of the error over time, from the equations that the winch owes."""
+    strain = SET / EA
+    kept, mass = pull(1.0, 1.0 + strain), inertia + MASS * SPAN / (1 + strain) / 3.0
+
+    def slope(t, y):
+        error = (pull(y[0], post(t, amplitude)) - kept) / (1.0 + strain)
+        force = error * (1.0 + strain) + gain * error + gain / integral * y[2] - damping * y[1]
+        grow = force / mass
+        full = abs(y[1]) >= top
+        if full and grow * y[1] > 0.0:
+            grow = 0.0
+        return [y[1], grow, 0.0 if full and error * y[1] > 0.0 else error]
+
+    start = [SPAN / (1.0 + strain), 0.0, 0.0]
+    step = np.inf if np.isinf(top) else 2e-4
+    return solve_ivp(slope, (0, time[-1]), start, "RK45" if np.isfinite(top) else "DOP853", time,
+                     rtol=1e-9, atol=1e-11, max_step=step).y  # fmt: skip
+
+
+def test_a_shaken_winch_obeys_its_control_law(folder):
+    run = ran(folder)
+    assert run.outcome.status.name == "OK"
+    length, speed, _ = exactly(run.time)
+    # the line's waves and its 0.2 kg on 40 kg are all that the ODE leaves out
+    assert run.payout == pytest.approx(length, abs=2e-3 * np.ptp(length))
+    assert run.speed == pytest.approx(speed, abs=5e-3 * np.ptp(speed))
+    # the account knows what the drive takes; the abrupt start of the post is what is left
+    assert run.outcome.energy_closure < 1e-3
+
+
+def test_the_integral_takes_away_what_damping_leaves(folder):
+    # a long swing of the post is a steady pull at v = 0.2 m/s: without an integral the drive lets
+    # c v / (1 + K) of the tension go wrong, with one nothing
+    slow = (
+        "surge.amplitude=20",
+        "surge.period=628.3185307179587 s",
+        "output.duration=3",
+        "surge.phase=0",
+    )
+    v = 20 * 0.01
+    kept = 1.0 + SET / EA
+    often = ran(folder, *slow, "integral_time=1e6")
+    error = (often.tension[-1].mean() - SET) * kept
+    assert error == pytest.approx(DAMPING * v / kept / (1 + GAIN / kept), rel=2e-2)
+    never = ran(folder, *slow)
+    assert abs(never.tension[-1].mean() - SET) < 0.02 * (often.tension[-1].mean() - SET)
+
+
+def test_the_ideal_winch_is_the_limit_of_large_gains(folder):
+    # the tension goes wrong by M L'' / (1 + K), twice that where it rings
+    smooth = ("surge.phase=90 deg", "damping=0", "integral_time=1e6")
+    worst = []
+    for gain in (10, 40, 160):
+        run = ran(folder, *smooth, f"control.gain={gain}")
+        late = run.time > 0.4
+        acceleration = AMPLITUDE * (2 * np.pi / PERIOD) ** 2
+        worst.append(np.max(np.abs(run.tension[late] - SET)))
+        assert worst[-1] < 2.2 * INERTIA * acceleration / (1 + gain)
+    assert worst[1] < 0.35 * worst[0]
+    assert worst[2] < 0.35 * worst[1]
+
+
+def test_a_top_speed_holds_and_does_not_wind_up(folder):
+    run = ran(folder, "winch.speed=0.15")
+    assert run.outcome.status.name == "OK"
+    assert np.max(np.abs(run.speed)) == pytest.approx(0.15, rel=1e-9)
+    length = exactly(run.time, top=0.15)[0]
+    assert run.payout == pytest.approx(length, abs=5e-3 * np.ptp(length))
+    # with the integral running on at the top speed it would come back late
+    assert run.outcome.energy_closure < 1e-3
+
+
+def test_a_sheave_grips_both_ways(tmp_path):
+    text = WINCH.replace(f"control = {{ gain = {GAIN}, integral_time = {TIME} }}",
+                         'sheave = { friction = 0.1, wrap = "90 deg", speed = 0.002 }')  # fmt: skip
+    text = text.replace(f"damping = {DAMPING}\nspeed = {TOP}\n", "")
+    run = Ran(tmp_path, text, "surge.period=6 s", "output.duration=5")
+    assert run.outcome.status.name == "OK"
+    grip = np.exp(0.1 * np.pi / 2)
+    out, back = (run.time > 0.8) & (run.time < 1.2), (run.time > 3.4) & (run.time < 4.2)
+    # the line stretches and slackens by 5 cm before it slides
+    # Euler: the line beyond the sheave carries exp(mu theta) of the drum's tension as it is pulled out,
+    # and as much less on the way back; the drum's 40 kg and the strain of 2 % are the rest
+    assert run.tension[out].mean() == pytest.approx(SET * grip, rel=5e-3)
+    assert run.tension[back].mean() == pytest.approx(SET / grip, rel=5e-3)
+    assert run.outcome.energy_closure < 1e-3
+
+
+def test_a_real_winch_needs_a_real_cable(tmp_path):
+    text = WINCH.replace('material = "wire"', 'model = "ideal"\nmaterial = "wire"', 1)
+    (tmp_path / "ideal.toml").write_text(text)
+    with pytest.raises(SceneError) as caught:
+        load_study(tmp_path / "ideal.toml")
+    found = {fault.key: fault.message for fault in caught.value.faults}
+    assert 'expected model = "lumped"' in found["lines.line.end.winch.control"]
+    assert 'expected model = "lumped"' in found["lines.line.end.winch.speed"]
