@@ -1,4 +1,4 @@
-"""Draws the picture of restraint.md: python docs/restraint.py RESULTS.h5, of configs/restraint.toml."""
+"""Draws the pictures of restraint.md: python docs/restraint.py RESULTS.h5, of configs/restraint.toml."""
 
 import sys
 from pathlib import Path
@@ -43,5 +43,30 @@ def draw(path: str) -> None:
     figure.savefig(IMAGES / "restraint.svg", metadata={"Date": None})
 
 
+def draw_joints(path: str) -> None:
+    """The largest tension of every link from the anchor to the ship, cases 1 to 5, as in figure 33."""
+    figure, axes = plt.subplots(figsize=(7.0, 3.6), layout="constrained")
+    labels = ("friction 0.3", "friction 0.5", "friction 0.7", "anchor of 50 t", "anchor of 60 t")
+    with open_result(path) as found:
+        for run, (label, colour) in enumerate(zip(labels, COLOURS, strict=False)):
+            lines = ("chain", "cable", "rod")
+            peaks = [found.line(name).field("peak_tension", run) for name in lines]
+            whole = np.concatenate(peaks) / 1e3
+            axes.plot(np.arange(1, len(whole) + 1), whole, ".-", color=colour, label=label)
+        ends = np.cumsum([len(p) for p in peaks])
+    for end, name in zip(ends[:2], ("chain", "cable"), strict=True):
+        axes.axvline(end + 0.5, color="0.7", linewidth=0.8)
+        axes.annotate(
+            name, (end, 0.02), xycoords=("data", "axes fraction"), ha="right", color="0.4"
+        )
+    axes.set_xlabel("link, from the anchor to the ship (-)")
+    axes.set_ylabel("largest tension (kN)")
+    axes.set_ylim(0.0, None)
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False, fontsize=8, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 0.08))
+    figure.savefig(IMAGES / "restraint_joints.svg", metadata={"Date": None})
+
+
 if __name__ == "__main__":
     draw(sys.argv[1])
+    draw_joints(sys.argv[1])

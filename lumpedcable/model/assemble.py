@@ -138,6 +138,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,
         waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
+        give=1.0 / _number(material.EA) if inextensible and material.EA is not None else None,
         inextensible=inextensible,
     )
 

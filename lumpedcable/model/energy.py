@@ -50,7 +50,7 @@ WORKS = {
 def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
     """The kinds of work that a line has, in the order of `WORKS`; `stepping` only for leapfrog."""
     if line.inextensible:
-        stepping = False
+        stepping = line.give is not None
     present = {
         "ends": True,
         "added_mass": line.added_mass is not None and line.dimensions > 1,
@@ -104,7 +104,7 @@ def powers(
         line = live_line(model, name, displacement, middle)
         e, v = found[name], middle[name]
         if line.inextensible:
-            result[name] = _rod_powers(line, e, v)
+            result[name] = _rod_powers(line, e, v, dt)
             moved = (friction or {}).get(name, jnp.zeros((), v.dtype))
             result[name]["ends"] = result[name]["ends"] + moved
             continue
@@ -142,8 +142,12 @@ def powers(
     return result
 
 
-def _rod_powers(line: Line, e: Evaluation, v) -> dict[str, Array]:
-    """The powers (W) of an inextensible line, one number each."""
+def _rod_powers(line: Line, e: Evaluation, v, dt) -> dict[str, Array]:
+    """The powers (W) of an inextensible line, one number each.
+
+    Rods that give way carry the tension of the length that they come to: the step damps them as a
+    dashpot of dt EA / l would (N s/m).
+    """
     shape = e.line.shape
     pulled = [(n, f) for n, f in zip((0, -1), e.ends, strict=True) if f is not None]
     power = {"ends": sum((jnp.dot(f, v[:, n]) for n, f in pulled), jnp.zeros((), v.dtype))}
@@ -159,6 +163,9 @@ def _rod_powers(line: Line, e: Evaluation, v) -> dict[str, Array]:
     for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
         kind = resistance.work_name
         power[kind] = power.get(kind, 0.0) - jnp.sum(force * v)
+    if line.give is not None:
+        rate = dot(v[:, 1:] - v[:, :-1], shape.tangent)
+        power["stepping"] = dt * jnp.sum(rate**2 / line.kept) / line.give
     return power
 
 

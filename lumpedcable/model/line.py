@@ -73,7 +73,8 @@ class Line(eqx.Module):
     length (kg/m). What the line does not have is None and is not in the compiled program.
 
     An `inextensible` line has a stiff `law` at rest; once it moves, each segment keeps the length
-    that it has in the reference, and is a rod (`model.rods`).
+    that it has in the reference, and is a rod (`model.rods`), or with `give` (1/N, 1/EA) the length
+    l (1 + T give).
     """
 
     law: AbstractTensionLaw
@@ -92,6 +93,7 @@ class Line(eqx.Module):
     current: AbstractCurrent | None = None
     waves: ReleaseWaves | None = None
     growth: Float[Array, ""] | None = None
+    give: Float[Array, ""] | None = None
     inextensible: bool = eqx.field(static=True, default=False)
 
     @property
@@ -103,6 +105,14 @@ class Line(eqx.Module):
     def segments(self) -> int:
         """Number of segments n."""
         return self.reference.shape[1] - 1
+
+    @property
+    def kept(self) -> Float[Array, " n"]:
+        """The lengths (m) of an inextensible line's segments when they carry nothing."""
+        length = self.segment_length * (1.0 + self.reference_strain)
+        if self.give is None:
+            return length
+        return length / (1.0 + self.give * self.law.tension(self.reference_strain))
 
     @property
     def tension_only(self) -> bool:
@@ -182,7 +192,9 @@ class Line(eqx.Module):
     def stored_energy(self, shape: Shape) -> Float[Array, ""]:
         """Strain energy of the line (J)."""
         if self.inextensible:
-            return jnp.zeros((), shape.strain.dtype)
+            if self.give is None:
+                return jnp.zeros((), shape.strain.dtype)
+            return 0.5 * jnp.sum((shape.length - self.kept) ** 2 / self.kept) / self.give
         return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
 
 

@@ -34,7 +34,7 @@ class Spread(NamedTuple):
     """What rods of a line or a path weigh and resist with, whole rods each, (n,).
 
     Unstretched lengths (m), masses along and across with added mass (kg), drag factors along and
-    across (N s2/m2), zero without drag.
+    across (N s2/m2), zero without drag; by how much a rod lengthens under a force (m/N).
     """
 
     length: Float[Array, " n"]
@@ -42,6 +42,7 @@ class Spread(NamedTuple):
     across: Float[Array, " n"]
     tangential: Float[Array, " n"]
     normal: Float[Array, " n"]
+    give: Float[Array, " n"]
 
 
 def spread_of(line: Line) -> Spread:
@@ -56,8 +57,9 @@ def spread_of(line: Line) -> Spread:
     none = jnp.zeros_like(length)
     tangential = none if line.drag is None else line.drag.tangential * length
     normal = none if line.drag is None else line.drag.normal * length
-    kept = length * (1.0 + line.reference_strain)  # the length that it has at rest
-    return Spread(kept, along, across, tangential, normal)
+    kept = jnp.broadcast_to(line.kept, (line.segments,))
+    give = none if line.give is None else line.give * kept
+    return Spread(kept, along, across, tangential, normal, give)
 
 
 def path_spread(path: Path, lines: dict[str, Line]) -> Spread:

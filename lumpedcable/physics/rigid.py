@@ -48,14 +48,11 @@ def rigid_mass(
     d = translation.shape[0]
     turn = rotation(q[d:])
     size = q.shape[0]
-    mass = jnp.zeros((size, size), q.dtype)
-    mass = mass.at[:d, :d].set((turn * translation) @ turn.T)
-    if inertia.shape[0] == 1:
-        return mass.at[2, 2].set(inertia[0])
-    if inertia.shape[0] == 3:
-        turning = spin(q[3:])
-        mass = mass.at[3:, 3:].set(turning.T @ (inertia[:, None] * turning))
-    return mass
+    mass = jnp.pad((turn * translation) @ turn.T, (0, size - d))
+    if inertia.shape[0] == 0:
+        return mass
+    turning = spin(q[3:]) if inertia.shape[0] == 3 else jnp.eye(1, dtype=q.dtype)
+    return mass + jnp.pad(turning.T @ (inertia[:, None] * turning), (d, 0))
 
 
 def spin(angles: Float[Array, " 3"]) -> Float[Array, "3 3"]:

@@ -32,6 +32,7 @@ from lumpedcable.scene.moved import MovedBody, SeaBody
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
+from lumpedcable.scene.rod_checks import rod_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
@@ -116,6 +117,8 @@ def problems(draft: Draft) -> Iterator[Problem]:
     yield from stepping_problems(
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )
+    fluid = draft.others.get(draft.fluid) if draft.fluid is not None else None
+    yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     yield from _seabed(draft)
     yield from _events(draft)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)

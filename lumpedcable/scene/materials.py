@@ -180,7 +180,9 @@ class InextensibleMaterial(_Law):
     """Segments that keep their length: rods, whose tension follows from the motion."""
 
     law: Literal["inextensible"]
-    """No stretch."""
+    """No stretch, or next to none."""
+    EA: PositiveForce | None = None
+    """Axial stiffness in N, by which rods give way all the same, at any step. Absent: they do not."""
 
     def curve(self, strain: np.ndarray) -> np.ndarray:
         """Return the strain itself: any law that rises."""

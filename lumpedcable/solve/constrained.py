@@ -23,26 +23,43 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.model.attached import body_gain, follow_rate
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.couple import Found
-from lumpedcable.model.ends import Driven
 from lumpedcable.model.energy import powers
 from lumpedcable.model.model import Model
-from lumpedcable.model.paths import Path, paths_of
+from lumpedcable.model.paths import paths_of
 from lumpedcable.model.rods import to_lines, to_segments
 from lumpedcable.model.state import State
 from lumpedcable.solve.banded import solve_chain
 from lumpedcable.solve.leapfrog import CableTerm
-from lumpedcable.solve.rods import Chain, chain_of, system_of
+from lumpedcable.solve.rods import (
+    Chain,
+    Guess,
+    Push,
+    chain_of,
+    first_guess,
+    hub_gain,
+    pinned_of,
+    system_of,
+)
 
 __all__ = ["Constrained"]
 
-ITERATES = 3
+# from the accelerations of the step before; more where there is no step before
+ITERATES = 2
+FIRST_ITERATES = 6
 
 
 class Grip(NamedTuple):
-    """What friction does to a body in one iterate: whether it slides, and the force (s,) if it does."""
+    """What friction does to a body in one iterate: whether it slides, and the force (m,) if it does."""
 
     sliding: Bool[Array, ""]
-    force: Float[Array, " s"]
+    force: Float[Array, " m"]
+
+
+class Memory(NamedTuple):
+    """What an iterate starts from: accelerations, and the friction of bodies by place."""
+
+    guess: Guess
+    grips: dict[int, Grip]
 
 
 class Constrained(diffrax.AbstractSolver):
@@ -58,17 +75,17 @@ class Constrained(diffrax.AbstractSolver):
     def init(self, terms, t0, t1, y0, args):
         """Velocities and work half a step after the start, from a kick of half a step."""
         t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
-        kicked = kick(args, t0, y0.displacement, y0.velocity, y0.tension, 0.5 * dt, dt)
+        kicked = kick(args, t0, y0.displacement, y0.velocity, None, 0.5 * dt, dt)
         work = _worked(args, t0, y0, y0.displacement, y0.velocity, kicked, 0.5 * dt)
-        return kicked.after, work, dt
+        return kicked.after, work, dt, kicked.memory
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
-        before, work, dt = solver_state
+        before, work, dt, memory = solver_state
         t1 = jnp.asarray(t1)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = args.followed(t1, place)
-        kicked = kick(args, t1, place, before, y0.tension, dt, dt)
+        kicked = kick(args, t1, place, before, memory, dt, dt)
         now = after = work
         if work:
             whole = _worked(args, t1, y0, place, before, kicked, dt)
@@ -76,7 +93,8 @@ class Constrained(diffrax.AbstractSolver):
             after = jax.tree.map(lambda w, p: w + p, work, whole)
         y1 = State(place, kicked.middle, now, y0.reaction, kicked.tension)
         dense = {"y0": y0, "y1": y1}
-        return y1, None, dense, (kicked.after, after, dt), diffrax.RESULTS.successful
+        state = kicked.after, after, dt, kicked.memory
+        return y1, None, dense, state, diffrax.RESULTS.successful
 
     def func(self, terms, t0, y0, args):
         """Rates at an instant: what a solver of diffrax may be asked for; no step uses it."""
@@ -94,6 +112,7 @@ class Kicked(NamedTuple):
     tension: dict[str, Array]
     friction: dict[str, Array]
     found: Found
+    memory: tuple[Memory, ...]
 
 
 def _worked(model: Model, t, y: State, place, before, kicked: Kicked, dt) -> dict:
@@ -106,18 +125,23 @@ def _worked(model: Model, t, y: State, place, before, kicked: Kicked, dt) -> dic
     return {n: {k: dt * power[n][k] for k in kinds} for n, kinds in y.work.items()}
 
 
-def kick(model: Model, t, displacement, before, tension, dt, ahead) -> Kicked:
+def kick(
+    model: Model, t, displacement, before, memory: tuple[Memory, ...] | None, dt, ahead
+) -> Kicked:
     """A kick of length dt (s) centred on t or, at the start, from t on.
 
-    `ahead` (s) is the step of positions that follows, at whose end the rods have their lengths.
+    `ahead` (s) is the step of positions that follows, at whose end the rods have their lengths;
+    `memory` what the kick before found for each path, None where there was none.
     """
     found = model.evaluate(t, displacement, before, {}, None)
-    middle, after, carried, held = {}, {}, {}, {}
+    middle, after, carried, held, kept = {}, {}, {}, {}, []
     walked: set[str] = set()
-    for path in paths_of(model):
-        mine = _kick_path(model, path, t, found, displacement, before, tension, dt, ahead)
+    for k, path in enumerate(paths_of(model)):
+        chain = chain_of(model, path, t, found, displacement, before, dt, ahead)
+        mine = _kick_path(model, chain, None if memory is None else memory[k], dt, ahead)
         middle, after = middle | mine.middle, after | mine.after
         carried, held = carried | mine.tension, held | mine.friction
+        kept.append(mine.memory)
         walked |= set(path.bodies.values())
     for name in set(model.bodies) - walked:
         key = body_key(name)
@@ -126,117 +150,112 @@ def kick(model: Model, t, displacement, before, tension, dt, ahead) -> Kicked:
     if model.bodies:
         middle = follow_rate(model, t, displacement, middle)
         after = follow_rate(model, t, displacement, after, ahead)
-    return Kicked(middle, after, carried, held, found)
+    return Kicked(middle, after, carried, held, found, tuple(kept))
 
 
-def _kick_path(
-    model: Model, path: Path, t, found, displacement, before, tension, dt, ahead
-) -> Kicked:
-    chain = chain_of(model, path, t, found, displacement, before, dt, ahead)
-    grips = {
-        place: _first_grip(model, chain, place)
-        for place, name in path.bodies.items()
-        if model.bodies[name].friction is not None
-    }
-    gain = jnp.zeros_like(chain.before)
-    needed: dict[int, Array] = {}
-    driven = _driven(model, path)
-    used, now, pull = grips, _pins(model, chain, grips, dt), jnp.zeros(path.places - 1)
-    for _ in range(ITERATES):
-        used = grips
-        pushes = {place: jnp.where(g.sliding, g.force, 0.0) for place, g in grips.items()}
-        matrix, right = system_of(model, chain, displacement, gain, pushes, dt, ahead)
-        lower, diagonal, upper = matrix
-        now = _pins(model, chain, grips, dt)
-        held = jnp.concatenate([now[0], jnp.zeros_like(now[0][:, :1])], axis=1)
-        aim = jnp.concatenate([now[1], jnp.zeros_like(now[1][:, :1])], axis=1)
-        eye = jnp.eye(right.shape[1], dtype=right.dtype)
-        x = solve_chain(
-            jnp.where(held[:, :, None], 0.0, lower),
-            jnp.where(held[:, :, None], eye, diagonal),
-            jnp.where(held[:, :, None], 0.0, upper),
-            jnp.where(held, aim, right),
-        )
-        gain, pull = x[:, :-1], x[1:, -1]
-        needed = {place: _needed(chain, place, matrix, right, x) for place in [*grips, *driven]}
-        grips = {
-            place: _next_grip(model, chain, place, needed[place], x[place, :-1], grip, dt)
-            for place, grip in grips.items()
-        }
-    d = chain.tangent.shape[0]
-    # a pinned coordinate ends at its target exactly: what sticks does not creep
-    ends = jnp.where(now[0], chain.before + dt * now[1], chain.before + dt * gain)
-    ends = jnp.where(now[0] & (jnp.abs(ends) < 1e-15), 0.0, ends)
+class Walked(NamedTuple):
+    """What the iterates of a path lead to: see `Kicked`."""
+
+    middle: dict[str, Array]
+    after: dict[str, Array]
+    tension: dict[str, Array]
+    friction: dict[str, Array]
+    memory: Memory
+
+
+class _Iterate(NamedTuple):
+    """An iterate: what the next starts from, what this one used, and the forces (N) that it found.
+
+    `pull` are the tensions of the rods, `needed` the forces on bodies beyond the known ones, `driving`
+    those on places whose motion is given.
+    """
+
+    memory: Memory
+    used: dict[int, Grip]
+    pull: Float[Array, " n"]
+    needed: dict[int, Array]
+    driving: dict[int, Array]
+
+
+def _kick_path(model: Model, chain: Chain, memory: Memory | None, dt, ahead) -> Walked:
+    def iterate(_, last: _Iterate) -> _Iterate:
+        guess, grips = last.memory
+        pushes = {at: _push(model, chain, at, grip) for at, grip in grips.items()}
+        system = system_of(model, chain, guess, pushes, dt, ahead)
+        x = solve_chain(*system.blocks, system.right)
+        found = {at: hub_gain(system, chain, at, pushes.get(at), x, dt) for at in chain.hubs}
+        gains = {at: gain for at, (gain, _) in found.items()}
+        needed = {at: force for at, (_, force) in found.items()}
+        after = {at: _next_grip(chain, at, needed[at], gains[at], g, dt) for at, g in grips.items()}
+        driving = {at: -system.pull(at, x) for at in chain.driven}
+        return _Iterate(Memory(Guess(x[:, :-1], gains), after), grips, x[1:, -1], needed, driving)
+
+    start = _first(model, chain, memory)
+    last = jax.lax.fori_loop(0, FIRST_ITERATES if memory is None else ITERATES, iterate, start)
+    return _walked(model, chain, last, dt)
+
+
+def _first(model: Model, chain: Chain, memory: Memory | None) -> _Iterate:
+    """What the first iterate starts from; a body slides where it moves, against the force of before."""
+    guess = first_guess(chain) if memory is None else memory.guess
+    grips = {}
+    for at, hub in chain.hubs.items():
+        if hub.body.friction is not None:
+            moving = jnp.any(_level(chain, at) * hub.v != 0.0)
+            force = jnp.zeros_like(hub.v) if memory is None else memory.grips[at].force
+            grips[at] = Grip(moving, force)
+    none = {at: jnp.zeros_like(hub.v) for at, hub in chain.hubs.items()}
+    still = {at: jnp.zeros_like(chain.before[0]) for at in chain.driven}
+    return _Iterate(Memory(guess, grips), grips, jnp.zeros_like(chain.spread.length), none, still)
+
+
+def _walked(model: Model, chain: Chain, last: _Iterate, dt) -> Walked:
+    path, d = chain.path, chain.tangent.shape[0]
+    guess = last.memory.guess
+    ends = chain.before + dt * guess.places
     half = 0.5 * (chain.before + ends)
     after, middle = to_lines(path, ends[:, :d].T), to_lines(path, half[:, :d].T)
     friction: dict[str, Array] = {}
-    for place, lines in driven.items():
+    for at, force in last.driving.items():
         # what moves an end of a line works on it
-        friction[lines] = jnp.dot(needed[place], half[place]) + friction.get(lines, 0.0)
-    for place, name in path.bodies.items():
-        key, m = body_key(name), model.bodies[name].reference.shape[0]
-        after[key], middle[key] = ends[place, :m], half[place, :m]
-        if place in grips:
-            level, grip = _level(model, chain, place), used[place]
-            sticking = jnp.where(level, needed[place], 0.0)
-            friction[name] = jnp.where(grip.sliding, grip.force, sticking)[:m]
-    return Kicked(middle, after, to_segments(path, pull), friction, found)
+        line = next(line for (where, _), (line, _) in path.points.items() if where == at)
+        friction[line] = jnp.dot(force, half[at]) + friction.get(line, 0.0)
+    for at, name in path.bodies.items():
+        hub, key, grip = chain.hubs[at], body_key(name), last.used.get(at)
+        push = None if grip is None else _push(model, chain, at, grip)
+        # what is pinned ends at rest exactly: what sticks does not creep
+        free = hub.v + dt * guess.bodies[at]
+        after[key] = jnp.where(pinned_of(hub, push) > 0.0, 0.0, free)
+        middle[key] = 0.5 * (hub.v + after[key])
+        if grip is not None:
+            sticking = _level(chain, at) * last.needed[at]
+            friction[name] = jnp.where(grip.sliding, grip.force, sticking)
+    return Walked(middle, after, to_segments(path, last.pull), friction, last.memory)
 
 
-def _driven(model: Model, path: Path) -> dict[int, str]:
-    """Places whose motion is given, and the line that ends there."""
-    found = {}
-    for (place, _), (line, node) in path.points.items():
-        if isinstance(model.ends[line][0 if node == 0 else 1], Driven):
-            found[place] = line
-    return found
+def _push(model: Model, chain: Chain, at: int, grip: Grip) -> Push:
+    """A body's friction where it slides, and its coordinates on the bed where it sticks."""
+    stuck = jnp.where(grip.sliding, 0.0, _level(chain, at))
+    return Push(jnp.where(grip.sliding, grip.force, 0.0), stuck)
 
 
-def _pins(model: Model, chain: Chain, grips: dict[int, Grip], dt):
-    """Pinned coordinates (P, s) and their accelerations (m/s2)."""
-    pinned, target = chain.pinned, chain.target
-    for place, grip in grips.items():
-        level = _level(model, chain, place)
-        pinned = pinned.at[place].set(pinned[place] | (level & ~grip.sliding))
-    return pinned, (target - chain.before) / dt
-
-
-def _level(model: Model, chain: Chain, place: int) -> Bool[Array, " s"]:
-    """The coordinates in which a body slides on the bed."""
-    friction = model.bodies[chain.path.bodies[place]].friction
+def _level(chain: Chain, at: int) -> Float[Array, " m"]:
+    """1 for the coordinates in which a body slides on the bed."""
+    hub = chain.hubs[at]
+    friction = hub.body.friction
     assert friction is not None
-    up = friction.up
-    size = chain.before.shape[1]
-    return jnp.zeros(size, bool).at[: up.shape[0]].set(jnp.abs(up) < 0.5)
+    level = (jnp.abs(friction.up) < 0.5).astype(hub.q.dtype)
+    return jnp.pad(level, (0, hub.q.shape[0] - level.shape[0]))
 
 
-def _first_grip(model: Model, chain: Chain, place: int) -> Grip:
-    """Sliding where it moves; the force against it is not known before a first iterate."""
-    level = _level(model, chain, place)
-    moving = jnp.any(jnp.where(level, chain.before[place], 0.0) != 0.0)
-    return Grip(moving, jnp.zeros_like(chain.before[place]))
-
-
-def _needed(chain: Chain, place: int, matrix, right, x) -> Float[Array, " s"]:
-    """The force (N) on a place that its motion needs beyond the known ones: what pins it."""
-    lower, diagonal, upper = matrix
-    out = diagonal[place] @ x[place] - right[place]
-    if place > 0:
-        out = out + lower[place] @ x[place - 1]
-    if place < x.shape[0] - 1:
-        out = out + upper[place] @ x[place + 1]
-    return out[:-1]
-
-
-def _next_grip(model: Model, chain: Chain, place: int, needed, gain, grip: Grip, dt) -> Grip:
+def _next_grip(chain: Chain, at: int, needed, gain, grip: Grip, dt) -> Grip:
     """What friction does in the next iterate, from the forces and accelerations of this one."""
-    friction = model.bodies[chain.path.bodies[place]].friction
+    hub, level = chain.hubs[at], _level(chain, at)
+    friction = hub.body.friction
     assert friction is not None
-    level = _level(model, chain, place)
-    up = jnp.zeros_like(needed).at[: friction.up.shape[0]].set(friction.up)
+    up = jnp.pad(friction.up, (0, level.shape[0] - friction.up.shape[0]))
     limit = friction.coefficient * jnp.maximum(jnp.dot(up, needed), 0.0)
-    rate = jnp.where(level, chain.before[place], 0.0)
-    pull = jnp.where(level, needed, 0.0)
+    rate, pull = level * hub.v, level * needed
     # against the motion; where it only starts to slide, as what held it before
     holds = jnp.where(grip.sliding, grip.force, pull)
     speed, size = (_length(x) for x in (rate, holds))
@@ -246,11 +265,11 @@ def _next_grip(model: Model, chain: Chain, place: int, needed, gain, grip: Grip,
         -rate / jnp.where(moving, speed, 1.0),
         holds / jnp.where(size > 0.0, size, 1.0),
     )
-    turned = moving & (jnp.dot(rate + dt * jnp.where(level, gain, 0.0), rate) < 0.0)
+    turned = moving & (jnp.dot(rate + dt * level * gain, rate) < 0.0)
     return Grip(jnp.where(grip.sliding, ~turned, size > limit), limit * against)
 
 
-def _length(vector: Float[Array, " s"]) -> Float[Array, ""]:
+def _length(vector: Float[Array, " m"]) -> Float[Array, ""]:
     """Euclidean norm whose derivative at zero is zero."""
     square = jnp.sum(vector**2)
     zero = square == 0.0

@@ -155,7 +155,8 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     seen = watches(model, y, plan.recoils)
     never = jnp.zeros((), bool)
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
-    return Progress(y, solver_state, seen, never, jnp.full((), jnp.nan), y.tension), first
+    moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
+    return Progress(y, solver_state, seen, never, moving, y.tension), first
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:

@@ -1,210 +1,373 @@
 """The banded system of a path of rods: who pulls whom, and what lengths ask of accelerations.
 
 The unknowns of a place are the accelerations of its coordinates and the tension of the rod before it.
+A place has the coordinates of space, or those of a body in the middle of the path. Where a path ends at
+a body or at something that moves it, its row is M a - F of the rods, weighed with what their force
+moves there: a + W (M a - F) = r. W = 0 pins it, and no coordinate of a body has to stand in a block.
 """
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
-from lumpedcable.model.bodies import body_key
-from lumpedcable.model.ends import Attached, Driven
+from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.ends import Attached, Driven, solve_small
 from lumpedcable.model.model import Model
 from lumpedcable.model.paths import Path
 from lumpedcable.model.rods import RodEnds, Spread, along_path, forces_along_path, path_spread
 from lumpedcable.physics.motion import mean_velocity_of
+from lumpedcable.physics.place import place
 from lumpedcable.physics.rod import ROD_SHARES, rod_drag, rod_mass
 from lumpedcable.physics.vectors import dot
+from lumpedcable.solve.banded import at_first, at_last, both, flip, onto, times
 
-__all__ = ["Chain", "chain_of", "system_of"]
+__all__ = [
+    "Chain",
+    "Guess",
+    "Hub",
+    "Push",
+    "System",
+    "chain_of",
+    "first_guess",
+    "hub_gain",
+    "pinned_of",
+    "system_of",
+]
+
+
+class Hub(NamedTuple):
+    """A body at a place of a path: its coordinates q and their rates v half a step ago, each (m,).
+
+    `points` are where rods are tied to it, by side (1: the rod after the place), with J = dr/dq (d, m)
+    in `turns`; `mass` is M(q); `reduced`: the place stands for the one point, not for q.
+    """
+
+    body: AbstractBody
+    q: Float[Array, " m"]
+    v: Float[Array, " m"]
+    mass: Float[Array, "m m"]
+    points: dict[int, Float[Array, " d"]]
+    turns: dict[int, Float[Array, "d m"]]
+    reduced: bool
 
 
 class Chain(NamedTuple):
     """A path at the start of a kick; P places with s coordinates each, n = P - 1 rods.
 
-    turns (n, d, s) and drifts (d, n) of both ends of the rods: with a the accelerations of the
-    coordinates, ends accelerate by J a + drift. before: rates (P, s) half a step earlier.
-    pinned: coordinates (P, s) whose rate after the kick is `target` (P, s).
+    first, last (n, d, s): what turns accelerations of places into those of the rods' ends, None where
+    they are the same. before: rates (P, s) half a step earlier. driven: mean velocities (d,) to come.
     """
 
     path: Path
     spread: Spread
     tangent: Float[Array, "d n"]
-    first: Float[Array, "n d s"]
-    last: Float[Array, "n d s"]
+    whole: Float[Array, "n d d"]
+    first: Float[Array, "n d s"] | None
+    last: Float[Array, "n d s"] | None
     place: RodEnds
-    speed: RodEnds
     flow: RodEnds | None
     force: RodEnds
     before: Float[Array, "P s"]
-    pinned: Bool[Array, "P s"]
-    target: Float[Array, "P s"]
+    hubs: dict[int, Hub]
+    driven: dict[int, Float[Array, " d"]]
+
+
+class Push(NamedTuple):
+    """A force (m,) on a body (N), and which of its coordinates are pinned, to stand still."""
+
+    force: Float[Array, " m"]
+    pinned: Float[Array, " m"]
+
+
+class Guess(NamedTuple):
+    """Accelerations of the places (P, s) and of bodies, by place, in their own coordinates (m,)."""
+
+    places: Float[Array, "P s"]
+    bodies: dict[int, Float[Array, " m"]]
+
+
+class System(NamedTuple):
+    """Blocks (lower, diagonal, upper) and right side of an iterate, and what follows from a solution.
+
+    `raw` are the rods' own rows at hubs and driven places: matrices and right sides before weighing.
+    """
+
+    blocks: tuple[Array, Array, Array]
+    right: Float[Array, "P b"]
+    raw: dict[int, tuple[Array, Array, Array, Array]]
+    known: dict[int, Float[Array, " m"]]
+
+    def pull(self, at: int, x: Float[Array, "P b"]) -> Float[Array, " s"]:
+        """The force (N) of the rods on a place: F - M a, with their tensions."""
+        lower, diagonal, upper, right = self.raw[at]
+        total = right - diagonal @ x[at]
+        total = total - lower @ x[at - 1] if at > 0 else total
+        return total - upper @ x[at + 1] if at < x.shape[0] - 1 else total
 
 
 def chain_of(model: Model, path: Path, t, found, displacement, before, dt, ahead) -> Chain:
     """Everything of a path that stays the same through the iterates of a kick."""
     d = next(iter(model.lines.values())).dimensions
-    sizes = [model.bodies[name].reference.shape[0] for name in path.bodies.values()]
-    size, rods = max([d, *sizes]), path.places - 1
-    dtype = before[path.legs[0].line].dtype
-    plain = jnp.broadcast_to(jnp.eye(d, size, dtype=dtype), (rods, d, size))
-    first = last = plain
-    rates = jnp.zeros((path.places, size), dtype)
-    pinned = jnp.zeros((path.places, size), bool).at[:, d:].set(True)
-    target = jnp.zeros((path.places, size), dtype)
+    hubs = _hubs(model, path, displacement, before)
+    size = max([d, *(hub.q.shape[0] for hub in hubs.values() if not hub.reduced)])
+    parts = []
     for leg in path.legs:
         own = before[leg.line].T
         own = own[::-1] if leg.backward else own
-        rates = rates.at[leg.first : leg.first + leg.rods + 1, :d].set(own)
-    for (place, side), (line, node) in path.points.items():
+        parts.append(own if leg is path.legs[-1] else own[:-1])
+    rates = jnp.pad(jnp.concatenate(parts), ((0, 0), (0, size - d)))
+    first = last = None
+    if any(not hub.reduced for hub in hubs.values()):
+        first = last = jnp.broadcast_to(jnp.eye(d, size), (path.places - 1, d, size))
+    for at, hub in hubs.items():
+        if hub.reduced:
+            continue
+        assert first is not None
+        assert last is not None
+        m = hub.q.shape[0]
+        rates = place(rates, jnp.pad(hub.v, (0, size - m))[None], at, 0)
+        for side, turn in hub.turns.items():
+            wide = jnp.pad(turn, ((0, 0), (0, size - m)))[None]
+            if side == 1:
+                first = place(first, wide, at, 0, 0)
+            else:
+                last = place(last, wide, at - 1, 0, 0)
+    driven = {}
+    for (at, _), (line, node) in path.points.items():
         end = model.ends[line][0 if node == 0 else 1]
         if isinstance(end, Driven):
-            pinned = pinned.at[place].set(True)
-            mean = mean_velocity_of(end.motion, t, ahead).astype(dtype)
-            target = target.at[place, :d].set(mean)
-        if isinstance(end, Attached):
-            name = end.body
-            body, key = model.bodies[name], body_key(name)
-            m = body.reference.shape[0]
-            q, v = body.reference + displacement[key], before[key]
-            turn = jnp.zeros((d, size), dtype).at[:, :m].set(body.rate(q, v, end.point)[0])
-            if side == 1:
-                first = first.at[place].set(turn)
-            else:
-                last = last.at[place - 1].set(turn)
-            rates = rates.at[place].set(jnp.zeros(size, dtype).at[:m].set(v))
-            free = jnp.ones(m) if body.free is None else body.free
-            pinned = pinned.at[place].set(jnp.ones(size, bool).at[:m].set(free == 0.0))
+            driven[at] = mean_velocity_of(end.motion, t, ahead).astype(rates.dtype)
     nodal = {leg.line: found[leg.line] for leg in path.legs}
     flows = {n: e.nodes.flow for n, e in nodal.items() if e.nodes.flow is not None}
     still = {n: jnp.zeros_like(e.force) for n, e in nodal.items()}
     flow = along_path(path, still | flows) if flows else None
-    place = along_path(path, {n: e.line.shape.position for n, e in nodal.items()})
-    step = place.last - place.first
+    where = along_path(path, {n: e.line.shape.position for n, e in nodal.items()})
+    step = where.last - where.first
+    tangent = step / jnp.sqrt(dot(step, step))
+    spread = path_spread(path, model.lines)
     return Chain(
         path=path,
-        spread=path_spread(path, model.lines),
-        tangent=step / jnp.sqrt(dot(step, step)),
+        spread=spread,
+        tangent=tangent,
+        whole=rod_mass(spread.along, spread.across, tangent),
         first=first,
         last=last,
-        place=place,
-        speed=along_path(path, before),
+        place=where,
         flow=flow,
         force=forces_along_path(path, {n: e.force for n, e in nodal.items()}),
         before=rates,
-        pinned=pinned,
-        target=target,
+        hubs=hubs,
+        driven=driven,
     )
 
 
-def system_of(model: Model, chain: Chain, displacement, gain, pushes, dt, ahead):
-    """Blocks (lower, diagonal, upper) and right side of an iterate; nothing is pinned yet.
+def _hubs(model: Model, path: Path, displacement, before) -> dict[int, Hub]:
+    found: dict[int, Hub] = {}
+    for at, name in path.bodies.items():
+        body, key = model.bodies[name], body_key(name)
+        q, v = body.reference + displacement[key], before[key]
+        points = {}
+        for (where, side), (line, node) in path.points.items():
+            end = model.ends[line][0 if node == 0 else 1]
+            if where == at and isinstance(end, Attached):
+                points[side] = end.point
+        turns = {side: body.rate(q, v, point)[0] for side, point in points.items()}
+        found[at] = Hub(body, q, v, body.mass(q), points, turns, len(points) == 1)
+    return found
 
-    `gain` (P, s) are the accelerations of the iterate before, `pushes` forces (s,) on bodies by place.
+
+def first_guess(chain: Chain) -> Guess:
+    """No acceleration anywhere."""
+    return Guess(
+        jnp.zeros_like(chain.before), {at: jnp.zeros_like(hub.v) for at, hub in chain.hubs.items()}
+    )
+
+
+def system_of(
+    model: Model, chain: Chain, guess: Guess, pushes: dict[int, Push], dt, ahead
+) -> System:
+    """The system of an iterate that starts from the accelerations of the one before.
+
+    `pushes` are the forces on bodies beside their own, and their pinned coordinates, by place.
     """
-    rods = chain.tangent.shape[1]
-    places, size = chain.before.shape
-    middle = chain.before + 0.5 * dt * gain
-    whole = rod_mass(chain.spread.along, chain.spread.across, chain.tangent)
-    first, last, flip = chain.first, chain.last, lambda x: jnp.swapaxes(x, 1, 2)
+    (places, size), d = chain.before.shape, chain.tangent.shape[0]
     own, between = ROD_SHARES
-    mass = jnp.zeros((places, size, size), middle.dtype)
-    mass = mass.at[:-1].add(flip(first) @ (own * whole) @ first)
-    mass = mass.at[1:].add(flip(last) @ (own * whole) @ last)
-    cross = flip(first) @ (between * whole) @ last  # (n, s, s)
-    force, drift = _forces(model, chain, displacement, middle)
-    spun = (own * whole @ drift.first[..., None] + between * whole @ drift.last[..., None])[..., 0]
-    spin = (between * whole @ drift.first[..., None] + own * whole @ drift.last[..., None])[..., 0]
-    right = jnp.zeros((places, size), middle.dtype)
-    right = right.at[:-1].add((flip(first) @ (force.first.T - spun)[..., None])[..., 0])
-    right = right.at[1:].add((flip(last) @ (force.last.T - spin)[..., None])[..., 0])
-    mass, right = _carried(model, chain, displacement, middle, pushes, mass, right)
+    mass_first, mass_last = (both(j, own * chain.whole, j) for j in (chain.first, chain.last))
+    cross = both(chain.first, between * chain.whole, chain.last)
+    middle = chain.before + 0.5 * dt * guess.places
+    force, drift = _forces(model, chain, guess, middle, dt)
+    spun, spin = force.first.T, force.last.T
+    if drift is not None:
+        spun = (
+            spun - times(own * chain.whole, drift.first) - times(between * chain.whole, drift.last)
+        )
+        spin = (
+            spin - times(between * chain.whole, drift.first) - times(own * chain.whole, drift.last)
+        )
+    mass = at_first(mass_first) + at_last(mass_last)
+    right = at_first(onto(chain.first, spun)) + at_last(onto(chain.last, spin))
+    for at, index in chain.path.junctions.items():
+        junction = model.junctions[index]
+        here = (jnp.arange(places) == at).astype(mass.dtype)
+        if junction.mass is not None:
+            mass = mass + here[:, None, None] * junction.mass * jnp.eye(size, dtype=mass.dtype)
+        if junction.load is not None:
+            right = right + here[:, None] * jnp.pad(junction.load, (0, size - d))
+    if size > d:
+        mass = mass + _padded_places(chain, size, d)
 
     # a rod's pull u T on its first place, against it on its last
-    ahead_of = (flip(first) @ chain.tangent.T[..., None])[..., 0]
-    behind = (flip(last) @ chain.tangent.T[..., None])[..., 0]
-    ends = _ends_after(model, chain, displacement, gain, dt, ahead)
+    ahead_of, behind = onto(chain.first, chain.tangent.T), onto(chain.last, chain.tangent.T)
+    ends = _ends_after(chain, guess, dt, ahead)
     step = ends.last - ends.first
     far = jnp.sqrt(dot(step, step))
     row = (step / far).T  # u'
-    row_first = (row[:, None, :] @ first)[:, 0, :]
-    row_last = (row[:, None, :] @ last)[:, 0, :]
-    reached = jnp.sum(row_last * gain[1:] - row_first * gain[:-1], axis=1)
+    row_first, row_last = onto(chain.first, row), onto(chain.last, row)
+    reached = jnp.sum(row_last * guess.places[1:] - row_first * guess.places[:-1], axis=1)
     wanted = reached - (far - chain.spread.length) / (dt * ahead)
 
-    one = jnp.ones((1, 1, 1), middle.dtype)
-    corner = jnp.concatenate([one, jnp.zeros((rods, 1, 1), middle.dtype)])
-    pad = lambda x: jnp.concatenate([jnp.zeros_like(x[:1]), x])  # noqa: E731
-    diagonal = jnp.concatenate(
-        [
-            jnp.concatenate([mass, pad(behind)[:, :, None]], axis=2),
-            jnp.concatenate([pad(row_last)[:, None, :], corner], axis=2),
-        ],
-        axis=1,
+    low = jnp.concatenate([flip(cross), jnp.zeros((places - 1, size, 1), mass.dtype)], axis=2)
+    high = jnp.concatenate([cross, -ahead_of[:, :, None]], axis=2)
+    level = jnp.concatenate([mass, at_last(behind)[:, :, None]], axis=2)
+    lower, upper = at_last(low), at_first(high)
+    weights = {at: _hub_weight(chain, guess, at, pushes.get(at), dt) for at in chain.hubs}
+    for at, target in chain.driven.items():
+        none = jnp.zeros((size, size), mass.dtype)
+        aim = jnp.pad(target, (0, size - d))
+        weights[at] = none, jnp.eye(size), (aim - chain.before[at]) / dt, none[0]
+    raw = {at: (lower[at], level[at], upper[at], right[at]) for at in weights}
+    known = {at: force_of for at, (_, _, _, force_of) in weights.items()}
+    for at, (weight, matrix, vector, _) in weights.items():
+        wide = jnp.pad(matrix, ((0, 0), (0, 1)))
+        before, own_row, after, own_right = raw[at]
+        lower = place(lower, (weight @ before)[None], at, 0, 0)
+        upper = place(upper, (weight @ after)[None], at, 0, 0)
+        level = place(level, (wide + weight @ own_row)[None], at, 0, 0)
+        right = place(right, (vector + weight @ own_right)[None], at, 0)
+
+    # a tension before the first place, which is none, and what rods give way by
+    one = (jnp.arange(places) == 0).astype(mass.dtype) - at_last(chain.spread.give / (dt * ahead))
+    one = one[:, None, None]
+    last_row = jnp.concatenate([at_last(row_last)[:, None, :], one], axis=2)
+    first_row = jnp.pad(at_last(-row_first)[:, None, :], ((0, 0), (0, 0), (0, 1)))
+    return System(
+        (
+            jnp.concatenate([lower, first_row], axis=1),
+            jnp.concatenate([level, last_row], axis=1),
+            jnp.pad(upper, ((0, 0), (0, 1), (0, 0))),
+        ),
+        jnp.concatenate([right, at_last(wanted)[:, None]], axis=1),
+        raw,
+        known,
     )
-    none = jnp.zeros((rods, 1, 1), middle.dtype)
-    upper = jnp.concatenate(
-        [
-            jnp.concatenate([cross, -ahead_of[:, :, None]], axis=2),
-            jnp.concatenate([jnp.zeros_like(cross[:, :1]), none], axis=2),
-        ],
-        axis=1,
-    )
-    lower = jnp.concatenate(
-        [
-            jnp.concatenate([flip(cross), jnp.zeros_like(behind)[:, :, None]], axis=2),
-            jnp.concatenate([-row_first[:, None, :], none], axis=2),
-        ],
-        axis=1,
-    )
-    right = jnp.concatenate([right, pad(wanted)[:, None]], axis=1)
-    block = jnp.zeros_like(diagonal[:1])
-    return (
-        jnp.concatenate([block, lower]),
-        diagonal,
-        jnp.concatenate([upper, block]),
-    ), right
 
 
-def _ends_after(model: Model, chain: Chain, displacement, gain, dt, ahead) -> RodEnds:
+def _hub_weight(chain: Chain, guess: Guess, at: int, push: Push | None, dt):
+    """W, the matrix beside it, r of a body's place, and the known force on the body (m,).
+
+    Free coordinates: M q'' = Q + J^T f with f the rods' pull; pinned ones come to rest in this kick.
+    """
+    hub, size = chain.hubs[at], chain.before.shape[1]
+    m = hub.q.shape[0]
+    known = hub.body.force(hub.q, hub.v + 0.5 * dt * guess.bodies[at])
+    pinned = pinned_of(hub, push)
+    known = known if push is None else known + push.force
+    free, stop = 1.0 - pinned, -pinned * hub.v / dt
+    only = hub.mass * jnp.outer(free, free) + jnp.diag(pinned)
+    force = free * (known - hub.mass @ stop)
+    if not hub.reduced:
+        wide, long = ((0, size - m), (0, size - m)), (0, size - m)
+        return (
+            jnp.pad(jnp.diag(free), wide),
+            jnp.pad(only, wide),
+            jnp.pad(force + stop, long),
+            known,
+        )
+    ((side, turn),) = hub.turns.items()
+    gains = jax.vmap(lambda column: solve_small(only, free * column))(turn)  # (d, m)
+    drift = _rate(hub, guess.bodies[at], side, dt)[1]
+    vector = gains @ known - gains @ (hub.mass @ stop) + turn @ stop + drift
+    return gains @ turn.T, jnp.eye(size), vector, known
+
+
+def pinned_of(hub: Hub, push: Push | None) -> Float[Array, " m"]:
+    """1 for coordinates of a body that stand still, 0 for others."""
+    held = jnp.zeros_like(hub.q) if hub.body.free is None else 1.0 - hub.body.free
+    return held if push is None else jnp.maximum(held, push.pinned)
+
+
+def hub_gain(
+    system: System, chain: Chain, at: int, push: Push | None, x: Float[Array, "P b"], dt
+) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+    """q'' (m,) of a body, and the force (N) on it that its motion needs beyond the known ones."""
+    hub, pull = chain.hubs[at], system.pull(at, x)
+    m = hub.q.shape[0]
+    if not hub.reduced:
+        gain, on = x[at, :m], pull[:m]
+    else:
+        ((_, turn),) = hub.turns.items()
+        on = turn.T @ pull
+        pinned = pinned_of(hub, push)
+        free, stop = 1.0 - pinned, -pinned * hub.v / dt
+        only = hub.mass * jnp.outer(free, free) + jnp.diag(pinned)
+        gain = solve_small(only, free * (system.known[at] + on - hub.mass @ stop)) + stop
+    return gain, hub.mass @ gain - system.known[at] - on
+
+
+def _padded_places(chain: Chain, size: int, d: int) -> Float[Array, "P s s"]:
+    """Ones for coordinates that a place does not have."""
+    rows = []
+    for at in range(chain.path.places):
+        hub = chain.hubs.get(at)
+        count = d if hub is None or hub.reduced else hub.q.shape[0]
+        rows.append(jnp.diag((jnp.arange(size) >= count).astype(chain.before.dtype)))
+    return jnp.stack(rows)
+
+
+def _rate(hub: Hub, gain, side: int, dt) -> tuple[Float[Array, " d"], Float[Array, " d"]]:
+    """Velocity (m/s) of a body's point in the middle of a kick, and (dJ/dt) v (m/s2)."""
+    _, v, drift = hub.body.rate(hub.q, hub.v + 0.5 * dt * gain, hub.points[side])
+    return v, drift
+
+
+def _ends_after(chain: Chain, guess: Guess, dt, ahead) -> RodEnds:
     """Where the rods' ends are after the step of positions that follows (m)."""
-    rates = chain.before + dt * gain
+    rates = chain.before + dt * guess.places
     d = chain.tangent.shape[0]
     first = chain.place.first + ahead * rates[:-1, :d].T
     last = chain.place.last + ahead * rates[1:, :d].T
-    for (place, side), (line, node) in chain.path.points.items():
-        end = model.ends[line][0 if node == 0 else 1]
-        if not isinstance(end, Attached):
-            continue
-        name, body = end.body, model.bodies[end.body]
-        m = body.reference.shape[0]
-        u = displacement[body_key(name)] + ahead * rates[place, :m]
-        where = model.lines[line].reference[:, node] + body.shift(u, end.point)
-        if side == 1:
-            first = first.at[:, place].set(where)
-        else:
-            last = last.at[:, place - 1].set(where)
+    for at, hub in chain.hubs.items():
+        u = hub.q - hub.body.reference
+        after = u + ahead * (hub.v + dt * guess.bodies[at])
+        for side, point in hub.points.items():
+            start = chain.place.first[:, at] if side == 1 else chain.place.last[:, at - 1]
+            where = start + hub.body.shift(after, point) - hub.body.shift(u, point)
+            if side == 1:
+                first = place(first, where[:, None], 0, at)
+            else:
+                last = place(last, where[:, None], 0, at - 1)
     return RodEnds(first, last)
 
 
-def _forces(model: Model, chain: Chain, displacement, middle) -> tuple[RodEnds, RodEnds]:
-    """Forces on the rods' ends (N), and the drifts (n, d) that bodies' turning gives them (m/s2)."""
+def _forces(model: Model, chain: Chain, guess: Guess, middle, dt) -> tuple[RodEnds, RodEnds | None]:
+    """Forces on the rods' ends (N), and the drifts (n, d) of those at bodies in the middle (m/s2)."""
     d, rods = chain.tangent.shape
     first, last = middle[:-1, :d].T, middle[1:, :d].T
-    drifts = [jnp.zeros((rods, d), middle.dtype)] * 2
-    for (place, side), (line, node) in chain.path.points.items():
-        end = model.ends[line][0 if node == 0 else 1]
-        if not isinstance(end, Attached):
-            continue
-        name, body = end.body, model.bodies[end.body]
-        q = body.reference + displacement[body_key(name)]
-        m = q.shape[0]
-        _, v, drift = body.rate(q, middle[place, :m], end.point)
-        if side == 1:
-            first, drifts[0] = first.at[:, place].set(v), drifts[0].at[place].set(drift)
-        else:
-            last, drifts[1] = last.at[:, place - 1].set(v), drifts[1].at[place - 1].set(drift)
+    drifts = None
+    if chain.first is not None:
+        drifts = [jnp.zeros((rods, d), middle.dtype)] * 2
+    for at, hub in chain.hubs.items():
+        for side in hub.points:
+            v, drift = _rate(hub, guess.bodies[at], side, dt)
+            if side == 1:
+                first = place(first, v[:, None], 0, at)
+            else:
+                last = place(last, v[:, None], 0, at - 1)
+            if drifts is not None and not hub.reduced:
+                k, where = (0, at) if side == 1 else (1, at - 1)
+                drifts[k] = place(drifts[k], drift[None], where, 0)
     force = chain.force
     if any(model.lines[leg.line].drag is not None for leg in chain.path.legs):
         if chain.flow is not None:
@@ -212,24 +375,4 @@ def _forces(model: Model, chain: Chain, displacement, middle) -> tuple[RodEnds, 
         spread = chain.spread
         drag = rod_drag(spread.normal, spread.tangential, chain.tangent, first, last)
         force = RodEnds(force.first + drag[0], force.last + drag[1])
-    return force, RodEnds(*drifts)
-
-
-def _carried(model: Model, chain: Chain, displacement, middle, pushes, mass, right):
-    """Masses and forces of bodies and junctions added to those of the rods."""
-    d = chain.tangent.shape[0]
-    for place, name in chain.path.bodies.items():
-        body = model.bodies[name]
-        q = body.reference + displacement[body_key(name)]
-        m = q.shape[0]
-        mass = mass.at[place, :m, :m].add(body.mass(q))
-        right = right.at[place, :m].add(body.force(q, middle[place, :m]))
-        if place in pushes:
-            right = right.at[place].add(pushes[place])
-    for place, index in chain.path.junctions.items():
-        junction = model.junctions[index]
-        if junction.mass is not None:
-            mass = mass.at[place, :d, :d].add(junction.mass * jnp.eye(d, dtype=mass.dtype))
-        if junction.load is not None:
-            right = right.at[place, :d].add(junction.load)
-    return mass, right
+    return force, None if drifts is None else RodEnds(*drifts)

@@ -9,6 +9,7 @@ The function is traced once, for one run. Of its operations those that a step co
 over here; whatever else occurs is left to `jax.vmap`, with the runs along the last axis.
 """
 
+import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -25,7 +26,7 @@ Found = tuple[Values, Flags]
 
 # operations that act on every element alone
 ELEMENTWISE = frozenset((
-    "abs", "acos", "acosh", "add", "and", "asin", "asinh", "atan", "atan2", "atanh", "cbrt",
+    "abs", "acos", "acosh", "add", "add_any", "and", "asin", "asinh", "atan", "atan2", "atanh", "cbrt",
     "ceil", "clamp", "convert_element_type", "copy", "cos", "cosh", "div", "eq", "erf",
     "erf_inv", "erfc", "exp", "exp2", "expm1", "floor", "ge", "gt", "integer_pow",
     "is_finite", "le", "lgamma", "log", "log1p", "logistic", "lt", "max", "min", "mul",
@@ -42,6 +43,7 @@ ALONG = frozenset((
 INLINE = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "core_call": "call_jaxpr",
           "custom_jvp_call": "call_jaxpr", "custom_vjp_call": "call_jaxpr",
           "custom_vmap_call": "call", "checkpoint": "jaxpr"}  # fmt: skip
+_MARKS: weakref.WeakKeyDictionary[Any, dict[tuple[bool, ...], Flags]] = weakref.WeakKeyDictionary()
 FEW = 16  # terms of a product that is written as a sum; a library call costs more
 
 
@@ -196,6 +198,19 @@ def _concatenate(eqn, operands, flags, size):
     return _all([lax.concatenate(parts, eqn.params["dimension"])])
 
 
+def _stack(eqn, operands, flags, size):
+    parts = [_spread(x, b, size) for x, b in zip(operands, flags, strict=True)]
+    return _all([jnp.stack(parts, eqn.params["axis"])])
+
+
+def _split(eqn, operands, flags, size):
+    return _all(list(lax.split(operands[0], eqn.params["sizes"], eqn.params["axis"])))
+
+
+def _unstack(eqn, operands, flags, size):
+    return _all(list(jnp.unstack(operands[0], axis=eqn.params["axis"])))
+
+
 def _pad(eqn, operands, flags, size):
     if flags[1]:
         return None
@@ -244,27 +259,32 @@ def _settled(closed: Any, fixed: Flags, carry: Flags, more: Flags, size: int) ->
     """Which carried values differ from run to run once a loop's body has been gone through."""
     while True:
         flags = [*fixed, *carry, *more]
-        _, found = _traced(closed, flags, size)
+        found = _marks(closed, flags, size)
         after = [a or b for a, b in zip(carry, found, strict=False)]
         if after == carry:
             return carry
         carry = after
 
 
-def _traced(closed: Any, flags: Flags, size: int) -> tuple[Any, Flags]:
-    """Shapes of what a function returns, without computing anything."""
-    seen: list[Flags] = []
+def _marks(closed: Any, flags: Flags, size: int) -> Flags:
+    """Which of the values that a function returns differ from run to run, nothing being computed.
 
-    def run(*values):
-        results, marks = _evaluate(closed, list(values), flags, size)
-        seen.append(marks)
-        return results
+    Found once: a loop within loops would be gone through again for each loop around it.
+    """
+    known = _MARKS.setdefault(closed.jaxpr, {})
+    key = tuple(flags)
+    if key not in known:
 
-    given = [
-        jax.ShapeDtypeStruct((*a.shape, size) if b else a.shape, a.dtype)
-        for a, b in zip(closed.in_avals, flags, strict=True)
-    ]
-    return jax.eval_shape(run, *given), seen[-1]
+        def run(*values):
+            results, known[key] = _evaluate(closed, list(values), flags, size)
+            return results
+
+        given = [
+            jax.ShapeDtypeStruct((*a.shape, size) if b else a.shape, a.dtype)
+            for a, b in zip(closed.in_avals, flags, strict=True)
+        ]
+        jax.eval_shape(run, *given)
+    return known[key]
 
 
 def _while(eqn, operands, flags, size):
@@ -272,7 +292,7 @@ def _while(eqn, operands, flags, size):
     test, body = p["cond_jaxpr"], p["body_jaxpr"]
     a, b = p["cond_nconsts"], p["cond_nconsts"] + p["body_nconsts"]
     fixed, carry = flags[a:b], _settled(body, flags[a:b], flags[b:], [], size)
-    if any(_traced(test, [*flags[:a], *carry], size)[1]):
+    if any(_marks(test, [*flags[:a], *carry], size)):
         return None  # the runs do not go on equally long
     start = [_spread(x, True, size) if was else _spread(x, False, size) if now else x
              for x, was, now in zip(operands[b:], flags[b:], carry, strict=True)]  # fmt: skip
@@ -298,7 +318,7 @@ def _scan(eqn, operands, flags, size):
     body, count = p["jaxpr"], p["num_carry"]
     carry = _settled(body, flags[:a], flags[a:b], flags[b:], size)
     start = _as(carry, operands[a:b], flags[a:b], size)
-    _, marks = _traced(body, [*flags[:a], *carry, *flags[b:]], size)
+    marks = _marks(body, [*flags[:a], *carry, *flags[b:]], size)
 
     def step(values, row):
         given = [*operands[:a], *values, *row]
@@ -314,7 +334,7 @@ def _cond(eqn, operands, flags, size):
         return None
     index, values, own = operands[0], operands[1:], flags[1:]
     branches = eqn.params["branches"]
-    marks = [_traced(branch, own, size)[1] for branch in branches]
+    marks = [_marks(branch, own, size) for branch in branches]
     wanted = [any(each) for each in zip(*marks, strict=True)]
 
     def case(branch):
@@ -332,6 +352,9 @@ RULES: dict[str, Callable[..., Found | None]] = {
     "dynamic_slice": _dynamic_slice,
     "dynamic_update_slice": _dynamic_update_slice,
     "concatenate": _concatenate,
+    "stack": _stack,
+    "unstack": _unstack,
+    "split": _split,
     "pad": _pad,
     "broadcast_in_dim": _broadcast_in_dim,
     "reshape": _reshape,

@@ -50,12 +50,15 @@ def batch_sizes(runs: int) -> tuple[int, ...]:
     """Sizes of the batches of a study of `runs` runs, rising.
 
     A size is a compiled program, which takes seconds; a lane that repeats another run takes the time
-    of a run. So a few runs are hardly filled up, and many have two sizes.
+    of a run. So a few runs are hardly filled up, as many as fit into one batch go together, and many
+    have two sizes.
     """
     full = LANES * jax.device_count()
     small = full // 4
     if runs <= small:
         return tuple(2**k for k in range((small - 1).bit_length() + 1))
+    if runs <= full:
+        return 1, 4, *range(small, full + 1, max(small // 4, 1))
     return (1, 4, small, full) if runs <= MANY else (small, full)
 
 

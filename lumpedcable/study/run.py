@@ -18,7 +18,7 @@ from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
-from lumpedcable.study.compiled import Ready, Structure, advance_batch, begin_batch, number
+from lumpedcable.study.compiled import Ready, Structure, begin_batch, number
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.plan import (
@@ -28,6 +28,7 @@ from lumpedcable.study.plan import (
     rounded_steps,
 )
 from lumpedcable.study.rest import write_rest
+from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
 
@@ -235,14 +236,13 @@ def _run_part(
         mine = [contents.study.runs[int(k)] for k in part.runs]
         write_rest(writer, mine, rows, rows_of(ready, np.arange(lived)), start, sample.ends)
     timings.mark("begin")
+    batch = Batch(part, ready, run)
     done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
     while done < account.count:
         now, asked = min(pace, account.count - done), clock.perf_counter()
-        run, samples = advance_batch(
-            ready.model, part.plan, numbers, run, np.asarray(done), np.asarray(now)
-        )
-        samples: Any = jax.tree.map(lambda x, n=now: np.asarray(x)[:lived, :n], samples)
+        samples: Any = batch.advance(numbers, done, now)
         timings.mark("advance")
+        took = clock.perf_counter() - asked
         account.add(samples, done + 1, now)
         if contents.histories:
             contents.write(writer, rows, samples, start, done + 1)
@@ -250,15 +250,18 @@ def _run_part(
         timings.mark("write")
         done += now
         tell(now * lived)
-        if samples.stopped[:, -1].all() and done < account.count:
-            # nothing moves any more: what is left repeats the last state
-            rest = account.count - done
-            samples = jax.tree.map(lambda x, n=rest: np.repeat(x[:, -1:], n, axis=1), samples)
-            account.add(samples, done + 1, rest)
-            if contents.histories:
-                contents.write(writer, rows, samples, start, done + 1)
-            tell(rest * lived)
-            break
-        if clock.perf_counter() - asked < PACE:
-            pace = min(2 * pace, part.plan.outputs)
-    account.finish(run)
+        if part.plan.stop is not None and done < account.count:
+            left = account.count - done
+            if batch.stopped.all():
+                # nothing moves any more: what is left repeats the last state
+                samples = batch.repeated(left)
+                account.add(samples, done + 1, left)
+                if contents.histories:
+                    contents.write(writer, rows, samples, start, done + 1)
+                tell(left * lived)
+                break
+            batch.shrink(took * left / now)
+        if took < PACE:
+            pace = min(2 * pace, batch.plan.outputs)
+        pace = min(pace, batch.plan.outputs)
+    account.finish(batch.ends())

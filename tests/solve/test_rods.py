@@ -1,5 +1,7 @@
 """Inextensible lines: pendulums of rigid rods against their equations; bodies that stick and slide."""
 
+from pathlib import Path
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -243,3 +245,68 @@ def test_what_does_not_go_with_rods_is_told(tmp_path, old, new, key, words):
     told = str(error.value)
     assert key in told
     assert words in told
+
+
+RESTRAINT = (Path(__file__).parents[2] / "configs" / "restraint.toml").read_text()
+RESTRAINT = RESTRAINT[: RESTRAINT.index("[[sweep.cases]]")]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("friction = 0.3", "friction = -0.3", "bodies.anchor.friction", "non-negative"),
+        # 16.8 m3 of water weigh 17.22 t
+        ('mass = "40 t"', 'mass = "17 t"', "bodies.anchor.mass", "17220 kg"),
+        # from the ring, 6.03393 m under water, to the bow, 1 m over it: sqrt(170^2 + 7.03393^2) m
+        ('["138.0735 m"', '["145 m"', "lines.rod.length", "170.145 m"),
+    ],
+)
+def test_a_restraint_that_cannot_be_is_told(tmp_path, old, new, key, words):
+    assert old in RESTRAINT
+    text = RESTRAINT.replace(old, new)
+    with pytest.raises(SceneError) as error:
+        scene_of(tmp_path, text)
+    told = str(error.value)
+    assert key in told
+    assert words in told
+
+
+BOUNCING = """
+gravity = 9.81
+[materials.stiff]
+law = "inextensible"
+EA = "100 kN"
+[lines.rod]
+material = "stiff"
+length = "1 m"
+segments = 1
+mass = "1 g/m"
+start = { fixed = [0, 0, "1.5 m"] }
+end = "block.eye"
+[bodies.block]
+mass = "100 kg"
+position = [0, 0, 0]
+velocity = [0, 0, "-0.1 m/s"]
+points = { eye = [0, 0, "0.5 m"] }
+free = ["z"]
+[output]
+duration = "0.4 s"
+every = "10 ms"
+quantities = ["position", "energy", "tension"]
+"""
+
+
+def test_rods_that_give_way_swing_as_a_spring(tmp_path):
+    # M u'' = M g - EA u / l from u = 0, downwards; the rod's own mass is a hundred-thousandth
+    errors = []
+    for step in ("1 ms", "0.5 ms", "0.25 ms"):
+        ran = run_text(tmp_path, BOUNCING + f'[solver]\nstep = "{step}"\n')
+        assert ran.statuses == ["OK"]
+        w, sink = np.sqrt(1e5 / 100.0), 100.0 * G / 1e5
+        exact = sink * (1.0 - np.cos(w * ran.time)) + 0.1 / w * np.sin(w * ran.time)
+        u = -ran.bodies["block"]["position"][0, :, 2]
+        errors.append(np.max(np.abs(u - exact)) / sink)
+        # the tension is that of the stretch
+        assert ran["rod.tension"][0, 5:, 0] == pytest.approx(1e5 * exact[5:], abs=5e3)
+    assert errors[-1] < 0.06
+    assert order_of(errors, 2.0) == pytest.approx([1.0, 1.0], abs=0.15)

@@ -19,7 +19,11 @@ PAPER = np.array(
     [20.01, 13.228, 10.054, 16.774, 14.498, 19.992, 19.976, 19.972, 19.936, 19.702, 19.386, 19.908,
      19.798, 23.654, 26.516, 29.134, 38.242, 22.122, 24.126]
 )  # fmt: skip
-# largest tension at the anchor (kN) and its travel (m), by case
+# the calculation's own: stopping times, largest tension at the anchor (kN) and its travel (m), by case
+STOPS = np.array(
+    [20.018, 13.234, 10.06, 16.764, 14.482, 20.018, 20.022, 20.008, 19.998, 19.722, 19.42, 19.918,
+     19.81, 23.702, 26.616, 29.14, 38.232, 22.196, 24.316]
+)  # fmt: skip
 PEAKS = np.array(
     [396.1, 465.3, 527.9, 503.8, 619.3, 396.2, 396.2, 396.1, 396.1, 399.0, 400.6, 308.2, 255.4,
      616.0, 889.0, 411.8, 420.0, 391.9, 382.5]
@@ -46,6 +50,7 @@ def third(tmp_path_factory):
 def the_ship_stops_when_the_paper_says(third):
     ran, _ = third
     assert ran.outcomes[0].stop_time == pytest.approx(PAPER[2], abs=0.15)
+    assert ran.outcomes[0].stop_time == pytest.approx(STOPS[2], abs=0.03)
     # what follows repeats the last state
     after = ran.time > ran.outcomes[0].stop_time + 0.04
     assert np.ptp(ran.bodies["ship"]["position"][0, after], axis=0) == pytest.approx(0.0, abs=1e-12)
@@ -72,7 +77,9 @@ def lengths_and_energy_are_kept(third):
     ran, _ = third
     for name in ran.lines:
         steps = np.linalg.norm(np.diff(ran[f"{name}.position"][0], axis=1), axis=2)
-        assert np.max(np.abs(steps - steps[0])) < 1e-10
+        # in the step of the snap 1e-9; it does not add up
+        assert np.max(np.abs(steps - steps[0])) < 1e-8
+        assert np.max(np.abs(steps[-1] - steps[0])) < 1e-10
     # the paper's own bar is half a per cent of the energy
     assert ran.outcomes[0].energy_closure < 1e-4
     whole = sum(
@@ -108,8 +115,8 @@ def test_all_nineteen_cases(tmp_path):
     assert np.max(np.abs(stops - PAPER)[17:]) < 0.25
     with open_result(tmp_path / "result.h5") as found:
         peaks = found.line("chain").field("peak_tension")[:, 0]
-    # cables and anchors of other weights are within a per cent and a half, the rest within one
-    assert np.max(np.abs(peaks / (1e3 * PEAKS) - 1.0)) < 0.015
+    assert np.max(np.abs(stops - STOPS)) < 0.03
+    assert np.max(np.abs(peaks / (1e3 * PEAKS) - 1.0)) < 0.01
     anchor = ran.bodies["anchor"]["position"][:, :, 0]
     assert anchor[:, -1] - anchor[:, 0] == pytest.approx(TRAVEL, rel=0.005)
     # the paper: mu, anchor and speed raise the peak, depth lowers it, ship and current hardly matter

@@ -1,0 +1,89 @@
+"""A batch whose runs end one by one: the lanes of those that have stopped are given up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from lumpedcable.solve.integrate import Numbers, Progress
+from lumpedcable.solve.observe import Sample
+from lumpedcable.study.compiled import Ready, advance_batch
+from lumpedcable.study.plan import plan_of
+from lumpedcable.study.starts import filled, rows_of
+
+if TYPE_CHECKING:
+    from lumpedcable.study.run import Part
+
+__all__ = ["Batch"]
+
+# s: what a smaller batch costs before it starts, most of it compiling; less than that is not saved
+COMPILING = 10.0
+FEWEST = 4  # lanes below which there is nothing to save
+
+
+class Batch:
+    """The runs of a part on their way through time, in as many lanes as still move.
+
+    A run that has stopped repeats its last state. It keeps its lane while a batch of half the lanes
+    would not hold the others, or would have too little left to do to pay for its program.
+    """
+
+    def __init__(self, part: Part, ready: Ready, run: Progress):
+        self.part, self.ready, self.run = part, ready, run
+        self.plan, self.size = part.plan, part.size
+        self.rows = np.arange(len(part.runs))  # of the part's runs, those that have a lane
+        self._last: Any = None
+        self._ends: Any = None
+
+    def advance(self, numbers: Numbers, done: int, count: int) -> Sample:
+        """Samples (runs, count, ...) of all runs, of the outputs after number `done`."""
+        self.run, found = advance_batch(
+            self.ready.model, self.plan, numbers, self.run, np.asarray(done), np.asarray(count)
+        )
+        lived = len(self.rows)
+        found = jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found)
+        if lived < len(self.part.runs):
+            found = jax.tree.map(self._among_all, self._last, found)
+        self._last = jax.tree.map(lambda x: x[:, -1:], found)
+        return found
+
+    def _among_all(self, last: np.ndarray, found: np.ndarray) -> np.ndarray:
+        whole = np.repeat(last, found.shape[1], axis=1)
+        whole[self.rows] = found
+        return whole
+
+    @property
+    def stopped(self) -> np.ndarray:
+        """Which of all runs have stopped."""
+        return self._last.stopped[:, 0]
+
+    def repeated(self, count: int) -> Sample:
+        """The last samples of all runs, `count` times."""
+        return jax.tree.map(lambda x: np.repeat(x, count, axis=1), self._last)
+
+    def shrink(self, seconds: float) -> None:
+        """Go on without the runs that have stopped, if that pays; `seconds` are left as things are."""
+        moving = np.flatnonzero(~self.stopped[self.rows])
+        size = self.size
+        while size >= 2 * FEWEST and len(moving) <= size // 2:
+            size //= 2
+        if size == self.size or seconds * (1.0 - size / self.size) < COMPILING:
+            return
+        self._ends = self.ends()
+        kept = filled(moving, size)
+        self.ready = rows_of(self.ready, kept)
+        self.run = jax.tree.map(lambda x: np.asarray(x)[kept], self.run)
+        self.plan = plan_of(self.part.structure.scene, self.part.structure.layout, size)
+        self.rows, self.size = self.rows[moving], size
+
+    def ends(self) -> Progress:
+        """Where all runs are (runs, ...): those that have stopped, where they did."""
+        now = jax.tree.map(lambda x: np.asarray(x)[: len(self.rows)], self.run)
+        if self._ends is None:
+            return now
+        whole = jax.tree.map(np.array, self._ends)
+        for all_, mine in zip(jax.tree.leaves(whole), jax.tree.leaves(now), strict=True):
+            all_[self.rows] = mine
+        return whole

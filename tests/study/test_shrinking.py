@@ -1,0 +1,75 @@
+"""Runs that stop early leave their batch: nothing of what they or the others come to may change."""
+
+import numpy as np
+import pytest
+from engine_runs import run_text
+
+from lumpedcable.study import shrinking
+
+SLIDING = """
+gravity = 9.81
+[seabed]
+height = -5                                     # the line hangs above it
+stiffness = "100 kPa"
+[materials.stiff]
+law = "inextensible"
+[lines.tow]
+material = "stiff"
+length = "1 m"
+segments = 1
+mass = 0.001
+start = "block.face"
+end = "free"
+[bodies.block]
+mass = "1 t"
+position = [0, 0, "0.5 m"]
+velocity = [1, 0, 0]
+points = { face = [0.5, 0, 0] }
+free = ["x"]
+friction = 0.4
+[solver]
+step = "2 ms"
+[output]
+duration = "1.2 s"
+every = "40 ms"
+stop = "block"
+quantities = ["position", "energy"]
+[sweep]
+"bodies.block.velocity.0" = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3, 4]
+"""
+SPEEDS = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3.0, 4.0])
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    """The same runs with and without giving up lanes; and how many lanes there were."""
+    sizes = []
+    whole = run_text(tmp_path_factory.mktemp("whole"), SLIDING)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(shrinking, "COMPILING", 0.0)
+        patch.setattr("lumpedcable.study.run.FIRST_OUTPUTS", 1)
+        plain = shrinking.Batch.shrink
+        patch.setattr(
+            shrinking.Batch, "shrink", lambda b, s: (plain(b, s), sizes.append(b.size))[0]
+        )
+        less = run_text(tmp_path_factory.mktemp("less"), SLIDING)
+    return whole, less, sizes
+
+
+def test_lanes_are_given_up_as_runs_stop(both):
+    _, _, sizes = both
+    assert sizes[0] == 8
+    assert sizes[-1] == 4
+
+
+def test_what_runs_come_to_stays_the_same(both):
+    whole, less, _ = both
+    for name in ("position", "velocity"):
+        same = whole.bodies["block"][name]
+        assert less.bodies["block"][name] == pytest.approx(same, rel=1e-12, abs=1e-12)
+    for kind, same in whole.energy.items():
+        assert less.energy[kind] == pytest.approx(same, rel=1e-9, abs=1e-6)
+    exact = SPEEDS / (0.4 * 9.81)  # v / (mu g)
+    # a body sticks at the end of the kick in which it stops, and its speed at a step is that kick's mean
+    stops = np.array([outcome.stop_time for outcome in less.outcomes])
+    assert stops == pytest.approx(exact, abs=4e-3)
