@@ -39,6 +39,7 @@ def test_draws_without_a_given_noise_are_students(tmp_path):
     assert np.array_equal(again.draws.values, draws.values)
 
 
+@pytest.mark.slow
 def test_draws_have_the_moments_of_linear_regression(tmp_path):
     # the noise given, they are normal with s^2 (X'X)^-1
     pytest.importorskip("numpyro")

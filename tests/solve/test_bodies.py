@@ -110,6 +110,7 @@ def test_a_rod_in_an_upright_plane_askew_moves_as_in_xz(tmp_path):
         assert space.bodies["rod"][kind] == pytest.approx(values, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_not_free_stays(tmp_path):
     ran = run_text(tmp_path, ROD.replace("inertia =", 'free = ["x"]\ninertia ='))
     moved = coordinates(ran) - START

@@ -249,7 +249,9 @@ def test_at_the_crossover_a_sagging_cable_has_two_equal_modes(tmp_path):
 EULER = 1e4 * (np.pi / 10.0) ** 2  # N, of the beam below
 
 
-@pytest.mark.parametrize("tension", [0.0, EULER, -0.9 * EULER])
+@pytest.mark.parametrize(
+    "tension", [pytest.param(0.0, marks=pytest.mark.slow), EULER, -0.9 * EULER]
+)
 def test_a_pinned_beam(tmp_path, tension):
     length, EI, stiff, mass = 10.0, 1e4, 1e8, 5.0
     stretch = 1.0 + tension / stiff

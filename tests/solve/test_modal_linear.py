@@ -161,6 +161,7 @@ def test_a_line_that_will_be_cut_is_whole_until_then(tmp_path):
     assert found.nodes["rope"] == pytest.approx(nodes, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_drag_of_a_current_is_told_and_counts_to_second_order(tmp_path):
     study = study_of(tmp_path, TRAILING)
     found = modes_of(tmp_path, TRAILING, count=6)

@@ -158,6 +158,7 @@ def test_a_pendulum_swings_in_its_time(tmp_path, amplitude):
     assert np.max(np.abs(bob[:, 1])) == 0.0
 
 
+@pytest.mark.slow
 def test_a_bob_bounces_in_its_time(tmp_path):
     # on a soft line, drawn 0.1 m down by another that parts: 2 pi sqrt(M L / EA)
     stretch = 10.0 * (1 + 9810 / 2e5)

@@ -25,7 +25,9 @@ def truth(tmp_path_factory):
     return (4.0 * half - one) / 3.0
 
 
-@pytest.mark.parametrize("method", ["tsit5", "dopri8", "kvaerno5"])
+@pytest.mark.parametrize(
+    "method", ["tsit5", "dopri8", pytest.param("kvaerno5", marks=pytest.mark.slow)]
+)
 def test_adaptive_solvers_come_as_close_as_they_are_asked_to(tmp_path, truth, method):
     errors = []
     for rtol in (1e-4, 1e-7):

@@ -140,6 +140,7 @@ def test_the_pendulum(tmp_path):
     assert period(tmp_path, "rope.segments=5") == pytest.approx(expected, rel=5e-4)
 
 
+@pytest.mark.slow
 def test_the_pendulum_on_a_light_stiff_line(tmp_path):
     # a tenth of the mass (half of it at the bob: 0.02 %), ten times the stiffness (0.005 %) and
     # the amplitude (0.06 %): nearer than a thousandth to 20.114 s

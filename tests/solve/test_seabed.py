@@ -108,6 +108,7 @@ def test_which_end_is_the_anchor_does_not_matter(tmp_path):
     assert other[:, ::-1] == pytest.approx(nodes, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_two_halves_joined_on_the_bed_are_the_whole(tmp_path):
     _, ends, nodes = at_rest(tmp_path, text((0, 0, 0), (400, 0, 100), 450, 1e8, 800))
     far = LINE.format(
@@ -149,7 +150,11 @@ def test_slack_is_left_on_the_bed(tmp_path, length):
 
 @pytest.mark.parametrize(
     ("key", "change"),
-    [("seabed.stiffness", 1e3), ("seabed.height", 1e-3), ("lines.chain.length", 1e-4)],
+    [
+        pytest.param("seabed.stiffness", 1e3, marks=pytest.mark.slow),
+        ("seabed.height", 1e-3),
+        pytest.param("lines.chain.length", 1e-4, marks=pytest.mark.slow),
+    ],
 )
 def test_derivatives_on_the_bed(tmp_path, key, change):
     # the implicit function theorem against central differences
@@ -249,6 +254,7 @@ def test_a_line_falls_on_the_bed_and_stays_there(tmp_path, damping):
     assert np.max(speed[-1]) < 0.02 * np.max(speed)
 
 
+@pytest.mark.slow
 def test_an_undamped_bed_gives_back_what_it_takes(tmp_path):
     ran = run_text(tmp_path, FALL.replace('damping = "{damping}"\n', "").format())
     assert ran.statuses == ["OK"]

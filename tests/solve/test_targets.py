@@ -122,6 +122,7 @@ def test_cargo_converges_at_second_order():
     assert mesh[0] / mesh[1] == pytest.approx(np.full(2, 4.0), rel=0.15)
 
 
+@pytest.mark.slow
 def test_a_winch_and_the_limit_of_no_stretch():
     EA = 75e6 * np.array([10.0, 100.0, 1000.0])  # 75 MN is a real rope's
     line = at_rest(winched(32), materials__wire__EA=EA).lines["line"]

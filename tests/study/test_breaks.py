@@ -107,7 +107,14 @@ LATER = {
 }
 
 
-@pytest.mark.parametrize(("text", "place"), LATER.values(), ids=LATER.keys())
+# each is a program of its own
+SOME_LATER = [
+    pytest.param(*case, marks=[] if name in ("held end", "along the line") else pytest.mark.slow)
+    for name, case in LATER.items()
+]
+
+
+@pytest.mark.parametrize(("text", "place"), SOME_LATER, ids=LATER.keys())
 @pytest.mark.parametrize("time", ["0 ms", "4 ms"])
 def test_a_later_break_is_the_same_break_later(tmp_path, text, place, time):
     if place == "rope.start":  # what is left must be held by something else than a force
@@ -136,7 +143,11 @@ def test_a_later_break_is_the_same_break_later(tmp_path, text, place, time):
 
 
 @pytest.mark.parametrize(
-    ("place", "length", "name"), [("rope.end", 100.0, "rope"), ("rope@40 m", 40.0, "rope-1")]
+    ("place", "length", "name"),
+    [
+        pytest.param("rope.end", 100.0, "rope", marks=pytest.mark.slow),
+        ("rope@40 m", 40.0, "rope-1"),
+    ],
 )
 def test_a_break_against_all_its_reflections(tmp_path, place, length, name):
     # the linear line by d'Alembert, 20 ms to break: what is left of it is 100 m or 40 m long

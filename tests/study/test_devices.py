@@ -25,15 +25,15 @@ CODE = """
 import sys
 import jax
 from lumpedcable.scene import load_study
-from lumpedcable.study import compiled, run
+from lumpedcable.study import compiled, run, shrinking
 seen = []
-real = run.advance_batch
+real = shrinking.advance_batch
 def watched(*arguments):
     found = real(*arguments)
     leaf = jax.tree.leaves(found[0].y)[0]
     seen.append([len(s.data) for s in leaf.addressable_shards])
     return found
-run.advance_batch = watched
+shrinking.advance_batch = watched
 from pathlib import Path
 run.run_study(load_study(sys.argv[1]), Path(sys.argv[2]))
 print(jax.device_count(), seen[0])

@@ -247,6 +247,7 @@ def test_a_break_while_the_line_still_rings():
 # --- laws, precision, water, bending --------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_law_with_a_dead_band():
     found = ran("dead-band", 100)
     close(found, "dead-band", 0.01)

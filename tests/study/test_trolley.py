@@ -178,6 +178,7 @@ def test_the_measure_of_ripple_sees_ripple():
     assert locked(time, wave) == pytest.approx(6.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_winch_keeps_its_tension_while_its_post_moves(folder):
     run = ran(folder, "fix.motion.surge.amplitude=0.3", "fix.motion.surge.phase=90 deg",
               "cargo.height=-0.31", "output.duration=1")  # fmt: skip
