@@ -79,7 +79,10 @@ def test_the_documentation_builds_without_a_warning(tmp_path):
 
 @pytest.mark.parametrize(
     "name",
-    ["parting-line", pytest.param("highline", marks=pytest.mark.slow)],  # a minute of compiling
+    [
+        pytest.param("parting-line", marks=pytest.mark.slow),
+        pytest.param("highline", marks=pytest.mark.slow),  # a minute of compiling
+    ],
 )
 def test_a_notebook_says_what_it_said(name):
     pytest.importorskip("nbclient", reason="the extra docs is not installed")

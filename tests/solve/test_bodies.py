@@ -69,6 +69,7 @@ def coordinates(ran, body="rod"):
     )
 
 
+@pytest.mark.slow
 def test_a_rod_on_a_spring_moves_as_its_equations_say(tmp_path):
     adaptive = '[solver]\nmethod = "dopri8"\nrtol = 1e-10\natol = 1e-11\n'
     ran = run_text(tmp_path, ROD + adaptive)

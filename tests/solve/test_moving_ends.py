@@ -45,6 +45,7 @@ def test_a_moved_end_is_where_it_is_moved_to(tmp_path):
     assert ran.statuses == ["OK"]
 
 
+@pytest.mark.slow
 def test_a_recorded_path_is_followed(tmp_path):
     t = np.linspace(0.0, 0.08, 9)
     x = 101 + 0.02 * np.sin(40 * t)

@@ -137,6 +137,7 @@ def test_a_winch_and_the_limit_of_no_stretch():
     assert steps[0] / steps[1] == pytest.approx(10.0, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_derivatives_go_through_targets():
     mine = winched(8)
     layout, coordinates = make_layout(mine), coordinates_of([mine])

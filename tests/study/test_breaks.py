@@ -69,6 +69,7 @@ class TestAlongTheLine:
         assert ran.statuses == ["OK"]
 
 
+@pytest.mark.slow
 def test_a_cut_is_not_felt_before_the_break(tmp_path):
     # the same line, whole or cut at 37.5 m, shaken at one end: nothing breaks in these 60 ms
     shaken = HOOKE.replace(

@@ -195,6 +195,7 @@ def test_a_graded_line_to_second_order():
 # --- breaks elsewhere and later -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_break_in_the_middle():
     found = ran("mid-break", 80)
     # 5 ms are five segments long: arrivals within one of them, speeds to the square of a fifth of it
@@ -277,6 +278,7 @@ def test_single_precision_against_double():
         assert off < worst * size, key
 
 
+@pytest.mark.slow
 def test_a_light_line_in_a_strong_current():
     found = ran("light-in-current", 50, "output.duration=45 s")
     values, right = CASE["light-in-current"].measure(found), CASE["light-in-current"].exact()

@@ -130,6 +130,7 @@ def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place, d
     assert height == pytest.approx(shape(found)[0], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_whole_and_ideal_cable_agree(folder):
     run = ran(folder)
     assert run.outcome.status.name == "OK"
