@@ -11,7 +11,6 @@ Everything that takes time to import is imported when it is used.
 
 from __future__ import annotations
 
-import difflib
 import json
 import shutil
 import tempfile
@@ -22,7 +21,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.reader import open_result
 from lumpedcable.scene import SceneError, load_study
 
@@ -259,11 +258,8 @@ class Result:
         )
 
     def _known(self, what: str, name: str, known: Sequence[str]) -> str:
-        if name in known:
-            return name
-        near = difflib.get_close_matches(name, known, 1)
-        told = f"nearest: {near[0]}" if near else f"there is {', '.join(known) or 'none'}"
-        raise ResultError(f"{self.path}: no {what} {name!r}; {told}")
+        check_known(self.path, what, name, known)
+        return name
 
     def _opened(self, group: str | None) -> xarray.Dataset:
         try:

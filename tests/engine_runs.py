@@ -28,11 +28,15 @@ p4 = "262.7 kN"
 p5 = "135.5 N"
 tension_only = false
 """
-ROPE = f"""{NYLON}
+
+
+def nylon_rope(segments, duration, every="1 ms"):
+    """The paper's rope of so many segments, which parts at its end."""
+    return f"""{NYLON}
 [lines.rope]
 material = "nylon"
 length = "60 m"
-segments = 100
+segments = {segments}
 mass = "2.238 kg/m"
 start = {{ fixed = [0, 0, 0] }}
 end = {{ held = {{ pretension = "45 kN", direction = [1, 0, 0] }} }}
@@ -42,9 +46,12 @@ breaks = "rope.end"
 time = "5 ms"
 
 [output]
-duration = "20 ms"
-every = "1 ms"
+duration = "{duration}"
+every = "{every}"
 """
+
+
+ROPE = nylon_rope(100, "20 ms")
 # a line of Hooke's law with round numbers: 1000 m/s, 50 m/s when it is let go
 HOOKE = """
 [materials.hooke]

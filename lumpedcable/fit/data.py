@@ -93,6 +93,11 @@ class Problem:
         return sum(series.values.size for series in self.series)
 
     @property
+    def freedom(self) -> int:
+        """Degrees of freedom that the data leave: values beyond the parameters, 1 at least."""
+        return max(self.points - len(self.parameters), 1)
+
+    @property
     def known_noise(self) -> bool:
         """Whether the noise was given, rather than to be found from what the fit leaves."""
         return all(series.noise is not None for series in self.series)

@@ -56,7 +56,7 @@ def profile_of(fitted: Fitted, k: int) -> Profile:
     Analysis, 1988, section 6.1). The limit is the normal quantile of the confidence, or Student's t
     where the noise was found from the fit; where the root passes it is interpolated.
     """
-    free = max(fitted.problem.points - len(fitted.problem.parameters), 1)
+    free = fitted.problem.freedom
     s = 1.0 if fitted.problem.known_noise else float(np.sqrt(fitted.loss / free))
     reach = reach_of(fitted.problem.known_noise, fitted.problem.method.confidence, free)
     best, count = float(fitted.values[k]), 0

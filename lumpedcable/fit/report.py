@@ -200,8 +200,7 @@ def _quality(fitted: Fitted) -> str:
             f"{problem.points} values; what is left is {100 * left:.2g} % of the largest value of "
             "each column, taken as its noise."
         )
-    free = max(problem.points - len(problem.parameters), 1)
-    chance = chance_of(free * left**2, problem)
+    chance = chance_of(problem.freedom * left**2, problem)
     text = f"{problem.points} values; deviations are {left:.3g} times the noise."
     if chance < UNLIKELY and problem.method.loss == "squares":
         text += (

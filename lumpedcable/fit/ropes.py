@@ -14,7 +14,7 @@ from lumpedcable.fit.data import Problem
 from lumpedcable.fit.minimise import Found, searches
 from lumpedcable.fit.residual import unpacked
 from lumpedcable.fit.run import Fitted, fit_problem, fitted_from
-from lumpedcable.fit.seek import NUDGE, STEP_ROUNDS, Sought, Start, bad_end, seek
+from lumpedcable.fit.seek import Sought, Start, at_own_steps, bad_end, beside, seek
 from lumpedcable.fit.transforms import to_unbounded, to_values
 
 __all__ = ["fit_ropes"]
@@ -85,21 +85,16 @@ def _searched(problem: Problem, spec: Spec, arrays: Arrays, z) -> tuple[Found, A
     found = once(z, arrays)
     if problem.records:
         random = np.random.default_rng(method.seed)
-        beside = NUDGE * np.maximum(np.abs(found.z), 1.0) * random.standard_normal(found.z.shape)
-        found = _better(found, once(found.z + beside, arrays))
-    for _ in range(STEP_ROUNDS):
-        taken = jax.vmap(lambda a, flat: unpacked(spec, a, flat).steps)(arrays, found.flat)
-        wanted = [np.asarray(n).astype(int) for n in taken]
-        if all(
-            group.plan.adaptive or np.array_equal(a.steps, n)
-            for group, a, n in zip(spec.groups, arrays.groups, wanted, strict=True)
-        ):
-            break
-        groups = tuple(a._replace(steps=n) for a, n in zip(arrays.groups, wanted, strict=True))
-        arrays = arrays._replace(groups=groups)
+        found = _better(found, once(beside(found.z, random), arrays))
+
+    def again(found: Found, arrays: Arrays) -> Found:
         after = once(found.z, arrays)
-        found = after._replace(steps=found.steps + after.steps, failed=found.failed + after.failed)
-    return found, arrays
+        return after._replace(steps=found.steps + after.steps, failed=found.failed + after.failed)
+
+    def taken(arrays: Arrays, found: Found):
+        return jax.vmap(lambda a, flat: unpacked(spec, a, flat).steps)(arrays, found.flat)
+
+    return at_own_steps(spec, arrays, found, taken, again)
 
 
 def _better(one: Found, other: Found) -> Found:

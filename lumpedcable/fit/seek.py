@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -18,7 +18,16 @@ from lumpedcable.fit.residual import penalised, unpacked
 from lumpedcable.fit.transforms import to_unbounded, to_values, transform_of
 from lumpedcable.status import Status
 
-__all__ = ["Sought", "Start", "bad_end", "chance_of", "seek", "settled"]
+__all__ = [
+    "Sought",
+    "Start",
+    "at_own_steps",
+    "bad_end",
+    "beside",
+    "chance_of",
+    "seek",
+    "settled",
+]
 
 Array = NDArray[np.float64]
 
@@ -137,15 +146,14 @@ def bad_end(problem: Problem, spec: Spec, sought: Sought) -> bool:
     status = unpacked(spec, sought.arrays, sought.best.flat).status
     if any(np.any(np.asarray(s) != Status.OK) for s in status):
         return True
-    free = max(problem.points - len(problem.parameters), 1)
     if not problem.known_noise:
-        return bool(np.sqrt(best.loss / free) > POOR)
+        return bool(np.sqrt(best.loss / problem.freedom) > POOR)
     return chance_of(best.loss, problem) < UNLIKELY
 
 
 def chance_of(square: float, problem: Problem) -> float:
     """Probability of a sum of squared deviations (over the noise) so large, if the scene is right."""
-    return float(stats.chi2.sf(square, max(problem.points - len(problem.parameters), 1)))
+    return float(stats.chi2.sf(square, problem.freedom))
 
 
 def settled(
@@ -168,23 +176,45 @@ def settled(
         return found
 
     found = _nudged(problem, once, once(z, arrays), arrays)
-    for _ in range(STEP_ROUNDS):
-        taken = unpacked(spec, arrays, found.flat).steps
-        wanted = [int(n) for n in taken]
-        if all(
-            group.steps is not None or group.plan.adaptive or int(a.steps) == n
-            for group, a, n in zip(spec.groups, arrays.groups, wanted, strict=True)
-        ):
-            break
-        arrays = arrays._replace(
-            groups=tuple(
-                a._replace(steps=np.asarray(n)) for a, n in zip(arrays.groups, wanted, strict=True)
-            )
-        )
-        found = once(found.z, arrays)
+    found, arrays = at_own_steps(
+        spec, arrays, found, lambda a, end: unpacked(spec, a, end.flat).steps,
+        lambda end, a: once(end.z, a),
+    )  # fmt: skip
     values = np.asarray(to_values(arrays.transform, found.z))
     loss = float(np.sum(found.residual**2))
     return Start(start, values, loss, steps, failed, bool(found.converged)), found, arrays
+
+
+def at_own_steps(
+    spec: Spec,
+    arrays: Arrays,
+    found: Found,
+    taken: Callable[[Arrays, Found], Sequence[Any]],
+    again: Callable[[Found, Arrays], Found],
+) -> tuple[Found, Arrays]:
+    """A search and its arrays, gone on with until it ends at the steps that its end wants.
+
+    Args:
+        spec, arrays, found: the search, or searches side by side.
+        taken: of arrays and ends, the steps of each group that they want.
+        again: goes on from an end with other arrays.
+    """
+    for _ in range(STEP_ROUNDS):
+        wanted = [np.asarray(n).astype(int) for n in taken(arrays, found)]
+        if all(
+            group.steps is not None or group.plan.adaptive or np.array_equal(a.steps, n)
+            for group, a, n in zip(spec.groups, arrays.groups, wanted, strict=True)
+        ):
+            break
+        groups = tuple(a._replace(steps=n) for a, n in zip(arrays.groups, wanted, strict=True))
+        arrays = arrays._replace(groups=groups)
+        found = again(found, arrays)
+    return found, arrays
+
+
+def beside(z: Array, random: np.random.Generator) -> Array:
+    """A place next to the end of a search."""
+    return z + NUDGE * np.maximum(np.abs(z), 1.0) * random.standard_normal(z.shape)
 
 
 def _nudged(problem: Problem, once, found: Found, arrays: Arrays) -> Found:
@@ -195,10 +225,7 @@ def _nudged(problem: Problem, once, found: Found, arrays: Arrays) -> Found:
     """
     random = np.random.default_rng(problem.method.seed)
     for _ in range(NUDGES if problem.records else 0):
-        beside = found.z + NUDGE * np.maximum(np.abs(found.z), 1.0) * random.standard_normal(
-            found.z.size
-        )
-        other = once(beside, arrays)
+        other = once(beside(found.z, random), arrays)
         here, there = (float(np.sum(one.residual**2)) for one in (found, other))
         if there < here:
             found = other

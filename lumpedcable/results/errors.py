@@ -1,5 +1,11 @@
 """Errors of the results file, each with a one-line message meant for the user."""
 
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
 
 class OutputError(Exception):
     """The results cannot be written where they were asked for; the message says where and why."""
@@ -7,3 +13,12 @@ class OutputError(Exception):
 
 class ResultError(Exception):
     """A file cannot be read as a result, or lacks what was asked of it; the message says why."""
+
+
+def check_known(path: Path, what: str, name: str, known: Iterable[str]) -> None:
+    """Raise ResultError, with the nearest name, where a file has no such `what`."""
+    known = list(known)
+    if name not in known:
+        near = difflib.get_close_matches(name, known, 1)
+        hint = f"nearest: {near[0]}" if near else f"there is {', '.join(known) or 'none'}"
+        raise ResultError(f"{path}: no {what} {name!r}; {hint}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.attributes import attributes_of as _attributes
 from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
-from lumpedcable.results.errors import ResultError
+from lumpedcable.results.errors import ResultError, check_known
 from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.schema import PARTIAL_SUFFIX, check_version
 from lumpedcable.results.series import Series
@@ -313,11 +312,7 @@ class ResultFile:
         return [key for key, item in group.items() if isinstance(item, kind)]
 
     def _check(self, what: str, name: str, known: Iterable[str]) -> None:
-        known = list(known)
-        if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            hint = f"; nearest: {near[0]}" if near else f"; there is {', '.join(known) or 'none'}"
-            raise ResultError(f"{self.path}: no {what} {name!r}{hint}")
+        check_known(self.path, what, name, known)
 
 
 def open_result(path: str | Path) -> ResultFile:

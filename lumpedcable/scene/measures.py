@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Tag, model_validator
 
@@ -108,15 +108,48 @@ def _together(measure: HeightMeasure | SpeedMeasure) -> Iterator[Problem]:
         yield Problem(("within",), "expected within or beyond with near, found neither")
 
 
-class TensionMeasure(Part):
+class LineMeasure(Part):
+    """The largest of something at a place of a line; the key that names the line is its `KIND`."""
+
+    KIND: ClassVar[Literal["tension", "speed"]]
+    WORDS: ClassVar[str]
+    LEAST: ClassVar[bool] = False
+    if TYPE_CHECKING:  # each has its own, where it stands best
+        place: float | None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _split_place(cls, data: Any) -> Any:
+        return split_place(data, cls.KIND)
+
+    @property
+    def at(self) -> str:
+        """The line, or the end of it."""
+        return getattr(self, self.KIND)
+
+    def target(self) -> tuple[str, Literal["start", "end"] | None, float | None]:
+        """Return (line, "start" or "end", None) or (line, None, place in m)."""
+        return target_of(self.at, self.place)
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        return f"{self.WORDS} {self.at}" + ("" if self.place is None else f"@{self.place:g} m")
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where the place is missing or given twice."""
+        yield from place_problems(self.KIND, self.at, self.place)
+
+
+class TensionMeasure(LineMeasure):
     """The largest tension at a place of a line, linear between the middles of segments.
 
     ``tension = "rope@30 m"`` is short for ``tension = "rope"`` with ``place = "30 m"``.
     """
 
-    KIND: ClassVar[Literal["tension"]] = "tension"
+    KIND: ClassVar[Literal["tension", "speed"]] = "tension"
+    WORDS: ClassVar[str] = "tension at"
     UNIT: ClassVar[str] = "N"
-    LEAST: ClassVar[bool] = False
     tension: Annotated[Text, AfterValidator(target_text)]
     """The end ("rope.end"), or the line ("rope") at ``place``."""
     place: Length | None = None
@@ -124,34 +157,16 @@ class TensionMeasure(Part):
     limit: NonNegativeForce | None = None
     """Largest tension in N that is safe. Absent: none."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _split_place(cls, data: Any) -> Any:
-        return split_place(data, "tension")
 
-    def target(self) -> tuple[str, Literal["start", "end"] | None, float | None]:
-        """Return (line, "start" or "end", None) or (line, None, place in m)."""
-        return target_of(self.tension, self.place)
-
-    @property
-    def words(self) -> str:
-        """What it is."""
-        return f"tension at {_where(self.tension, self.place)}"
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield a fault where the place is missing or given twice."""
-        yield from place_problems("tension", self.tension, self.place)
-
-
-class LineSpeedMeasure(Part):
+class LineSpeedMeasure(LineMeasure):
     """The largest speed of a place of a line, linear between nodes.
 
     ``speed = "rope@30 m"`` is short for ``speed = "rope"`` with ``place = "30 m"``.
     """
 
-    KIND: ClassVar[Literal["speed"]] = "speed"
+    KIND: ClassVar[Literal["tension", "speed"]] = "speed"
+    WORDS: ClassVar[str] = "speed of"
     UNIT: ClassVar[str] = "m/s"
-    LEAST: ClassVar[bool] = False
     speed: Annotated[Text, AfterValidator(target_text)]
     """The end ("rope.end"), or the line ("rope") at ``place``."""
     place: Length | None = None
@@ -159,27 +174,8 @@ class LineSpeedMeasure(Part):
     limit: PositiveSpeed | None = None
     """Largest speed in m/s that is safe. Absent: none."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _split_place(cls, data: Any) -> Any:
-        return split_place(data, "speed")
-
-    def target(self) -> tuple[str, Literal["start", "end"] | None, float | None]:
-        """Return (line, "start" or "end", None) or (line, None, place in m)."""
-        return target_of(self.speed, self.place)
-
-    @property
-    def words(self) -> str:
-        """What it is."""
-        return f"speed of {_where(self.speed, self.place)}"
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield a fault where the place is missing or given twice."""
-        yield from place_problems("speed", self.speed, self.place)
-
 
 BodyMeasure = HeightMeasure | SpeedMeasure
-LineMeasure = TensionMeasure | LineSpeedMeasure
 _KINDS = {
     "height": HeightMeasure,
     "climb": SpeedMeasure,
@@ -187,10 +183,6 @@ _KINDS = {
     "speed": LineSpeedMeasure,
 }
 _MEASURE = "a table with height, climb, tension or speed"
-
-
-def _where(name: str, place: float | None) -> str:
-    return name if place is None else f"{name}@{place:g} m"
 
 
 def _pick_measure(value: Any) -> str:

@@ -34,17 +34,22 @@ def block_jacobian(
 
 
 def solve_blocks(
-    matrix: BlockTridiagonal, right: Float[Array, "blocks b"]
+    matrix: BlockTridiagonal,
+    right: Float[Array, "blocks b"],
+    solve: Callable[[Array, Array], Array] = jnp.linalg.solve,
 ) -> Float[Array, "blocks b"]:
     """Solution of a block tridiagonal system by block elimination (Thomas), without pivoting
-    between blocks."""
+    between blocks; `solve` of a block (b, b) and right sides (b, n) is what is done within one.
+
+    The first lower and the last upper block meet zeros.
+    """
     lower, diagonal, upper = matrix
 
     def forward(carry, row):
         gain, value = carry
         low, middle, up, r = row
         pivot = middle - low @ gain
-        both = jnp.linalg.solve(pivot, jnp.concatenate([up, (r - low @ value)[:, None]], axis=1))
+        both = solve(pivot, jnp.concatenate([up, (r - low @ value)[:, None]], axis=1))
         return (both[:, :-1], both[:, -1]), (both[:, :-1], both[:, -1])
 
     zero = (jnp.zeros_like(diagonal[0]), jnp.zeros_like(right[0]))

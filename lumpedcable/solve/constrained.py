@@ -28,8 +28,9 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.paths import paths_of
 from lumpedcable.model.rods import to_lines, to_segments
 from lumpedcable.model.state import State
-from lumpedcable.solve.banded import solve_chain
+from lumpedcable.solve.blocks import solve_blocks
 from lumpedcable.solve.leapfrog import CableTerm
+from lumpedcable.solve.matrices import eliminated
 from lumpedcable.solve.rods import (
     Chain,
     Guess,
@@ -182,7 +183,7 @@ def _kick_path(model: Model, chain: Chain, memory: Memory | None, dt, ahead) -> 
         guess, grips = last.memory
         pushes = {at: _push(model, chain, at, grip) for at, grip in grips.items()}
         system = system_of(model, chain, guess, pushes, dt, ahead)
-        x = solve_chain(*system.blocks, system.right)
+        x = solve_blocks(system.blocks, system.right, eliminated)
         found = {at: hub_gain(system, chain, at, pushes.get(at), x, dt) for at in chain.hubs}
         gains = {at: gain for at, (gain, _) in found.items()}
         needed = {at: force for at, (_, force) in found.items()}

@@ -21,7 +21,7 @@ from lumpedcable.physics.motion import mean_velocity_of
 from lumpedcable.physics.place import place
 from lumpedcable.physics.rod import ROD_SHARES, rod_drag, rod_mass
 from lumpedcable.physics.vectors import dot
-from lumpedcable.solve.banded import at_first, at_last, both, flip, onto, times
+from lumpedcable.solve.matrices import at_first, at_last, both, flip, onto, times
 
 __all__ = [
     "Chain",

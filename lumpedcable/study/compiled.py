@@ -63,10 +63,12 @@ def configure() -> None:
 
 configure()
 
+ON_CPU = jax.default_backend() == "cpu"
+
 
 def _understood(options: dict[str, Any]) -> dict[str, Any] | None:
     """Options of the CPU's compiler, or None where this version of it does not know them."""
-    if jax.default_backend() != "cpu":
+    if not ON_CPU:
         return None
     try:
         jax.jit(lambda: 0, compiler_options=options)()
@@ -77,8 +79,10 @@ def _understood(options: dict[str, Any]) -> dict[str, Any] | None:
 
 # Statics and start run once: compiling them takes longer than running them ever will, so that the
 # compiler is asked not to try hard.
-RUN_ONCE = _understood(
+RUN_ONCE = (
     {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
+    if ON_CPU
+    else None
 )
 # Sums of a hundred numbers go to a library for large ones otherwise; steps of 64 lines take a fifth
 # less time without it.

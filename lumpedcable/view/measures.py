@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile
@@ -30,11 +34,7 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
         ax.plot(result.time * to_time, table[run], **look)
         entries.append(Line2D([], [], label=title.replace("\n", ", "), **look))
         drawn.append(table[run])
-    limit = attributes.get("limit")
-    if limit is not None:
-        ax.axhline(float(limit), color=style.NEUTRAL, linewidth=0.8)
-        entries.append(Line2D([], [], label="limit", color=style.NEUTRAL, linewidth=0.8))
-        drawn.append(np.asarray([float(limit)]))
+    _draw_limit(ax, attributes.get("limit"), entries, drawn)
     values = np.concatenate(drawn)
     if np.isfinite(values).any():
         ax.set_ylim(style.limits(values))
@@ -58,11 +58,7 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
     ax.grid(False, axis="x")
     ax.set_xticks(places, labels, rotation=90 if max(map(len, labels)) > 3 else 0)
     drawn, entries = [values, np.zeros(1)], []
-    limit = told.get("limit")
-    if limit is not None:
-        ax.axhline(float(limit), color=style.NEUTRAL, linewidth=0.8)
-        entries.append(Line2D([], [], label="limit", color=style.NEUTRAL, linewidth=0.8))
-        drawn.append(np.asarray([float(limit)]))
+    _draw_limit(ax, told.get("limit"), entries, drawn)
     ax.set_ylim(style.limits(np.concatenate(drawn)))
     words, unit = str(told.get("long_name", name)), str(told.get("units", "1"))
     ax.set_ylabel(style.wrapped(style.with_unit(words, unit), 2.0))
@@ -70,3 +66,13 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
     note = f"{failed} of {result.runs} runs went wrong; what they came to before counts."
     style.foot(figure, note if failed else "", entries)
     return figure
+
+
+def _draw_limit(ax: Axes, limit: Any, entries: list[Line2D], drawn: list[NDArray[Any]]) -> None:
+    """A line at the limit of a measure, if it has one, with its legend entry and its place."""
+    if limit is None:
+        return
+    look = {"color": style.NEUTRAL, "linewidth": 0.8}
+    ax.axhline(float(limit), **look)
+    entries.append(Line2D([], [], label="limit", **look))
+    drawn.append(np.asarray([float(limit)]))

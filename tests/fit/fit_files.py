@@ -1,7 +1,7 @@
 """Fits for the tests: scenes, fit files and data that are made on the spot from known numbers."""
 
 import numpy as np
-from engine_runs import NYLON
+from engine_runs import nylon_rope
 from nylon_line import P1, P2, P3, P4, P5, tension
 
 from lumpedcable.fit.load import load_fit
@@ -10,23 +10,7 @@ TRUTH = np.array([P1, P2, P3, P4, P5])
 NAMES = [f"materials.nylon.p{k}" for k in range(1, 6)]
 
 # a line that is not simulated, so that the scene is complete
-SCENE = f"""{NYLON}
-[lines.rope]
-material = "nylon"
-length = "60 m"
-segments = 20
-mass = "2.238 kg/m"
-start = {{ fixed = [0, 0, 0] }}
-end = {{ held = {{ pretension = "45 kN", direction = [1, 0, 0] }} }}
-
-[events.break]
-breaks = "rope.end"
-time = "5 ms"
-
-[output]
-duration = "20 ms"
-every = "1 ms"
-"""
+SCENE = nylon_rope(20, "20 ms")
 BENCH = """
 [experiments.bench]
 material = "nylon"

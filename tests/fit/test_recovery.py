@@ -8,9 +8,10 @@ import jax
 import numpy as np
 import pytest
 from command_line import ROOT, say
-from engine_runs import NYLON
+from engine_runs import nylon_rope
 from fit_files import NAMES, TRUTH, fit_of, free
 
+from benchmarks.fitting import begun
 from lumpedcable.fit.arrays import arrays_of
 from lumpedcable.fit.report import remarks_of, status_of
 from lumpedcable.fit.residual import predict
@@ -19,21 +20,6 @@ from lumpedcable.fit.run import fit_problem
 from lumpedcable.study.compiled import RUN_ONCE
 
 # four pretensions of Zhu, Yin & Shen 2018; the law is told by the force at the wall and the end's place
-ROPE = f"""{NYLON}
-[lines.rope]
-material = "nylon"
-length = "60 m"
-segments = 10
-mass = "2.238 kg/m"
-start = {{ fixed = [0, 0, 0] }}
-end = {{ held = {{ pretension = "45 kN", direction = [1, 0, 0] }} }}
-[events.break]
-breaks = "rope.end"
-time = "5 ms"
-[output]
-duration = "100 ms"
-every = "2 ms"
-"""
 PULLS = (45, 180, 315, 450)
 RECORD = """
 [experiments.at-{pull}]
@@ -53,15 +39,7 @@ def breaks(folder, segments=10):
     (folder / "test.csv").write_text("t (ms),F,x\n" + rows)
     text = 'scene = "scene.toml"\n' + free(TRUTH)
     text += "".join(RECORD.format(pull=pull) for pull in PULLS)
-    return fit_of(folder, text, ROPE.replace("segments = 10", f"segments = {segments}")).problem
-
-
-def begun(problem, values):
-    """The same problem from other start values."""
-    parameters = [
-        replace(p, start=float(x)) for p, x in zip(problem.parameters, values, strict=True)
-    ]
-    return replace(problem, parameters=tuple(parameters))
+    return fit_of(folder, text, nylon_rope(segments, "100 ms", "2 ms")).problem
 
 
 def answers(problem):
