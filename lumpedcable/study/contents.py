@@ -362,7 +362,7 @@ def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]
         found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
         turned = values[..., d:]
         if d == 2:
-            turned = turned * np.cross(coordinates.axes[:, 1], coordinates.axes[:, 0])
+            turned = turned * coordinates.normal
         found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
     return found
 
