@@ -357,6 +357,10 @@ def _events(draft: Draft) -> Iterator[Problem]:
         line = draft.lines[target]
         if line is None:
             continue
+        if line.model == "ideal":
+            message = f'expected model = "lumped" for a line that breaks, found "{target}", ideal'
+            yield Problem(path, message)
+            continue
         if place is not None and not 0 < place < line.unstretched:
             yield Problem(
                 ("events", name, "place"),
