@@ -43,11 +43,11 @@ class Coordinates(NamedTuple):
         """The axis (3,) in x, y, z about which a body turns in a plane."""
         return plane_normal(self.axes)
 
-    def turns(self) -> np.ndarray:
-        """What takes roll, pitch and yaw to the angles that a body has here, (a, 3)."""
+    def turns(self) -> Float[Array, "a 3"]:
+        """What takes roll, pitch and yaw to the angles that a body has here."""
         if self.dimensions == 3:
-            return np.eye(3)
-        return self.normal[None] if self.dimensions == 2 else np.zeros((0, 3))
+            return jnp.eye(3)
+        return jnp.asarray(self.normal)[None] if self.dimensions == 2 else jnp.zeros((0, 3))
 
     def vector(self, vector: Sequence[Any]) -> Float[Array, " d"]:
         """A direction, velocity or force given in x, y, z, in the scene's own coordinates."""
@@ -203,8 +203,8 @@ def _pushes(body: Body) -> list[np.ndarray]:
     """Directions in which waves can move a free body: along, or across the axes that it turns about."""
     if body.waves is None:
         return []
-    ways, axes = dict(zip(FREEDOMS, WAYS, strict=True)), np.eye(3)
-    names = [n for n in body.waves.names() if body.free is None or ways[n] in body.free]
+    axes = np.eye(3)
+    names = [n for n in body.waves.names() if body.free is None or WAYS[n] in body.free]
     found = [axes[FREEDOMS.index(name)] for name in names if name in SHIFTS]
     for name in names:
         if name in TURNS:

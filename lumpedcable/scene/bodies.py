@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from lumpedcable.scene.motions import FREEDOMS, HarmonicWaves, Waves
+from lumpedcable.scene.motions import HarmonicWaves, Waves
 from lumpedcable.scene.part import Name, Part, Problem
 from lumpedcable.scene.quantities import (
     Angle,
@@ -30,7 +30,10 @@ from lumpedcable.scene.quantities import (
 
 Freedom = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 ANGLES: tuple[Freedom, ...] = ("roll", "pitch", "yaw")
-WAYS: tuple[Freedom, ...] = ("x", "y", "z", *ANGLES)
+WAYS: dict[str, str] = {
+    "surge": "x", "sway": "y", "heave": "z", "roll": "roll", "pitch": "pitch", "yaw": "yaw"
+}  # fmt: skip
+"""The way in `free` of each freedom that waves push."""
 
 # any of these makes a body a rigid one
 _RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "friction", "drag",
@@ -162,13 +165,12 @@ class Body(Part):
         if self.hull is not None and self.volume is not None:
             yield Problem(("volume",), "expected volume or hull, found both")
         if isinstance(self.waves, HarmonicWaves):
-            ways = dict(zip(FREEDOMS, WAYS, strict=True))
             for name in self.waves.names():
-                if self.free is not None and ways[name] not in self.free:
+                if self.free is not None and WAYS[name] not in self.free:
                     yield Problem(
                         ("waves", name),
                         f"expected a way that the body can move in, found {name}, without "
-                        f'"{ways[name]}" in free',
+                        f'"{WAYS[name]}" in free',
                     )
         for name in self.points:
             if name in ("start", "end"):
