@@ -7,6 +7,7 @@ import json
 import platform
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -252,9 +253,6 @@ class Contents:
     def attributes(self) -> dict[str, Any]:
         """What the file says of itself."""
         scene = self.scene
-        names = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "h5py")
-        versions = {name: importlib.metadata.version(name) for name in names}
-        versions["python"] = platform.python_version()
         return {
             "title": scene.title,
             "scene": self.study.text,
@@ -267,7 +265,7 @@ class Contents:
             "waves": wave_scheme(scene),
             "coordinates": self.laid.coordinates.dimensions,
             "lumpedcable_version": __version__,
-            "versions": json.dumps(versions),
+            "versions": json.dumps(versions()),
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "events": json.dumps(
                 {name: [e.breaks, e.place, e.start, e.time] for name, e in scene.events.items()}
@@ -352,6 +350,14 @@ class Contents:
                          "segment": self.segments.get(name, 0), "xyz": 3, "angle": 3}  # fmt: skip
                 shape = (1, self.laid.count + 1, *(sizes[d] for d in variable.dims[2:]))
                 writer.write(variable.path, np.full(shape, np.nan), run=slice(row, row + 1))
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Versions of what computes, by name."""
+    names = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "h5py")
+    found = {name: importlib.metadata.version(name) for name in names}
+    return found | {"python": platform.python_version()}
 
 
 def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
