@@ -211,16 +211,19 @@ class Result:
 
         return Figures(figures_of(self.path))
 
-    def view(self) -> Page:
+    def view(self, run: int | None = None) -> Page:
         """The moving scene as a page: a notebook shows it, `.save("page.html")` writes it.
 
+        Args:
+            run: the one that it opens with; the first if None.
+
         Raises:
-            ResultError: the file holds no positions.
+            ResultError: the file holds no positions, or no such run.
         """
         from lumpedcable.page.document import document
         from lumpedcable.page.recorded import recorded
 
-        payload = recorded(self.path)
+        payload = recorded(self.path, run)
         return Page(document(payload, payload.pack.text()))
 
     def animate(self, path: str | Path, run: int = 0, seconds: float = 8.0) -> Path:

@@ -57,8 +57,7 @@ def animate_result(
     if not (seconds > 0.0 and fps > 0):
         raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
     with open_result(path) as result, style.styled():
-        if not 0 <= run < result.runs:
-            raise ResultError(f"{path}: expected a run from 0 to {result.runs - 1}, found {run}")
+        result.hold(run)
         film = _Film(result, run, seconds)
         # the writers take the format from the name
         partial = target.with_name(f".{target.stem}.partial{target.suffix}")
