@@ -27,6 +27,9 @@ class Part(BaseModel):
     FILE: ClassVar[tuple[str, ...]] = ()
     """The key that names a file, where there may be one, and the keys that its contents fill."""
 
+    DRAWN: ClassVar[tuple[str, ...]] = ()
+    """Keys that pictures alone read: nothing that is computed depends on them."""
+
     model_config = ConfigDict(
         frozen=True,
         extra="forbid",

@@ -269,7 +269,7 @@ class Recorded {
       return { x, y: h.table.row(run).map((v) => v * h.factor), colour, dash };
     });
     [low, high] = limits(low, high);
-    this.key.textContent = picked.length > 1 ? "start ┄  end ─" : "";
+    this.key.textContent = picked.length > 1 ? "start dotted, end solid" : "";
     this.historyPlot.show({ x: { words: "time", unit, low: x[0], high: x.at(-1) },
       y: { unit: picked[0].unit, low, high }, curves, tables,
       cursor: this.clock ? this.clock.now * factor : x[0] });

@@ -61,7 +61,7 @@ export class Scenery {
       high = Math.max(high, b);
     }
     if (!(low <= high)) return null;
-    if (low > 0 && low < 0.4 * high) low = 0;
+    if (low > 0 && (low < 0.4 * high || low === high)) low = 0;
     return [low, high];
   }
 
