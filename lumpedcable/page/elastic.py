@@ -88,9 +88,9 @@ def _controls(scene: Scene, kinds: dict[str, Quantity]) -> list[Control]:
     for key, value in scene.numbers().items():
         if key not in kinds or _MOVING.search(key) or _LONG.search(key):
             continue
-        if ".drag." in key and not flows:
-            continue
         *above, last = key.split(".")
+        if (".drag." in key and not flows) or (last == "mass" and scene.gravity is None):
+            continue
         group = ".".join(above[:2])
         words = key.removeprefix(group).lstrip(".") or last
         low, high = _range(value, kinds[key], size)
