@@ -29,7 +29,6 @@ _MOVING = re.compile(
     r"|amplitude|period|phase|ramp|grading|speed|stop|ease|friction|inertia|response|omega)(\.|$)"
 )
 _LONG = re.compile(r"\.(segment_lengths|strain|tension|time)\.\d+$")  # tables of many numbers
-_FLOW = re.compile(r"\.drag\.|\.current\.|^water\.density|^air\.density")
 
 
 def elastic_model(study: Study, run: int = 0) -> Model:
