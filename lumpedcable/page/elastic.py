@@ -83,9 +83,9 @@ def _controls(scene: Scene, kinds: dict[str, Quantity]) -> list[Control]:
     """The numbers that a shape at rest depends on."""
     flows = scene.fluid is not None and scene.fluid.current is not None
     size = max((line.length for line in scene.lines.values()), default=1.0)
-    found = []
+    found, chosen = [], {target.change for target in scene.targets.values()}
     for key, value in scene.numbers().items():
-        if key not in kinds or _MOVING.search(key) or _LONG.search(key):
+        if key in chosen or key not in kinds or _MOVING.search(key) or _LONG.search(key):
             continue
         *above, last = key.split(".")
         if (".drag." in key and not flows) or (last == "mass" and scene.gravity is None):
