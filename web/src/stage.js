@@ -116,7 +116,8 @@ export class Stage {
     const out = Math.tan((this.camera.fov * Math.PI) / 360);
     const inverse = this.camera.matrixWorldInverse.copy(this.camera.matrixWorld).invert();
     let distance = 0;
-    const room = { x: 0.86, y: 0.7 };
+    // labels stand some 50 pixels beside
+    const room = { x: Math.min(0.86, 1 - 104 / Math.max(this.host.clientWidth, 208)), y: 0.7 };
     for (const x of [low[0], high[0]]) for (const y of [low[1], high[1]]) for (const z of [low[2], high[2]]) {
       const p = new Vector3(x, y, z * this.rise).applyMatrix4(inverse);
       const depth = p.z + 1;
