@@ -120,7 +120,7 @@ class Resting:
     def _at_rest(self, numbers: Mapping[str, float]) -> AtRest | None:
         """The scene with these numbers, None where no equilibrium was found."""
         # floats, always: another type would be another program
-        every = self.scene.numbers() | numbers
+        every = {**self.scene.numbers(), **numbers}
         scene = self.scene.with_numbers(every)
         coordinates = coordinates_of([scene])
         found = _at_rest(
