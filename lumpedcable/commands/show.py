@@ -83,11 +83,12 @@ def animate(
     fps
         Frames in a second.
     """
+    from lumpedcable.page.unrecorded import ideal_lines
     from lumpedcable.view import animate_result
 
     with told():
         target = output or result.parent / f"{Path(result.name.removesuffix('.partial')).stem}.gif"
-        print(animate_result(result, target, run_, seconds, fps))
+        print(animate_result(result, target, run_, seconds, fps, ideal_lines))
 
 
 def export(

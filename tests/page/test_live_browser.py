@@ -116,7 +116,9 @@ def test_it_draws(browser, url, tmp_path, size):
         drawn = abs(pixels - pixels[2, 2]).max(axis=2) > 0.25
         assert drawn.any(axis=0).mean() > 0.4
         # it hangs from high on the left to low on the right: columns of drawn pixels go down
-        middle = pixels[70:-90, pixels.shape[1] // 4 : -pixels.shape[1] // 4]  # no buttons, no legend
+        middle = pixels[
+            70:-90, pixels.shape[1] // 4 : -pixels.shape[1] // 4
+        ]  # no buttons, no legend
         line = abs(middle - pixels[2, 2]).max(axis=2) > 0.4
         columns = np.flatnonzero(line.any(axis=0))
         tops = [np.flatnonzero(line[:, c]).min() for c in columns]
