@@ -30,7 +30,7 @@ class Part(BaseModel):
     DRAWN: ClassVar[tuple[str, ...]] = ()
     """Keys that pictures alone read: nothing that is computed depends on them."""
 
-    model_config = ConfigDict(
+    model_config: ClassVar[ConfigDict] = ConfigDict(
         frozen=True,
         extra="forbid",
         use_attribute_docstrings=True,
