@@ -211,23 +211,27 @@ class Result:
 
         return Figures(figures_of(self.path))
 
-    def view(self) -> Page:
+    def view(self, run: int | None = None) -> Page:
         """The moving scene as a page: a notebook shows it, `.save("page.html")` writes it.
 
+        Args:
+            run: the one that it opens with; the first if None.
+
         Raises:
-            ResultError: the file holds no positions.
+            ResultError: the file holds no positions, or no such run.
         """
         from lumpedcable.page.document import document
         from lumpedcable.page.recorded import recorded
 
-        payload = recorded(self.path)
+        payload = recorded(self.path, run)
         return Page(document(payload, payload.pack.text()))
 
     def animate(self, path: str | Path, run: int = 0, seconds: float = 8.0) -> Path:
         """Write a run as a GIF or MP4, see `lumpedcable.view.animate_result`."""
+        from lumpedcable.page.unrecorded import ideal_lines
         from lumpedcable.view import animate_result
 
-        return animate_result(self.path, path, run, seconds)
+        return animate_result(self.path, path, run, seconds, unrecorded=ideal_lines)
 
     def export(self, kind: str, path: str | Path, run: int | None = None) -> list[Path]:
         """Write it for another program, see `lumpedcable.export.export_result`."""

@@ -1,12 +1,15 @@
 """The package from Python: what the command line does, as objects."""
 
+import json
+import os
+import shutil
 import subprocess
 import sys
 
 import good_scenes
 import numpy as np
 import pytest
-from command_line import SMALL
+from command_line import ROOT, SMALL
 
 import lumpedcable as lc
 
@@ -101,3 +104,25 @@ def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):
         lc.run(scene, "segments=5")
     with pytest.raises(TypeError, match="found object"):
         lc.run(scene, pretension=object())
+
+
+@pytest.mark.slow
+def test_the_types_of_what_users_call_are_complete(tmp_path):
+    pyright = shutil.which("pyright")
+    if pyright is None:
+        pytest.skip("pyright is not installed")
+    shutil.copytree(ROOT / "lumpedcable", tmp_path / "on-the-path" / "lumpedcable")
+    command = [pyright, "--pythonpath", sys.executable, "--verifytypes", "lumpedcable"]
+    ran = subprocess.run(
+        [*command, "--ignoreexternal", "--outputjson"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "on-the-path")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    symbols = json.loads(ran.stdout)["typeCompleteness"]["symbols"]
+    rooms = ("api", "results", "scene", "exact", "export", "view", "page", *lc.__all__)
+    mine = [s for s in symbols if s["isExported"] and s["name"].split(".")[1] in rooms]
+    assert len(mine) > 1500
+    assert [s["name"] for s in mine if not s["isTypeKnown"]] == []

@@ -11,21 +11,25 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
+from command_line import say
 
 from lumpedcable.cli import app
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [path for path in sorted(DOCS.glob("*.md")) if path.name != "gallery.md"]
-LONG = {"tutorial-mesh.md"}  # three meshes, three programs to compile
+LONG = {"tutorial-benchmark.md"}  # meshes and a batch, four programs to compile
+COMMANDS = {"tutorial-rope.md"}  # pages whose commands leave what their code reads
 # code that reads a study of ten thousand runs, which is not made here; files of a changed package, which
 # test_docs_extending.py makes
 READ = {"studies.md", "extending.md"}
-MADE = {"tutorial-snapback.md": ["end-speed.svg", "hawser.h5"], "tutorial-mesh.md": ["mesh.svg"]}
+MADE = {"tutorial-snapback.md": ["end-speed.svg", "hawser.h5"], "tutorial-benchmark.md": ["mesh.svg"],
+        "tutorial-rope.md": ["nylon-bench", "rope.svg"]}  # fmt: skip
 
 
-def blocks(path, language):
-    return re.findall(rf"^```{language}\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
+def blocks(path, languages):
+    """Languages and texts of the blocks of a page, in their order."""
+    return re.findall(rf"^```({languages})\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
 
 
 @pytest.mark.parametrize(
@@ -40,10 +44,13 @@ def test_the_code_of_a_page_runs(path, tmp_path):
     (tmp_path / "configs").symlink_to(ROOT / "configs")
     names = {}
     with chdir(tmp_path):
-        for block in blocks(path, "python"):
-            code = compile(block, path.name, "exec")
-            if path.name not in READ:
-                exec(code, names)
+        for language, block in blocks(path, "python|bash"):
+            if language == "python":
+                code = compile(block, path.name, "exec")
+                if path.name not in READ:
+                    exec(code, names)
+            elif path.name in COMMANDS:
+                assert say(tmp_path, *shlex.split(block)[1:]).code == 0
     made = [p.name for p in tmp_path.iterdir() if p.name != "configs"]
     assert sorted(made) == sorted(MADE.get(path.name, []))
 
@@ -51,7 +58,7 @@ def test_the_code_of_a_page_runs(path, tmp_path):
 def test_the_commands_of_the_pages_are_understood():
     found = 0
     for path in PAGES:
-        for block in blocks(path, "bash"):
+        for _, block in blocks(path, "bash"):
             for part in re.split(r"&&?|\n", block):
                 words = shlex.split(part, comments=True)
                 if words and Path(words[0]).name == "lumpedcable":

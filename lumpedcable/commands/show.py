@@ -18,7 +18,7 @@ def view(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     set_: Set = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
+    run_: Annotated[int | None, Parameter(name="--run")] = None,
     port: int = 0,
     browser: bool = True,
 ) -> None:
@@ -33,7 +33,7 @@ def view(
     set_
         Of a scene: KEY=VALUE, another value for any key.
     run_
-        Of a scene: which run of a sweep, from 0.
+        Which run of a sweep, from 0: the one at rest, or the one that a results file opens with.
     port
         Of this machine's own address 127.0.0.1; a free one if not given.
     browser
@@ -47,15 +47,16 @@ def view(
     is_scene = file.suffix == ".toml"
     if is_scene and output is not None:
         fail(f"--output: expected a results file to write as a page, found the scene {file}")
-    if not is_scene and (set_ or run_):
-        fail(f"--set and --run: expected a scene (*.toml), found {file}")
+    if not is_scene and set_:
+        fail(f"--set: expected a scene (*.toml), found {file}")
     with told():
         if is_scene:
-            serve_scene(study_of(file, set_, run_), run_, port, browser, say)
+            first = run_ or 0
+            serve_scene(study_of(file, set_, first), first, port, browser, say)
         elif output is not None:
-            print(write_recorded(file, output))
+            print(write_recorded(file, output, run_))
         else:
-            serve_recorded(file, port, browser, say)
+            serve_recorded(file, run_, port, browser, say)
 
 
 def animate(
@@ -82,11 +83,12 @@ def animate(
     fps
         Frames in a second.
     """
+    from lumpedcable.page.unrecorded import ideal_lines
     from lumpedcable.view import animate_result
 
     with told():
         target = output or result.parent / f"{Path(result.name.removesuffix('.partial')).stem}.gif"
-        print(animate_result(result, target, run_, seconds, fps))
+        print(animate_result(result, target, run_, seconds, fps, ideal_lines))
 
 
 def export(

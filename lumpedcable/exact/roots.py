@@ -34,14 +34,15 @@ def bracketed(f: Callable[[Values], Values], lo: ArrayLike, hi: ArrayLike) -> Va
     """
     lo, hi = (np.array(b, float) for b in np.broadcast_arrays(np.real(lo), np.real(hi)))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        below = np.sign(np.real(f(lo)))
+        first = f(lo)
+        below, carries = np.sign(np.real(first)), np.iscomplexobj(first)
         hi = np.where(below == 0.0, lo, hi)
         x = 0.5 * (lo + hi)
         before, done = np.abs(hi - lo), np.zeros(x.shape, bool)
         for _ in range(200):
-            here = f(x)
-            change = -np.real(here) / _slope(f, x, here)
-            same = np.sign(np.real(here)) == below
+            here, slope = _told(f, x, carries)
+            change = -here / slope
+            same = np.sign(here) == below
             lo, hi = np.where(same, x, lo), np.where(same, hi, x)
             # a step that is no longer halved, next to the root, is the rounding of f
             small = np.abs(change) <= _NEAR * np.abs(x)
@@ -58,6 +59,15 @@ def bracketed(f: Callable[[Values], Values], lo: ArrayLike, hi: ArrayLike) -> Va
         change = here / _slope(f, x, here)
     usable = np.isfinite(change) & (np.abs(change) <= 1e-6 * np.abs(x))
     return x - np.where(usable, change, 0.0)
+
+
+def _told(f: Callable[[Values], Values], x: Values, carries: bool) -> tuple[Values, Values]:
+    """The real part of f at x and its derivative, by one call where f carries no steps of its own."""
+    if carries:
+        here = f(x)
+        return np.real(here), _slope(f, x, here)
+    here = f(x + 1j * STEP)
+    return np.real(here), np.imag(here) / STEP
 
 
 def _slope(f: Callable[[Values], Values], x: Values, here: Values) -> Values:

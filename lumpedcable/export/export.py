@@ -10,7 +10,7 @@ from lumpedcable.export.gltf import write_gltf
 from lumpedcable.export.moordyn import write_moordyn
 from lumpedcable.export.spreadsheet import write_csv
 from lumpedcable.export.vtkhdf import write_vtkhdf
-from lumpedcable.results import OutputError, ResultError, ResultFile, open_result
+from lumpedcable.results import OutputError, ResultFile, open_result
 
 __all__ = ["FORMATS", "export_result"]
 
@@ -47,8 +47,8 @@ def export_result(
         raise OutputError(f"expected a format, one of {', '.join(FORMATS)}, found {kind!r}")
     suffix, write = FORMATS[kind]
     with open_result(path) as result:
-        if run is not None and not 0 <= run < result.runs:
-            raise ResultError(f"{path}: expected a run from 0 to {result.runs - 1}, found {run}")
+        if run is not None:
+            result.hold(run)
         stem = Path(result.path.name.removesuffix(".partial")).stem
         goal = Path(target) if target is not None else result.path.with_name(stem + suffix)
         if goal.is_dir():

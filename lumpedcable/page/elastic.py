@@ -29,7 +29,6 @@ _MOVING = re.compile(
     r"|amplitude|period|phase|ramp|grading|speed|stop|ease|friction|inertia|response|omega)(\.|$)"
 )
 _LONG = re.compile(r"\.(segment_lengths|strain|tension|time)\.\d+$")  # tables of many numbers
-_FLOW = re.compile(r"\.drag\.|\.current\.|^water\.density|^air\.density")
 
 
 def elastic_model(study: Study, run: int = 0) -> Model:
@@ -55,6 +54,8 @@ def elastic_model(study: Study, run: int = 0) -> Model:
         for name, cable in straight_lines(scene, ships, riders).items():
             tension = np.full(2, cable.tension)
             lines[name] = RestingLine(cable.position[0], tension, 0.0 * tension, tension)
+        order = [_line_of(scene, name) for name in lines]
+        lines = {name: lines[name] for _, name in sorted(zip(order, lines, strict=True))}
         return {
             "lines": [_drawn(scene, name, line) for name, line in lines.items()],
             "points": _bodies(scene, lines, bodies) + _ships(scene, ships),
@@ -84,13 +85,13 @@ def _controls(scene: Scene, kinds: dict[str, Quantity]) -> list[Control]:
     """The numbers that a shape at rest depends on."""
     flows = scene.fluid is not None and scene.fluid.current is not None
     size = max((line.length for line in scene.lines.values()), default=1.0)
-    found = []
+    found, chosen = [], {target.change for target in scene.targets.values()}
     for key, value in scene.numbers().items():
-        if key not in kinds or _MOVING.search(key) or _LONG.search(key):
-            continue
-        if ".drag." in key and not flows:
+        if key in chosen or key not in kinds or _MOVING.search(key) or _LONG.search(key):
             continue
         *above, last = key.split(".")
+        if (".drag." in key and not flows) or (last == "mass" and scene.gravity is None):
+            continue
         group = ".".join(above[:2])
         words = key.removeprefix(group).lstrip(".") or last
         low, high = _range(value, kinds[key], size)
@@ -123,11 +124,17 @@ def _checked(key: str, value: float, kind: Quantity) -> float:
         raise ValueError(f"{key}: {error}") from None
 
 
+def _line_of(scene: Scene, name: str) -> int:
+    """Which line of the scene it is, or is a part of."""
+    whole = name if name in scene.lines else name.rpartition("-")[0]
+    return list(scene.lines).index(whole)
+
+
 def _drawn(scene: Scene, name: str, line: RestingLine) -> dict[str, Any]:
-    own = scene.lines.get(name) or scene.lines.get(name.rpartition("-")[0])
+    own = list(scene.lines.values())[_line_of(scene, name)]
     steps = np.linalg.norm(np.diff(line.position, axis=0), axis=1) / (1.0 + line.strain)
     ends = np.cumsum(steps)
-    diameter = own.diameter or 0.0 if own is not None else 0.0
+    diameter = own.diameter or 0.0
     return drawn_line(name, line.position, line.tension, ends - 0.5 * steps, diameter)
 
 

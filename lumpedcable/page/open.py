@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 __all__ = ["serve_recorded", "serve_scene", "write_recorded"]
 
 
-def write_recorded(result: Path, target: Path) -> Path:
+def write_recorded(result: Path, target: Path, run: int | None = None) -> Path:
     """Write the page of a results file, with everything in it.
 
     Raises:
         ResultError: the file cannot be read or shows nothing.
         OutputError: the page cannot be written there.
     """
-    payload = recorded(result)
+    payload = recorded(result, run)
     if target.is_dir():
         raise OutputError(f"--output: expected a file name, found the folder {target}")
     if target.exists() and os.path.samefile(target, result):
@@ -55,11 +55,14 @@ def serve_scene(
     serve(application(*live_page(study, run)), port, browser, on_start)
 
 
-def serve_recorded(result: Path, port: int, browser: bool, on_start: Callable[[str], None]) -> None:
+def serve_recorded(
+    result: Path, run: int | None, port: int, browser: bool, on_start: Callable[[str], None]
+) -> None:
     """Serve the page of a results file on 127.0.0.1 until it is interrupted.
 
     Args:
         result: the file, read once.
+        run: the one that the page opens with; the first if None.
         port: 0 for a free one.
         browser: open the page there.
         on_start: told the address when the page is there.
@@ -70,6 +73,6 @@ def serve_recorded(result: Path, port: int, browser: bool, on_start: Callable[[s
     """
     from lumpedcable.page.server import application, serve
 
-    payload = recorded(result)
+    payload = recorded(result, run)
     text = document(payload, payload.pack.text())
     serve(application(text), port, browser, on_start)

@@ -37,21 +37,23 @@ class Payload(dict[str, Any]):
         self.pack = pack
 
 
-def recorded(path: str | Path) -> Payload:
+def recorded(path: str | Path, run: int | None = None) -> Payload:
     """Everything that the page of a results file shows.
 
     Args:
         path: the file, finished or not.
+        run: the one that it opens with, shown however many there are; the first if None.
 
     Returns:
         The head of the page and its arrays. Histories hold the file's numbers as float32; where there
         are more than fit, every so many are left out, and so are runs.
 
     Raises:
-        ResultError: it cannot be read, or holds no positions to draw.
+        ResultError: it cannot be read, has no such run, or holds no positions to draw.
     """
     with open_result(path) as result:
-        found = _Recorder(result)
+        result.hold(run or 0)
+        found = _Recorder(result, run or 0)
         if not found.lines:
             raise ResultError(
                 f"{path} holds no positions to draw; keep them with quantities = "
@@ -70,9 +72,12 @@ def even(count: int, most: int) -> Array:
 class _Recorder:
     """Reads one file, run by run."""
 
-    def __init__(self, result: ResultFile) -> None:
-        self.result, self.pack = result, Pack()
-        self.runs = even(result.runs, MOST_RUNS)
+    def __init__(self, result: ResultFile, first: int) -> None:
+        self.result, self.pack, self.first = result, Pack(), first
+        runs = even(result.runs, MOST_RUNS)
+        # the nearest of the others makes room for the one that is asked for
+        runs[np.abs(runs - first).argmin()] = first
+        self.runs = runs
         told = str(result.attributes.get("effective_scene", "")) or result.scene_text
         self.scene = tables(told)
         self.unrecorded = Unrecorded(result, self.runs, self.scene)
@@ -114,6 +119,7 @@ class _Recorder:
             "frames": self.frames.tolist(),
             "runs": [self._run(int(run)) for run in self.runs],
             "runs_in_file": result.runs,
+            "first": int(np.flatnonzero(self.runs == self.first)[0]),
             "axes": self._axes(),
             "lines": lines,
             "histories": self._histories(lines),
@@ -223,7 +229,7 @@ class _Recorder:
         summary = self.result.summary()
         whole = {"run": summary.pop("run")} if "run" in summary else {}
         for end, numbers in (summary | whole).items():
-            for name, values in numbers.items():
+            for name, values in sorted(numbers.items(), key=lambda item: item[0] in _BOOKS):
                 known = self.result.summary_attributes(end, name)
                 table = np.asarray(values, float)[self.runs]
                 words = str(known.get("long_name") or name).replace("_", " ")
@@ -238,6 +244,7 @@ class _Recorder:
         return found
 
 
+_BOOKS = ("energy_closure", "solver_step", "solver_steps", "static_imbalance")  # looked at last
 _MEGA = 1e7  # N; below, the field says kN
 _DERIVED = {
     "length": ("length as stretched", "m"),
@@ -252,7 +259,8 @@ def _history_names(
     """By key: the line or group it belongs to, words, SI unit; those of the lines first."""
     found: dict[str, tuple[str, str, str]] = {}
     for name in names:
-        for key, (words, unit) in stored.items():
+        # as one reads a line: its start, then its end
+        for key, (words, unit) in sorted(stored.items(), key=lambda item: "/end_" in item[0]):
             if key.startswith(f"lines/{name}/"):
                 found[key] = (name, words.removesuffix(" of the line"), unit)
         for key, (words, unit) in _DERIVED.items():

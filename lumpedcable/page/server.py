@@ -81,7 +81,8 @@ def serve(app: Starlette, port: int, browser: bool, on_start: Callable[[str], No
         raise _needed() from None
     if not 0 <= port <= 65535:
         raise OutputError(f"--port: expected a number from 0 to 65535, found {port}")
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
+    # named as TCP, or asyncio leaves small answers waiting for the 40 ms of a late acknowledgement
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((HOST, port))

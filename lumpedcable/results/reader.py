@@ -154,6 +154,12 @@ class ResultFile:
             if any(len(set(axis.values[cases == case].tolist())) > 1 for case in set(cases))
         ]
 
+    def hold(self, run: int) -> None:
+        """Raise ResultError where there is no such run."""
+        if not 0 <= run < self.runs:
+            expected = f"a run from 0 to {self.runs - 1}" if self.runs > 1 else "0, its only run"
+            raise ResultError(f"{self.path}: expected {expected}, found {run}")
+
     def label(self, run: int, digits: int = 6) -> str:
         """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep.
 

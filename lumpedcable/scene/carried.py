@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Tag
 
@@ -96,6 +96,8 @@ class On(Part):
 
 class CarriedBody(Part):
     """Cargo that a trolley carries along a line: a point, or a body that swings under it."""
+
+    DRAWN: ClassVar[tuple[str, ...]] = ("size",)
 
     mass: PositiveMass
     """Mass in kg, trolley included."""

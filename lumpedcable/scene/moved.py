@@ -42,6 +42,8 @@ BodyMotion = Annotated[
 class MovedBody(Part):
     """A body that something else moves, such as a ship in waves, with points on it."""
 
+    DRAWN: ClassVar[tuple[str, ...]] = ("size",)
+
     position: Position
     """Mean place of its origin in m; it turns about axes through it."""
     motion: BodyMotion

@@ -27,7 +27,10 @@ class Part(BaseModel):
     FILE: ClassVar[tuple[str, ...]] = ()
     """The key that names a file, where there may be one, and the keys that its contents fill."""
 
-    model_config = ConfigDict(
+    DRAWN: ClassVar[tuple[str, ...]] = ()
+    """Keys that pictures alone read: nothing that is computed depends on them."""
+
+    model_config: ClassVar[ConfigDict] = ConfigDict(
         frozen=True,
         extra="forbid",
         use_attribute_docstrings=True,

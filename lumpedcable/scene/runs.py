@@ -74,9 +74,10 @@ class Runs(Sequence[Scene]):
 
     def __init__(self, data: dict[str, Any], factors: Sequence[Factor], base: Scene):
         self._data = {key: value for key, value in data.items() if key != "references"}
-        self.factors, self._base = tuple(factors), base
+        self.factors: tuple[Factor, ...] = tuple(factors)
+        self._base = base
         self._shape = tuple(map(len, factors))
-        self.axes = tuple(axis for factor in factors for axis in factor.axes)
+        self.axes: tuple[Axis, ...] = tuple(axis for factor in factors for axis in factor.axes)
         self._whole = frozenset(a.key for a in self.axes if isinstance(a.values[0], int))
 
     def __len__(self) -> int:

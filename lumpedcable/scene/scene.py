@@ -93,7 +93,8 @@ class Scene(Part):
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.
 
-        Left out are counts, texts, references, and data read from files (see :meth:`skeleton`).
+        Left out are counts, texts, references, what pictures alone read, and data read from files
+        (see :meth:`skeleton`).
         """
         return dict(_floats(self, ""))
 
@@ -128,11 +129,11 @@ class Scene(Part):
 
 def _below(part: Any) -> Iterator[tuple[str, Any]]:
     """Yield the structural (key, value) pairs below a part, keys as text."""
-    data: tuple[str, ...] = ()
-    if isinstance(part, Part) and part.from_file():
-        data = part.FILE
+    left_out: tuple[str, ...] = ()
+    if isinstance(part, Part):
+        left_out = part.DRAWN + (part.FILE if part.from_file() else ())
     for key, value in children(part):
-        if key in data or (isinstance(part, Scene) and key in _NOT_STRUCTURE):
+        if key in left_out or (isinstance(part, Scene) and key in _NOT_STRUCTURE):
             continue
         yield str(key), value
 

@@ -18,7 +18,16 @@ from lumpedcable.scene.part import Path, Problem, did_you_mean, either
 from lumpedcable.scene.quantities import Count, Quantity, found
 from lumpedcable.scene.runs import Axis, Factor
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.tree import Absent, Spot, is_broken, is_open_list, numeric, paths, spot_at
+from lumpedcable.scene.tree import (
+    Absent,
+    Spot,
+    is_broken,
+    is_drawn,
+    is_open_list,
+    numeric,
+    paths,
+    spot_at,
+)  # fmt: skip
 from lumpedcable.scene.validate import SECTIONS
 
 MAX_RUNS = 10_000_000
@@ -337,6 +346,8 @@ def swept_number(root: Spot, key: str) -> tuple[Any, str]:
     if any(is_broken(spot_at(root, path[:n])) for n in range(1, len(path))):
         return None, ""
     expected = "expected the full path of a number of the scene"
+    if is_drawn(root, path):
+        return None, f'{expected}, found "{key}", which pictures alone read'
     spot = spot_at(root, path)
     if spot is not None and numeric(spot) is not None and path[0] not in ("output", "references"):
         parent = spot_at(root, path[:2])
@@ -355,7 +366,10 @@ def swept_number(root: Spot, key: str) -> tuple[Any, str]:
 def _is_swept(root: Spot, path: Path) -> bool:
     spot = spot_at(root, path)
     return (
-        path[0] not in ("output", "references") and spot is not None and numeric(spot) is not None
+        path[0] not in ("output", "references")
+        and spot is not None
+        and numeric(spot) is not None
+        and not is_drawn(root, path)
     )
 
 

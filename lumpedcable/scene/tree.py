@@ -114,6 +114,13 @@ def spot_at(root: Spot, path: Path) -> Spot | None:
     return spot
 
 
+def is_drawn(root: Spot, path: Path) -> bool:
+    """Whether nothing that is computed depends on a key."""
+    parts = ((path[n], spot_at(root, path[:n])) for n in range(1, len(path)))
+    kinds = ((key, spot and model(spot)) for key, spot in parts)
+    return any(kind is not None and key in kind.DRAWN for key, kind in kinds)
+
+
 def numeric(spot: Spot) -> Quantity | Count | None:
     """Return what kind of number a spot holds, or None where it holds something else."""
     _, notes = plain(spot)

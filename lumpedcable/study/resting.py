@@ -95,6 +95,8 @@ class Resting:
         except ValueError as error:
             raise SceneError([study.fault("lines", str(error))]) from None
         self._structure = Structure(self.scene.skeleton(), layout, self.scene)
+        # lengths that targets chose, by path: numbers that change a little ask for a little more
+        self._near: dict[str, float] = {}
 
     def solve(self, numbers: Mapping[str, float]) -> AtRest:
         """The lines and bodies at rest, by name.
@@ -105,8 +107,20 @@ class Resting:
         Raises:
             ValueError: there is no equilibrium, or none was found; the message says so.
         """
+        asked = {key: float(value) for key, value in numbers.items()}
+        found = self._at_rest(asked | self._near)
+        if found is None and self._near:
+            found = self._at_rest(asked)  # as from the file
+        if found is None:
+            status = Status.STATICS_NOT_CONVERGED
+            raise ValueError(f"{MEANING[status]}: {ADVICE[status]}")
+        self._near = _chosen(self.scene.with_numbers(asked), found.lines)
+        return found
+
+    def _at_rest(self, numbers: Mapping[str, float]) -> AtRest | None:
+        """The scene with these numbers, None where no equilibrium was found."""
         # floats, always: another type would be another program
-        every = self.scene.numbers() | {key: float(value) for key, value in numbers.items()}
+        every = {**self.scene.numbers(), **numbers}
         scene = self.scene.with_numbers(every)
         coordinates = coordinates_of([scene])
         found = _at_rest(
@@ -116,8 +130,7 @@ class Resting:
             {key: number(value) for key, value in every.items()},
         )
         if not bool(found.converged):
-            status = Status.STATICS_NOT_CONVERGED
-            raise ValueError(f"{MEANING[status]}: {ADVICE[status]}")
+            return None
         lines = {
             name: RestingLine(
                 coordinates.expand(np.asarray(q), axis=0, place=True).T, *map(np.asarray, rest)
@@ -129,3 +142,14 @@ class Resting:
             for name, q in found.bodies.items()
         }
         return AtRest(lines, bodies)
+
+
+def _chosen(scene: Scene, lines: Mapping[str, RestingLine]) -> dict[str, float]:
+    """The lengths (m) that the targets of a scene chose for lines at rest, by path."""
+    found = {}
+    for target in scene.targets.values():
+        line, payout = lines[target.line], scene.lines[target.line].payout
+        steps = np.linalg.norm(np.diff(line.position, axis=0), axis=1) / (1.0 + line.strain)
+        out = 0.0 if payout is None else payout.way
+        found[target.change] = float(steps.sum()) - out
+    return found

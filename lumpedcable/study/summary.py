@@ -72,7 +72,7 @@ SUMMARIES = {
     "peak_tension": ("N", "largest tension of any segment, at the output times"),
     "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
     "stop_time": ("s", "when the body of output.stop came to rest"),
-    "stop_distance": ("m", "distance from its start at which it did"),
+    "stop_distance": ("m", "distance of that body from its start when it did"),
     "solver_step": ("s", "time step"),
 }
 

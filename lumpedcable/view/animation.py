@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from lumpedcable.view.sampling import node_count, side_view
 __all__ = ["MOVIES", "animate_result"]
 
 Array = NDArray[Any]
+Unrecorded = Callable[[ResultFile, int], Mapping[str, Any]]
 
 MOVIES = (".gif", ".mp4")
 _DPI = 100
@@ -31,7 +33,12 @@ _TRUE_SHAPE = 6.0  # as in the figure of shapes: longer lines get a stretched ve
 
 
 def animate_result(
-    path: str | Path, target: str | Path, run: int = 0, seconds: float = 8.0, fps: int = 15
+    path: str | Path,
+    target: str | Path,
+    run: int = 0,
+    seconds: float = 8.0,
+    fps: int = 15,
+    unrecorded: Unrecorded | None = None,
 ) -> Path:
     """Write a run as a GIF, or as an MP4 with the extra `video`.
 
@@ -42,6 +49,8 @@ def animate_result(
         seconds: how long the film lasts; the text beside the clock says how much slower or faster
             than real time that is.
         fps: frames in a second.
+        unrecorded: from the open file and the run to lines by name that it does not hold, read as
+            its own are.
 
     Returns:
         The file made.
@@ -57,9 +66,9 @@ def animate_result(
     if not (seconds > 0.0 and fps > 0):
         raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
     with open_result(path) as result, style.styled():
-        if not 0 <= run < result.runs:
-            raise ResultError(f"{path}: expected a run from 0 to {result.runs - 1}, found {run}")
-        film = _Film(result, run, seconds)
+        result.hold(run)
+        more = unrecorded(result, run) if unrecorded is not None else {}
+        film = _Film(result, run, seconds, more)
         # the writers take the format from the name
         partial = target.with_name(f".{target.stem}.partial{target.suffix}")
         try:
@@ -102,17 +111,25 @@ def _write(film: _Film, writer: AbstractMovieWriter, target: Path, frames: int) 
 class _Film:
     """The figure, and how to bring it to a saved time."""
 
-    def __init__(self, result: ResultFile, run: int, seconds: float) -> None:
+    def __init__(
+        self, result: ResultFile, run: int, seconds: float, more: Mapping[str, Any]
+    ) -> None:
         self.result, self.run = result, run
-        names = [n for n in result.lines if all(map(result.line(n).has, ("position", "tension")))]
-        if not names:
+        stored = {name: result.line(name) for name in result.lines}
+        shown = {
+            name: line
+            for name, line in {**stored, **more}.items()
+            if all(map(line.has, ("position", "tension")))
+        }
+        if not shown:
             raise ResultError(f"{result.path} holds no positions with tensions to show")
-        lines = [result.line(name) for name in names]
+        names, lines = list(shown), list(shown.values())
         counts = [node_count(line, run) for line in lines]
         self.position = [li.position(run)[:, :n] for li, n in zip(lines, counts, strict=True)]
         self.tension = [li.tension(run)[:, : n - 1] for li, n in zip(lines, counts, strict=True)]
         self.middle = [
-            li.unstretched_segment(run)[: n - 1] for li, n in zip(lines, counts, strict=True)
+            _to_the_ends(li.unstretched_segment(run)[: n - 1], li.unstretched_position(run)[:n])
+            for li, n in zip(lines, counts, strict=True)
         ]
         self.across, self.up = side_view(self.position)
         everything = np.concatenate([t.ravel() for t in self.tension])
@@ -178,6 +195,13 @@ class _Film:
         last = self.result.time[-1] * self.to_time
         places = max(0, 2 - int(np.floor(np.log10(last)))) if last > 0 else 0
         self.clock.set_text(f"{now:.{places}f} {self.time_unit}, {self.pace}")
+
+
+def _to_the_ends(middles: Array, places: Array) -> Array:
+    """Where tensions are drawn: a segment has one from node to node, the first and last to the ends."""
+    drawn = np.array(middles)
+    drawn[[0, -1]] = places[[0, -1]]
+    return drawn
 
 
 def _pace(rate: float) -> str:

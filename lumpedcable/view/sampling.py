@@ -99,8 +99,8 @@ class RecoilingEnd:
                 f" of one of the lines {known}"
             )
         self.name = name
-        self.line = result.line(owner)
-        self.at_end = side == "end"
+        self.line: LineData = result.line(owner)
+        self.at_end: bool = side == "end"
         self._result = result
         self._numbers = result.summary()[name]
 

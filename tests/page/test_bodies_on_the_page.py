@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+from command_line import say
 from page.test_recorded_page import unpacked
 
 from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.recorded import recorded
 from lumpedcable.page.surroundings import surroundings
-from lumpedcable.results import Coordinate, ResultWriter, Variable
+from lumpedcable.page.unrecorded import ideal_lines
+from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
 from lumpedcable.study.moved import Moved, straight_lines, study_of_text
+from lumpedcable.view import animation, style
 
 TIMES = np.linspace(0.0, 4.0, 5)
 SCENE = """
@@ -206,3 +209,15 @@ def test_an_ideal_cable_goes_with_the_free_ship_that_its_post_stands_on():
     line = straight_lines(scene, ships, riders)["highline"]
     post = place + np.stack([still, -15.0 * np.sin(roll), 15.0 * np.cos(roll)], axis=-1)
     assert line.position[:, 0] == pytest.approx(post)
+
+
+def test_ideal_cables_are_filmed(transfer):
+    said = say(transfer.parent, "animate", transfer.name, "--seconds", "0.4", "--fps", "5")
+    assert (said.code, said.out, said.err) == (0, "t.gif\n", "")
+    with open_result(transfer) as result, style.styled():
+        film = animation._Film(result, 0, 1.0, ideal_lines(result, 0))
+        film.show(4)
+        (y, z), (first, last) = film.shapes[0].get_segments()[0][1], film.limits
+        assert (y, z) == pytest.approx((10.0 + TIMES[4], 14.0), abs=1e-6)  # the trolley
+        assert film.curves[0].get_ydata() == pytest.approx(80.0)
+        assert first <= 0.0 < 80.0 <= last

@@ -74,7 +74,7 @@ def test_a_dragged_slider_leads_to_the_closed_form(browser, url):
 def test_an_update_is_quick(browser, url):
     with live(browser, url) as page:
         # the least of some, since other tests run beside it; python -m benchmarks page has medians
-        assert min(moved(page, "delivery", "place", 12)) < 100.0
+        assert min(whole for whole, _ in moved(page, "delivery", "place", 12)) < 100.0
         place = float(page.locator('input.slide[data-key="place"]').input_value())
         exact = loaded_from_length(60, 16, 40, 20e3, place, 62.5)
         assert told(page, "F_TA") == pytest.approx(float(exact.tension_a), rel=1e-9)
@@ -116,7 +116,10 @@ def test_it_draws(browser, url, tmp_path, size):
         drawn = abs(pixels - pixels[2, 2]).max(axis=2) > 0.25
         assert drawn.any(axis=0).mean() > 0.4
         # it hangs from high on the left to low on the right: columns of drawn pixels go down
-        line = abs(pixels - pixels[2, 2]).max(axis=2) > 0.4
+        middle = pixels[
+            70:-90, pixels.shape[1] // 4 : -pixels.shape[1] // 4
+        ]  # no buttons, no legend
+        line = abs(middle - pixels[2, 2]).max(axis=2) > 0.4
         columns = np.flatnonzero(line.any(axis=0))
         tops = [np.flatnonzero(line[:, c]).min() for c in columns]
         assert tops[-len(tops) // 10] > tops[len(tops) // 10]

@@ -9,7 +9,8 @@ from command_line import ROOT, refused
 from highline_numbers import EXACT_SHORT, FROM_80_KN, PLACES, STRAIGHT_SHORT
 from page.test_bodies_on_the_page import TRANSFER
 
-from lumpedcable.exact import STAGES, IdealHighline, elastic_catenary
+from lumpedcable.exact import STAGES, IdealHighline, elastic_catenary, loaded_from_tension
+from lumpedcable.page.elastic import elastic_model
 from lumpedcable.page.live import live_page
 from lumpedcable.page.stages import highline_of
 from lumpedcable.scene import load_study
@@ -289,3 +290,26 @@ def test_ships_trolley_and_ideal_cable_are_there(tmp_path):
         places = [[0.0, 0.0, 16.0], trolley, [0.0, 50.0, 14.0]]
         assert np.asarray(line["position"]) == pytest.approx(np.asarray(places), abs=1e-6)
         assert line["tension"] == [tension, tension]
+
+
+@pytest.mark.slow  # half a minute of compiling
+def test_targets_are_followed_step_by_step():
+    edits = ["lines.before.segments=10", "lines.after.segments=10"]
+    study = load_study(ROOT / "configs" / "highline" / "delivery-tension.toml", edits)
+    model = elastic_model(study)
+    # lengths that the targets choose are no numbers to drag
+    assert not {c.key for c in model.controls} & {"lines.before.length", "lines.after.length"}
+    for place in np.linspace(5.0, 30.0, 6):
+        answer = model.solve({"targets.cargo.x": place, "targets.winch.tension": 84e3})
+        told = {row["key"]: row["value"] for row in answer["numbers"]}
+        assert told["before/start_tension"] == pytest.approx(84e3, rel=1e-8)
+        exact = loaded_from_tension(60, 16, 40, 20e3, place, 84e3)
+        # chords of 3 m for catenaries of 40 N/m under 84 kN
+        assert told["before/length"] + told["after/length"] == pytest.approx(
+            float(exact.length), rel=1e-4
+        )
+    with pytest.raises(ValueError, match="no static equilibrium was found"):
+        model.solve({"targets.cargo.x": 70.0})
+    again = model.solve({"targets.cargo.x": 30.0, "targets.winch.tension": 84e3})
+    lengths = [row["value"] for row in again["numbers"] if row["key"].endswith("/length")]
+    assert sum(lengths) == pytest.approx(told["before/length"] + told["after/length"], rel=1e-9)

@@ -17,7 +17,7 @@ from command_line import ROOT, process, refused, say
 from lumpedcable.page import recorded as module
 from lumpedcable.page.document import document
 from lumpedcable.page.recorded import recorded
-from lumpedcable.results import open_result
+from lumpedcable.results import ResultError, open_result
 
 
 def unpacked(block, how):
@@ -93,7 +93,7 @@ def test_a_large_file_is_thinned(file, monkeypatch):
     block = head.pack.text()
     (line,) = head["lines"]
     assert [run["number"] for run in head["runs"]] == [0, 4, 7]
-    assert head["runs_in_file"] == 8
+    assert (head["runs_in_file"], head["first"]) == (8, 0)
     assert line["position"][0]["shape"] == [3, 25, 7]
     assert line["tension"]["shape"] == [3, 25, 6]
     time = unpacked(block, head["time"]["data"])
@@ -104,6 +104,11 @@ def test_a_large_file_is_thinned(file, monkeypatch):
     inside = np.isfinite(place[:, 1:])
     assert (place[:, :-1] < middle)[inside].all()
     assert (middle < place[:, 1:])[inside].all()
+    asked = recorded(file, 5)  # is shown, and comes first
+    assert [run["number"] for run in asked["runs"]] == [0, 5, 7]
+    assert asked["first"] == 1
+    with pytest.raises(ResultError, match="expected a run from 0 to 7, found 8"):
+        recorded(file, 8)
 
 
 @pytest.mark.parametrize(

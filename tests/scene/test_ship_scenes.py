@@ -139,3 +139,16 @@ def test_a_mistake_is_one_fault_where_it_is(tmp_path, edits, files, key, words):
     (fault,) = caught.value.faults
     assert fault.key == key
     assert words in fault.message
+
+
+def test_what_pictures_alone_read_is_no_number_of_the_scene(tmp_path):
+    size = ('points = { post = [0, "5 m"', 'size = ["90 m", 18, 22]\npoints = { post = [0, "5 m"')
+    plain, drawn = study(tmp_path).scene, study(tmp_path, size).scene
+    assert drawn.bodies["supply"].size == (90.0, 18.0, 22.0)
+    assert drawn.numbers() == plain.numbers()
+    assert drawn.skeleton() == plain.skeleton()  # so that no other program is compiled
+    sweep = ("[output]", '[sweep]\n"bodies.supply.size.0" = [80, 90]\n\n[output]')
+    with pytest.raises(
+        SceneError, match=r'found "bodies.supply.size.0", which pictures alone read'
+    ):
+        study(tmp_path, size, sweep)

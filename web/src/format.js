@@ -23,7 +23,13 @@ export function ticks(low, high, count) {
   if (!(span > 0)) return { step: 1, at: [low] };
   const rough = span / Math.max(count, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((m) => m * power >= rough * 0.999);
+  const sizes = [0.5, 1, 2, 5, 10].map((m) => m * power);
+  const k = sizes.findIndex((size, i) => i > 0 && size >= rough * 0.999);
+  const found = between(low, high, sizes[k]);
+  return found.at.length > 1 ? found : between(low, high, sizes[k - 1]); // one tick tells no scale
+}
+
+function between(low, high, step) {
   const at = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) at.push(k * step);
   return { step, at };

@@ -2,7 +2,7 @@
 
 import { css, el, select } from "./dom.js";
 import { shown } from "./format.js";
-import { colour } from "./palette.js";
+import { colour, shades } from "./palette.js";
 import { Plot, limits } from "./plot.js";
 import { rgbOf } from "./scenery.js";
 import { Shell, isDark } from "./shell.js";
@@ -201,19 +201,23 @@ class Live {
     const { lines, numbers, equations } = this.answer;
     const tensions = lines.filter((line) => !line.second).flatMap((line) => line.tension);
     if (!tensions.length) return this.say("This scene has no line to draw at rest.");
-    let low = Math.min(...tensions), high = Math.max(...tensions);
-    if (low > 0 && low < 0.4 * high) low = 0;
-    this.range = [low, high];
+    this.range = shades(Math.min(...tensions), Math.max(...tensions));
+    const [low, high] = this.range;
     const scale = { factor: 1e-3, top: high * 1e-3 };
     this.shell.setLegend("tension (kN)", shown(low, scale), shown(high, scale));
     const second = numbers.some((row) => row.second != null);
     this.secondKey.hidden = !second;
-    const groups = new Set(numbers.map((row) => row.group));
-    this.numbers.replaceChildren(...numbers.map((row) => el("tr", {},
-      el("th", { scope: "row" }, groups.size > 1 ? `${row.group}: ${row.words}` : row.words),
-      el("td.value", { "data-key": row.key, "data-si": row.value }, shown(row.value, row)),
-      second && el("td.value.second", {}, row.second == null ? "" : shown(row.second, row)),
-      el("td.unit", {}, row.unit))));
+    const many = new Set(numbers.map((row) => row.group)).size > 1, rows = [];
+    let group = null;
+    for (const row of numbers) {
+      if (many && row.group !== group) rows.push(el("tr", {}, el("th.end", { colspan: 3 }, row.group)));
+      group = row.group;
+      rows.push(el("tr", {}, el("th", { scope: "row" }, row.words),
+        el("td.value", { "data-key": row.key, "data-si": row.value }, shown(row.value, row)),
+        second && el("td.value.second", {}, row.second == null ? "" : shown(row.second, row)),
+        el("td.unit", {}, row.unit)));
+    }
+    this.numbers.replaceChildren(...rows);
     this.equationBox.hidden = equations.length === 0;
     this.equations.replaceChildren(...equations.map((text) => el("code", {}, text)));
     this.plotTension(scale);
@@ -229,7 +233,9 @@ class Live {
       low = Math.min(low, ...y);
       high = Math.max(high, ...y);
       const x = line.place.map((s) => s + start);
+      const first = start;
       start = x.at(-1) + (x.at(-1) - (x.at(-2) ?? start)) / 2; // lines one after another
+      [x[0], x[x.length - 1]] = [first, start]; // a segment has one tension from node to node
       curves.push({ x, y, colour: css("--first") });
     }
     [low, high] = limits(low, high);

@@ -29,3 +29,9 @@ export function gradient(dark, way = "to right") {
   }
   return `linear-gradient(${way}, ${stops.join(", ")})`;
 }
+
+// what the colours span: from zero where that is near, or where all tensions are one
+export function shades(low, high) {
+  const near = low < 0.4 * high || high - low < 1e-6 * high;
+  return [low > 0 && near ? 0 : low, high];
+}

@@ -56,7 +56,7 @@ export class Plot {
     this.axes(pen, width, height, across, up);
     pen.save();
     pen.beginPath();
-    pen.rect(LEFT, TOP - 2, width - LEFT - RIGHT, height - TOP - BOTTOM + 4);
+    pen.rect(LEFT - 4, TOP - 4, width - LEFT - RIGHT + 8, height - TOP - BOTTOM + 8); // marks at the rim
     pen.clip();
     for (const curve of state.curves) this.curve(pen, curve, across, up);
     if (state.cursor != null) {

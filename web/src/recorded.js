@@ -21,7 +21,7 @@ class Recorded {
     this.scenery = new Scenery(head, block, this.shell.stage);
     this.histories = head.histories.map((h) => ({ ...h, table: new Table(block, h.data) }));
     const asked = new URLSearchParams(location.hash.slice(1));
-    this.run = within(asked.get("run"), head.runs.length) ?? 0;
+    this.run = within(asked.get("run"), head.runs.length) ?? head.first;
     this.other = within(asked.get("with"), head.runs.length);
     this.line = this.scenery.lines[0].name;
     this.along = this.scenery.lines[0].tension ? "tension" : "speed";
@@ -185,10 +185,15 @@ class Recorded {
   }
 
   fillNumbers() {
-    const rows = this.head.outputs.map((output) => el("tr", { title: output.key },
-      el("th", { scope: "row" }, output.end ? `${output.end}: ${output.words}` : output.words),
-      el("td.value", { "data-key": output.key }, output.texts[this.run]),
-      el("td.value.second", {}, this.other == null ? "" : output.texts[this.other])));
+    const rows = [];
+    let end = "";
+    for (const output of this.head.outputs) { // those of ends first
+      if (output.end !== end) rows.push(el("tr", {}, el("th.end", { colspan: 3 }, output.end || "whole run")));
+      end = output.end;
+      rows.push(el("tr", { title: output.key }, el("th", { scope: "row" }, output.words),
+        el("td.value", { "data-key": output.key }, output.texts[this.run]),
+        el("td.value.second", {}, this.other == null ? "" : output.texts[this.other])));
+    }
     this.numbers.replaceChildren(...rows);
   }
 
@@ -233,9 +238,15 @@ class Recorded {
       const [a, b] = table.range(run);
       low = Math.min(low, a * scale.factor);
       high = Math.max(high, b * scale.factor);
-      const x = place.row(run);
-      for (const value of line.place.row(run)) if (value > far) far = value;
-      return { x, y: table.row(run, frame).map((v) => v * scale.factor), colour };
+      const nodes = line.place.row(run).filter(Number.isFinite);
+      far = Math.max(far, nodes.at(-1));
+      const x = place.row(run), y = table.row(run, frame).map((v) => v * scale.factor);
+      // a segment has one tension from node to node: the first and the last reach to the ends
+      if (place === line.middle) {
+        x[0] = nodes[0];
+        x[x.findLastIndex(Number.isFinite)] = nodes.at(-1);
+      }
+      return { x, y, colour };
     });
     [low, high] = limits(low, high);
     this.alongPlot.show({ x: { words: "distance along the line, unstretched", unit: "m", low: 0, high: far },
@@ -258,7 +269,7 @@ class Recorded {
       return { x, y: h.table.row(run).map((v) => v * h.factor), colour, dash };
     });
     [low, high] = limits(low, high);
-    this.key.textContent = picked.length > 1 ? "start ···  end ––" : "";
+    this.key.textContent = picked.length > 1 ? "start dotted, end solid" : "";
     this.historyPlot.show({ x: { words: "time", unit, low: x[0], high: x.at(-1) },
       y: { unit: picked[0].unit, low, high }, curves, tables,
       cursor: this.clock ? this.clock.now * factor : x[0] });

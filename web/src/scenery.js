@@ -1,6 +1,6 @@
 // Lines and bodies of a recorded file on the stage, at any time between its frames.
 
-import { colour } from "./palette.js";
+import { colour, shades } from "./palette.js";
 import { css } from "./dom.js";
 import { Table } from "./data.js";
 import { isDark } from "./shell.js";
@@ -60,9 +60,7 @@ export class Scenery {
       low = Math.min(low, a);
       high = Math.max(high, b);
     }
-    if (!(low <= high)) return null;
-    if (low > 0 && low < 0.4 * high) low = 0;
-    return [low, high];
+    return low <= high ? shades(low, high) : null;
   }
 
   frameAt(time) {

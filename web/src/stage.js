@@ -22,7 +22,8 @@ export class Stage {
     this.scene.add(this.room, this.content);
     this.camera = new PerspectiveCamera(30, 1, 0.1, 1e5);
     this.camera.up.set(0, 0, 1);
-    this.renderer = new WebGLRenderer({ antialias: !drawnByProcessor(), preserveDrawingBuffer: true });
+    this.slow = drawnByProcessor();
+    this.renderer = new WebGLRenderer({ antialias: !this.slow, preserveDrawingBuffer: true });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.labels = el("div.labels", { "aria-hidden": "true" });
     this.renderer.domElement.setAttribute("aria-label", "The scene in three dimensions");
@@ -115,7 +116,8 @@ export class Stage {
     const out = Math.tan((this.camera.fov * Math.PI) / 360);
     const inverse = this.camera.matrixWorldInverse.copy(this.camera.matrixWorld).invert();
     let distance = 0;
-    const room = { x: 0.86, y: 0.7 };
+    // labels stand some 50 pixels beside
+    const room = { x: Math.min(0.86, 1 - 104 / Math.max(this.host.clientWidth, 208)), y: 0.7 };
     for (const x of [low[0], high[0]]) for (const y of [low[1], high[1]]) for (const z of [low[2], high[2]]) {
       const p = new Vector3(x, y, z * this.rise).applyMatrix4(inverse);
       const depth = p.z + 1;
@@ -146,8 +148,25 @@ export class Stage {
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
+      this.sharpness(1);
       this.render();
+      if (this.slow) this.refineSoon();
     });
+  }
+
+  // a picture drawn by the processor has its edges smoothed once it stands still
+  refineSoon() {
+    clearTimeout(this.still);
+    this.still = setTimeout(() => {
+      this.sharpness(2);
+      this.render();
+    }, 400);
+  }
+
+  // pixels drawn for each pixel shown, along each axis
+  sharpness(factor) {
+    const ratio = Math.min(window.devicePixelRatio * factor, 2);
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
   }
 
   render() {
@@ -164,7 +183,6 @@ export class Stage {
     const before = this.camera.aspect;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height);
     if (this.view && Math.abs(before - this.camera.aspect) > 0.05 * before) this.look(this.view);
     this.dirty();
