@@ -4,7 +4,7 @@ import numpy as np
 from engine_runs import nylon_rope
 from nylon_line import P1, P2, P3, P4, P5, tension
 
-from lumpedcable.fit.load import load_fit
+from lumpedcable.fitting.load import load_fit
 
 TRUTH = np.array([P1, P2, P3, P4, P5])
 NAMES = [f"materials.nylon.p{k}" for k in range(1, 6)]

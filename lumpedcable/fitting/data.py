@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.fit.language import FitMethod
-from lumpedcable.fit.observe import Watched
-from lumpedcable.fit.parameters import Parameter
+from lumpedcable.fitting.language import FitMethod
+from lumpedcable.fitting.observe import Watched
+from lumpedcable.fitting.parameters import Parameter
 from lumpedcable.scene import Study
 
 __all__ = ["Problem", "Record", "Series", "Smooth", "Table"]

@@ -8,10 +8,10 @@ from command_line import ROOT, refused, say
 from engine_runs import HOOKE, run_text, study_of
 from fit_files import fit_of
 
-from lumpedcable.fit.observe import grid_of
-from lumpedcable.fit.run import fit_problem
-from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar
-from lumpedcable.fit.write import write_fit
+from lumpedcable.fitting.observe import grid_of
+from lumpedcable.fitting.run import fit_problem
+from lumpedcable.fitting.sensitivity import read_scalar, sensitivity_of, usual_scalar
+from lumpedcable.fitting.write import write_fit
 from lumpedcable.scene import Scene
 
 # Hooke's law without weight or drag: c = sqrt(EA/m) = 1000 m/s, speed of the end F0/sqrt(EA m) = 50 m/s

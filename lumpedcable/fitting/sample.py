@@ -12,11 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.fit.language import Sampling
-from lumpedcable.fit.minimise import loss
-from lumpedcable.fit.run import Fitted
-from lumpedcable.fit.transforms import Transform, to_values
-from lumpedcable.fit.uncertainty import Draws
+from lumpedcable.fitting.language import Sampling
+from lumpedcable.fitting.minimise import loss
+from lumpedcable.fitting.run import Fitted
+from lumpedcable.fitting.transforms import Transform, to_values
+from lumpedcable.fitting.uncertainty import Draws
 
 __all__ = ["MISSING", "can_sample", "with_sample"]
 

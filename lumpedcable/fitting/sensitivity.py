@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.fit.arrays import GroupArrays, GroupSpec, seen_plan
-from lumpedcable.fit.observe import MEASURE, UNITS, Watched, watched
-from lumpedcable.fit.parameters import numbers_of
-from lumpedcable.fit.residual import run_group, started
+from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
+from lumpedcable.fitting.observe import MEASURE, UNITS, Watched, watched
+from lumpedcable.fitting.parameters import numbers_of
+from lumpedcable.fitting.residual import run_group, started
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, Study

@@ -6,7 +6,7 @@ from engine_runs import HOOKE
 from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, write_bench
 from nylon_line import tension
 
-from lumpedcable.fit.run import fit_problem
+from lumpedcable.fitting.run import fit_problem
 
 NODES = np.linspace(0.0, 0.32, 13)
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.stats import qmc
 
-from lumpedcable.fit.arrays import Arrays, Spec
-from lumpedcable.fit.data import Problem
-from lumpedcable.fit.minimise import Found, search
-from lumpedcable.fit.residual import penalised, unpacked
-from lumpedcable.fit.transforms import to_unbounded, to_values, transform_of
+from lumpedcable.fitting.arrays import Arrays, Spec
+from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.minimise import Found, search
+from lumpedcable.fitting.residual import penalised, unpacked
+from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
 from lumpedcable.status import Status
 
 __all__ = [

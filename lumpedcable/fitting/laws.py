@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.fit.run import Fitted
-from lumpedcable.fit.uncertainty import reach_of
+from lumpedcable.fitting.run import Fitted
+from lumpedcable.fitting.uncertainty import reach_of
 from lumpedcable.model.materials import law_of
 from lumpedcable.scene import Scene, TableMaterial
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from lumpedcable.fit.laws import law_bands
-from lumpedcable.fit.report import contents_of, status_of
-from lumpedcable.fit.run import Fitted
-from lumpedcable.fit.uncertainty import Draws
+from lumpedcable.fitting.laws import law_bands
+from lumpedcable.fitting.report import contents_of, status_of
+from lumpedcable.fitting.run import Fitted
+from lumpedcable.fitting.uncertainty import Draws
 from lumpedcable.results.numbers import write_numbers, write_text
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.writer import to_toml

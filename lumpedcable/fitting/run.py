@@ -10,13 +10,13 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.fit.arrays import Arrays, Spec, arrays_of, grouped
-from lumpedcable.fit.data import Problem
-from lumpedcable.fit.minimise import REVERSE_FROM, Found
-from lumpedcable.fit.residual import Prediction, started, unpacked
-from lumpedcable.fit.seek import Sought, Start, seek
-from lumpedcable.fit.transforms import slope_at, to_values
-from lumpedcable.fit.uncertainty import (
+from lumpedcable.fitting.arrays import Arrays, Spec, arrays_of, grouped
+from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.minimise import REVERSE_FROM, Found
+from lumpedcable.fitting.residual import Prediction, started, unpacked
+from lumpedcable.fitting.seek import Sought, Start, seek
+from lumpedcable.fitting.transforms import slope_at, to_values
+from lumpedcable.fitting.uncertainty import (
     Certainty,
     Criteria,
     Draws,

@@ -7,8 +7,8 @@ import pytest
 from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, write_bench
 from nylon_line import tension
 
-from lumpedcable.fit.report import remarks_of
-from lumpedcable.fit.run import fit_problem
+from lumpedcable.fitting.report import remarks_of
+from lumpedcable.fitting.run import fit_problem
 
 KNOWN = 'noise = "1 %"\n'
 

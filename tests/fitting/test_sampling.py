@@ -8,8 +8,8 @@ import pytest
 from command_line import refused, say
 from fit_files import BENCH, SCENE, fit_of, write_bench
 
-from lumpedcable.fit.run import fit_problem
-from lumpedcable.fit.sample import with_sample
+from lumpedcable.fitting.run import fit_problem
+from lumpedcable.fitting.sample import with_sample
 
 STRAIN = np.linspace(0.02, 0.3, 12)
 LAW = 'law = "polynomial"\ncoefficients = [4e5, 1e5]\n'

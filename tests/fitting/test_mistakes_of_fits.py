@@ -76,7 +76,7 @@ def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
 
 
 def test_the_good_files_are_good(tmp_path):
-    from lumpedcable.fit.load import load_fit
+    from lumpedcable.fitting.load import load_fit
 
     (tmp_path / "scene.toml").write_text(SCENE)
     (tmp_path / "bench.csv").write_text(TABLE)

@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from lumpedcable.fit.run import Fitted, failure_text
-from lumpedcable.fit.seek import UNLIKELY, chance_of
-from lumpedcable.fit.sensitivity import Sensitivity
-from lumpedcable.fit.uncertainty import VAGUE, words
+from lumpedcable.fitting.run import Fitted, failure_text
+from lumpedcable.fitting.seek import UNLIKELY, chance_of
+from lumpedcable.fitting.sensitivity import Sensitivity
+from lumpedcable.fitting.uncertainty import VAGUE, words
 from lumpedcable.scene import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
@@ -334,9 +334,11 @@ def print_sensitivity(heading: str, found: Sensitivity) -> None:
         table.add_column(Text(head), justify="right" if k else "left", no_wrap=bool(k))
     for k, key in enumerate(found.keys[:MOST_ROWS]):
         per = f"{unit}/({found.units[k]})" if found.units[k] else unit
+        known = np.isfinite(found.slopes[k])
         table.add_row(
             Text(key), format_quantity(float(found.values[k]), found.units[k]),
-            f"{found.shares[k]:+.4g}" if found.values[k] else "-", f"{found.slopes[k]:+.4g} {per}",
+            f"{found.shares[k]:+.4g}" if known and found.values[k] else "-",
+            f"{found.slopes[k]:+.4g} {per}" if known else "no derivative here",
         )  # fmt: skip
     console.print(table)
     if len(found.keys) > MOST_ROWS:

@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Bool, Float, Int
 
-from lumpedcable.fit.arrays import Arrays, Spec
-from lumpedcable.fit.residual import failed_runs, penalised, residual, value_and_jacobian
+from lumpedcable.fitting.arrays import Arrays, Spec
+from lumpedcable.fitting.residual import failed_runs, penalised, residual, value_and_jacobian
 
 __all__ = ["Found", "search", "searches"]
 

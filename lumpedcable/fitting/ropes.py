@@ -9,13 +9,13 @@ from dataclasses import replace
 import jax
 import numpy as np
 
-from lumpedcable.fit.arrays import Arrays, GroupArrays, Spec, TableArrays, arrays_of
-from lumpedcable.fit.data import Problem
-from lumpedcable.fit.minimise import Found, searches
-from lumpedcable.fit.residual import unpacked
-from lumpedcable.fit.run import Fitted, fit_problem, fitted_from
-from lumpedcable.fit.seek import Sought, Start, at_own_steps, bad_end, beside, seek
-from lumpedcable.fit.transforms import to_unbounded, to_values
+from lumpedcable.fitting.arrays import Arrays, GroupArrays, Spec, TableArrays, arrays_of
+from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.minimise import Found, searches
+from lumpedcable.fitting.residual import unpacked
+from lumpedcable.fitting.run import Fitted, fit_problem, fitted_from
+from lumpedcable.fitting.seek import Sought, Start, at_own_steps, bad_end, beside, seek
+from lumpedcable.fitting.transforms import to_unbounded, to_values
 
 __all__ = ["fit_ropes"]
 

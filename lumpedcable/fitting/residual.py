@@ -10,9 +10,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from lumpedcable.fit.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
-from lumpedcable.fit.observe import MEASURE, look
-from lumpedcable.fit.transforms import to_values
+from lumpedcable.fitting.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
+from lumpedcable.fitting.observe import MEASURE, look
+from lumpedcable.fitting.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from lumpedcable.fit.data import Problem, Record, Smooth
-from lumpedcable.fit.observe import Grid, Watched, grid_of
-from lumpedcable.fit.transforms import Transform, transform_of
+from lumpedcable.fitting.data import Problem, Record, Smooth
+from lumpedcable.fitting.observe import Grid, Watched, grid_of
+from lumpedcable.fitting.transforms import Transform, transform_of
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene

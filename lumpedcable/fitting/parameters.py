@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from pydantic_core import PydanticCustomError
 
-from lumpedcable.fit.language import Free
+from lumpedcable.fitting.language import Free
 from lumpedcable.scene import Scene, Study, TanhMaterial, format_quantity
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.quantities import Count, Quantity

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from lumpedcable.fit.minimise import Found, search
-from lumpedcable.fit.residual import unpacked
-from lumpedcable.fit.run import Fitted
-from lumpedcable.fit.transforms import to_unbounded
-from lumpedcable.fit.uncertainty import Profile, reach_of
+from lumpedcable.fitting.minimise import Found, search
+from lumpedcable.fitting.residual import unpacked
+from lumpedcable.fitting.run import Fitted
+from lumpedcable.fitting.transforms import to_unbounded
+from lumpedcable.fitting.uncertainty import Profile, reach_of
 from lumpedcable.status import Status
 
 __all__ = ["flagged", "profile_of", "with_profiles"]

@@ -12,11 +12,11 @@ from engine_runs import nylon_rope
 from fit_files import NAMES, TRUTH, fit_of, free
 
 from benchmarks.fitting import begun
-from lumpedcable.fit.arrays import arrays_of
-from lumpedcable.fit.report import remarks_of, status_of
-from lumpedcable.fit.residual import predict
-from lumpedcable.fit.ropes import fit_ropes
-from lumpedcable.fit.run import fit_problem
+from lumpedcable.fitting.arrays import arrays_of
+from lumpedcable.fitting.report import remarks_of, status_of
+from lumpedcable.fitting.residual import predict
+from lumpedcable.fitting.ropes import fit_ropes
+from lumpedcable.fitting.run import fit_problem
 from lumpedcable.study.compiled import RUN_ONCE
 
 # four pretensions of Zhu, Yin & Shen 2018; the law is told by the force at the wall and the end's place

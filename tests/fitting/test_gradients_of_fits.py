@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from engine_runs import study_of
 
-from lumpedcable.fit.residual import run_group
-from lumpedcable.fit.sensitivity import read_scalar, setting_of
+from lumpedcable.fitting.residual import run_group
+from lumpedcable.fitting.sensitivity import read_scalar, setting_of
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE
 

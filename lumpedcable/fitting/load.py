@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
-from lumpedcable.fit.columns import check_times, noise_of, read_data
-from lumpedcable.fit.data import Problem as FitProblem
-from lumpedcable.fit.data import Record, Series, Smooth, Table
-from lumpedcable.fit.language import (
+from lumpedcable.fitting.columns import check_times, noise_of, read_data
+from lumpedcable.fitting.data import Problem as FitProblem
+from lumpedcable.fitting.data import Record, Series, Smooth, Table
+from lumpedcable.fitting.language import (
     Column,
     FitFile,
     Free,
@@ -22,8 +22,8 @@ from lumpedcable.fit.language import (
     Sampling,
     TableExperiment,
 )
-from lumpedcable.fit.observe import UNITS, watched
-from lumpedcable.fit.parameters import Parameter, read_parameters
+from lumpedcable.fitting.observe import UNITS, watched
+from lumpedcable.fitting.parameters import Parameter, read_parameters
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Fault, SceneError, Study, TableMaterial, load_study
 from lumpedcable.scene.checks import inside

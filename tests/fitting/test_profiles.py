@@ -5,9 +5,9 @@ import pytest
 from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, free, write_bench
 from scipy.optimize import brentq, least_squares
 
-from lumpedcable.fit.profile import flagged, profile_of, with_profiles
-from lumpedcable.fit.report import contents_of
-from lumpedcable.fit.run import fit_problem
+from lumpedcable.fitting.profile import flagged, profile_of, with_profiles
+from lumpedcable.fitting.report import contents_of
+from lumpedcable.fitting.run import fit_problem
 
 KNOWN = 'noise = "1 %"\n'
 

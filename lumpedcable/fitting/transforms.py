@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from lumpedcable.fit.parameters import Parameter
+from lumpedcable.fitting.parameters import Parameter
 
 __all__ = ["Transform", "slope_at", "to_unbounded", "to_values", "transform_of"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
-from lumpedcable.fit.language import Column
+from lumpedcable.fitting.language import Column
 from lumpedcable.scene.files import FileError, read_rows
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.quantities import Quantity, found

@@ -9,8 +9,8 @@ from command_line import refused, say
 from fit_files import BENCH, NAMES, SCENE, TRUTH, fit_of, free, write_bench
 from nylon_line import P5
 
-from lumpedcable.fit.ropes import fit_ropes
-from lumpedcable.fit.run import fit_problem
+from lumpedcable.fitting.ropes import fit_ropes
+from lumpedcable.fitting.run import fit_problem
 
 ROPES = {"a1": (1.0, 40), "b.2": (1.15, 64), "07": (0.9, 51)}
 """Their p1 to p4 over the nylon rope's, and how many points were measured."""
