@@ -89,7 +89,6 @@ def test_mistakes_in_a_fit_are_told(tmp_path):
 
 
 SPRING = """
-gravity = 0
 [materials.hooke]
 law = "linear"
 EA = "1 MN"
