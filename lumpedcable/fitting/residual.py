@@ -22,15 +22,18 @@ from lumpedcable.solve.observe import Sample, sample
 from lumpedcable.solve.reverse import scan_in_blocks
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import Status
+from lumpedcable.study.compiled import RUN_ONCE
 
 __all__ = [
     "Prediction",
     "deviations",
     "failed_runs",
+    "group_start",
     "penalised",
     "predict",
     "residual",
     "run_group",
+    "run_models",
     "started",
     "unpacked",
     "value_and_jacobian",
@@ -90,13 +93,20 @@ def started(spec: GroupSpec, arrays: GroupArrays, values):
     return jax.vmap(start, in_axes=(axis,), axis_size=runs)(own)
 
 
+group_start = jax.jit(started, static_argnames=("spec",), compiler_options=RUN_ONCE)
+
+
 def _coordinates(arrays: GroupArrays) -> Coordinates:
     return Coordinates(arrays.axes, arrays.origin)  # type: ignore[arg-type]
 
 
 def run_group(spec: GroupSpec, arrays: GroupArrays, values):
     """(runs, observed, points) of a group; status, steps and roughness as in `Prediction`."""
-    models, bound, converged = started(spec, arrays, values)
+    return run_models(spec, arrays, *started(spec, arrays, values))
+
+
+def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, converged):
+    """`run_group` from what `started` gives."""
     coordinates = _coordinates(arrays)
     steps = _steps(spec, arrays, bound)
 

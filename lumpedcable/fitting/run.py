@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lumpedcable.fitting.arrays import Arrays, Spec, arrays_of, grouped
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import REVERSE_FROM, Found
-from lumpedcable.fitting.residual import Prediction, started, unpacked
+from lumpedcable.fitting.residual import Prediction, group_start, unpacked
 from lumpedcable.fitting.seek import Sought, Start, seek
 from lumpedcable.fitting.transforms import slope_at, to_values
 from lumpedcable.fitting.uncertainty import (
@@ -120,7 +120,7 @@ def _fixed_steps(problem: Problem, spec: Spec, arrays: Arrays) -> tuple[Spec, Ar
 
 def group_bound(group, arrays, values) -> float:
     """The longest step (s) that all runs of a group are stable with."""
-    _, bound, _ = jax.jit(started, static_argnames=("spec",))(group, arrays, values)
+    _, bound, _ = group_start(group, arrays, values)
     return float(np.min(bound))
 
 

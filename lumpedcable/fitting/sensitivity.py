@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from functools import partial
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,13 +15,13 @@ from numpy.typing import NDArray
 from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
 from lumpedcable.fitting.observe import MEASURE, UNITS, Watched, watched
 from lumpedcable.fitting.parameters import numbers_of
-from lumpedcable.fitting.residual import run_group, started
+from lumpedcable.fitting.residual import group_start, run_group, run_models, started
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, Study
 from lumpedcable.scene.part import did_you_mean
 from lumpedcable.status import Status
-from lumpedcable.study.compiled import Structure, number
+from lumpedcable.study.compiled import RUN_ONCE, Structure, number
 from lumpedcable.study.plan import (
     DEFAULT_ATOL,
     DEFAULT_RTOL,
@@ -34,7 +35,7 @@ from lumpedcable.study.summary import recoil_name
 __all__ = ["Scalar", "Sensitivity", "read_scalar", "sensitivity_of", "setting_of", "usual_scalar"]
 
 Array = NDArray[np.float64]
-AT_ONCE = 8  # directions that go through time together
+AT_ONCE = 32  # most directions that go through time together
 REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
 REDUCTIONS = ("max", "min", "first", "last")
 _SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
@@ -203,7 +204,7 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
     if plan.adaptive:
         return spec, arrays
     at = np.array([scene.numbers()[key] for key in keys])
-    _, bound, _ = jax.jit(started, static_argnames=("spec",))(spec, arrays, at)
+    _, bound, _ = group_start(spec, arrays, at)
     steps = int(rounded_steps(scene, np.asarray(bound))[0])
     if back:
         return GroupSpec(structure, plan, (what,), count, free, steps), arrays
@@ -211,30 +212,82 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
     return spec, arrays._replace(steps=jnp.asarray(steps), courant=jnp.asarray(jnp.inf))
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction", "back"))
 def _slopes(spec: GroupSpec, arrays: GroupArrays, values, reduction: str, back: bool):
     """The scalar, its status and its derivatives."""
+    values = jnp.asarray(values)
+    if back:
+        return _backwards(spec, arrays, values, reduction)
+    # batches of one size, so that one program is compiled: those too many lead nowhere
+    rounds = -(-values.size // AT_ONCE)
+    width = -(-values.size // rounds)
+    floats, changes, rest, bound, converged = _starts(
+        spec, arrays, values, jnp.eye(rounds * width, values.size)
+    )
+    value, status, slopes = _forwards(
+        spec, arrays, (floats, changes, rest, bound, converged), reduction, width
+    )
+    return value, status, slopes[: values.size]
+
+
+@partial(jax.jit, static_argnames=("spec",), compiler_options=RUN_ONCE)
+def _starts(spec: GroupSpec, arrays: GroupArrays, values, directions):
+    """What runs start from, numbers apart from the rest, and the numbers' change in each direction.
+
+    A program of its own: it runs once, and takes long to compile where the compiler tries hard.
+    """
+
+    def start(values):
+        models, bound, converged = started(spec, arrays, values)
+        floats, rest = eqx.partition(models, eqx.is_inexact_array)
+        return floats, (rest, bound, converged)
+
+    def along(direction):
+        return jax.jvp(start, (values,), (direction,), has_aux=True)
+
+    everything = jax.vmap(along)(directions)
+    changes = everything[1]
+    floats, _, (rest, bound, converged) = jax.tree.map(lambda x: x[0], everything)
+    return floats, changes, rest, bound, converged
+
+
+@partial(jax.jit, static_argnames=("spec", "reduction", "width"))
+def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, width: int):
+    """The scalar, its status and its derivatives, so many directions through time together."""
+    floats, changes, rest, bound, converged = starts
+
+    def scalar(floats):
+        models = eqx.combine(floats, rest)
+        found, status, _, _ = run_models(spec, arrays, models, bound, converged)
+        picked = _picked(found[0, 0], reduction)
+        return picked, (picked, status[0])
+
+    def along(change):
+        _, slope, (value, status) = jax.jvp(scalar, (floats,), (change,), has_aux=True)
+        return slope, value, status
+
+    slopes, value, status = jax.lax.map(along, changes, batch_size=width)
+    return value[0], status[0], slopes
+
+
+@partial(jax.jit, static_argnames=("spec", "reduction"))
+def _backwards(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
+    """The scalar, its status and its derivatives, by one way back."""
 
     def scalar(values):
         found, status, _, _ = run_group(spec, arrays, values)
-        history = found[0, 0]
-        counts = jnp.isfinite(history)  # a measure is NaN while it does not
-        picked = {
-            "max": lambda: jnp.max(jnp.where(counts, history, -jnp.inf)),
-            "min": lambda: jnp.min(jnp.where(counts, history, jnp.inf)),
-            "first": lambda: history[jnp.argmax(counts)],
-            "last": lambda: history[history.size - 1 - jnp.argmax(counts[::-1])],
-        }[reduction]()
+        picked = _picked(found[0, 0], reduction)
         return picked, (picked, status[0])
 
-    values = jnp.asarray(values)
-    if back:
-        slopes, (value, status) = jax.grad(scalar, has_aux=True)(values)
-        return value, status, slopes
+    slopes, (value, status) = jax.grad(scalar, has_aux=True)(values)
+    return value, status, slopes
 
-    def along(direction):
-        _, slope, (value, status) = jax.jvp(scalar, (values,), (direction,), has_aux=True)
-        return slope, value, status
 
-    slopes, value, status = jax.lax.map(along, jnp.eye(values.size), batch_size=AT_ONCE)
-    return value[0], status[0], slopes
+def _picked(history, reduction: str):
+    """One number of a history; a measure is NaN while it does not count."""
+    counts = jnp.isfinite(history)
+    return {
+        "max": lambda: jnp.max(jnp.where(counts, history, -jnp.inf)),
+        "min": lambda: jnp.min(jnp.where(counts, history, jnp.inf)),
+        "first": lambda: history[jnp.argmax(counts)],
+        "last": lambda: history[history.size - 1 - jnp.argmax(counts[::-1])],
+    }[reduction]()
