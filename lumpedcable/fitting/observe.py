@@ -15,6 +15,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
 from lumpedcable.scene import Scene, format_quantity
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.part import did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.solve.observe import Sample
@@ -32,7 +33,7 @@ class Watched(NamedTuple):
     """One observed quantity, as far as it is structure.
 
     `node` is 0 or -1 at an end of the piece; elsewhere None, and `after` the first of the two nodes
-    (of a tension: the two segments) that it lies between. Of a measure, `piece` is its name.
+    (of a tension: the two segments) that it lies between. Of a measure or a `body`, `piece` is its name.
     """
 
     quantity: str
@@ -40,6 +41,7 @@ class Watched(NamedTuple):
     node: int | None
     after: int
     component: int | None
+    body: bool = False
 
 
 def watched(
@@ -52,8 +54,16 @@ def watched(
     """
     match = _PLACE.fullmatch(at.strip())
     axis = None if component is None else "xyz".index(component)
+    bodies = [n for n, b in scene.bodies.items() if isinstance(b, Body) and b.rigid]
+    if at.strip() in bodies:
+        if quantity == "tension":
+            raise ValueError(f'expected a place on a line for a tension, found the body "{at}"')
+        return Watched(quantity, at.strip(), None, 0, axis, body=True), 0.0
     if match is None:
-        raise ValueError(f'expected "LINE.start", "LINE.end" or "LINE@DISTANCE", found "{at}"')
+        body = f", or a rigid body ({', '.join(bodies)})" if bodies else ""
+        raise ValueError(
+            f'expected "LINE.start", "LINE.end" or "LINE@DISTANCE"{body}, found "{at}"'
+        )
     line, side, distance = match.groups()
     if line not in scene.lines:
         raise ValueError(
@@ -100,21 +110,34 @@ def look(
     """
     if what.quantity == MEASURE:
         return seen.measures[what.piece]
-    fields = seen.fields[what.piece]
     if what.quantity == "tension":
         if what.node is not None:
             return seen.ends[what.piece][what.node]
-        return _between(fields["tension"], what.after, share)
-    field = fields["velocity" if what.quantity == "velocity" else "position"]
-    if what.quantity == "position":
-        field = field + model.lines[what.piece].reference
-    here = field[:, what.node] if what.node is not None else _between(field, what.after, share)
+        return _between(seen.fields[what.piece]["tension"], what.after, share)
+    here = _of_body(model, seen, what) if what.body else _of_line(model, seen, what, share)
     if what.component is None:
         return _size(here)
     value = jnp.asarray(coordinates.axes)[what.component] @ here
     if what.quantity == "position":
         value = value + jnp.asarray(coordinates.origin)[what.component]
     return value
+
+
+def _of_line(model: Model, seen: Sample, what: Watched, share) -> Float[Array, " d"]:
+    """Displacement, place (m) or velocity (m/s) of a place on a line."""
+    field = seen.fields[what.piece]["velocity" if what.quantity == "velocity" else "position"]
+    if what.quantity == "position":
+        field = field + model.lines[what.piece].reference
+    return field[:, what.node] if what.node is not None else _between(field, what.after, share)
+
+
+def _of_body(model: Model, seen: Sample, what: Watched) -> Float[Array, " d"]:
+    """Displacement, place (m) or velocity (m/s) of a body's centre of gravity."""
+    q, rate = seen.bodies[what.piece]
+    d = next(iter(model.lines.values())).dimensions
+    if what.quantity == "velocity":
+        return rate[:d]
+    return q[:d] - model.bodies[what.piece].reference[:d] * (what.quantity == "displacement")
 
 
 def _size(vector: Float[Array, " d"]) -> Float[Array, ""]:

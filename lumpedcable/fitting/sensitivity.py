@@ -90,7 +90,7 @@ def read_scalar(text: str, scene: Scene) -> Scalar:
         ValueError: it means none; the message says what was expected.
     """
     match = _SCALAR.fullmatch(" ".join(text.split()))
-    expected = 'expected "max velocity at LINE.end" or the like'
+    expected = 'expected "max velocity at LINE.end", "max displacement at BODY" or the like'
     measure = _MEASURE.fullmatch(" ".join(text.split()))
     if measure is not None and measure.group(1) in REDUCTIONS and scene.measures:
         return _measure(scene, *measure.groups())
