@@ -248,6 +248,11 @@ class Sensitivity:
             for key, unit, x, slope, share in columns
         }
 
+    @property
+    def remarks(self) -> list[str]:
+        """What is to be known of the derivatives, in words."""
+        return self._found.remarks
+
     def __getitem__(self, key: str) -> Dependence:
         """How it depends on a number, by its key."""
         return self.numbers[key]

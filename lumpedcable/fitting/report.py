@@ -343,6 +343,8 @@ def print_sensitivity(heading: str, found: Sensitivity) -> None:
     console.print(table)
     if len(found.keys) > MOST_ROWS:
         console.print(f"{MOST_ROWS} of {len(found.keys)} numbers shown; the file holds all.")
+    for remark in found.remarks:
+        console.print(Text(remark))
     if found.status is not Status.OK:
         console.print(f"The run failed: {MEANING[found.status]}; {ADVICE[found.status]}.")
 
@@ -362,5 +364,6 @@ def slopes_contents(heading: str, found: Sensitivity) -> dict[str, Any]:
         "value": found.value,
         "unit": found.scalar.unit,
         "status": found.status.name.lower(),
+        "remarks": found.remarks,
         "numbers": numbers,
     }

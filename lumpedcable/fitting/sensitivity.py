@@ -36,6 +36,7 @@ __all__ = ["Scalar", "Sensitivity", "read_scalar", "sensitivity_of", "setting_of
 
 Array = NDArray[np.float64]
 AT_ONCE = 32  # most directions that go through time together
+WILD = 1e4  # per cent per per cent from which a derivative tells of rounding alone
 REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
 REDUCTIONS = ("max", "min", "first", "last")
 _SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
@@ -79,6 +80,19 @@ class Sensitivity:
     values: Array
     slopes: Array
     shares: Array
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is to be known of the derivatives, in words."""
+        said = []
+        if np.any(np.abs(self.shares[np.isfinite(self.shares)]) > WILD):
+            said.append(
+                "The smallest change changes this result wholly, as where a slack line crumples: its "
+                "derivatives say nothing. Take one of an earlier time (output.duration)."
+            )
+        if none := int(np.sum(~np.isfinite(self.slopes))):
+            said.append(f"By {none} of the numbers it has no derivative here.")
+        return said
 
 
 def read_scalar(text: str, scene: Scene) -> Scalar:

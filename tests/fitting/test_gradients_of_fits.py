@@ -123,6 +123,36 @@ waves = "plain"
 duration = "1 s"
 every = "50 ms"
 """
+# a box that floats and swings on a spring, thrown
+BODY = """
+gravity = 9.81
+[water]
+density = 1025
+[materials.spring]
+law = "linear"
+EA = "2 kN"
+[lines.spring]
+material = "spring"
+length = "3 m"
+segments = 2
+mass = "0.5 kg/m"
+diameter = "5 mm"
+start = { fixed = [0, 0, 3] }
+end = "box.top"
+[bodies.box]
+mass = "60 kg"
+size = [0.6, 0.5, 0.4]
+position = [0.5, 0, 0]
+velocity = [0.8, 0, -0.5]
+attitude = [0, 0.2, 0]
+points = { top = [0.1, 0, 0.2] }
+hull = { above_water = 0.1 }
+[solver]
+waves = "plain"
+[output]
+duration = "0.6 s"
+every = "50 ms"
+"""
 # keys, and what is looked at; the history is that of the place
 CASES = {
     "break, shock": (BREAK, "max tension at rope.start", [
@@ -137,6 +167,10 @@ CASES = {
         "lines.upper.added_mass.normal", "lines.lower.bending.EI", "lines.lower.end.held.pretension",
         "bodies.bob.mass", "bodies.bob.volume", "water.current.velocity.0", "water.density",
         "lines.upper.start.motion.amplitude.0", "events.slip.start"]),
+    "body, hull": (BODY, "max tension at spring.start", [
+        "materials.spring.EA", "lines.spring.length", "lines.spring.mass", "bodies.box.mass",
+        "bodies.box.size.0", "bodies.box.position.0", "bodies.box.velocity.2", "bodies.box.attitude.1",
+        "bodies.box.points.top.0", "bodies.box.hull.above_water", "water.density", "gravity"]),
     "limiter": (BREAK.replace("plain", "corrected"), "max tension at rope.start", [
         "materials.nylon.p1", "materials.nylon.p5", "lines.rope.mass", "lines.rope.length",
         "lines.rope.drag.tangential", "lines.rope.end.held.pretension", "events.break.time"]),

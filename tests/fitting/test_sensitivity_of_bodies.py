@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from engine_runs import study_of
 
-from lumpedcable.fitting.sensitivity import read_scalar, sensitivity_of
+from lumpedcable.fitting.sensitivity import Sensitivity, read_scalar, sensitivity_of
+from lumpedcable.status import Status
 
 EA, LENGTH, WIRE, MASS, SPEED = 5e3, 2.0, 0.5, 40.0, 1.5  # N, m, kg/m, kg, m/s
 MOVED = MASS + 0.5 * WIRE * LENGTH  # the half of the wire that moves with the body
@@ -64,3 +65,22 @@ def test_a_scalar_that_a_body_does_not_have(tmp_path, of, said):
     study = study_of(tmp_path, SLIDER)
     with pytest.raises(ValueError, match=said):
         sensitivity_of(study, read_scalar(of, study.scene))
+
+
+def test_a_result_that_rounding_decides_is_said_to_be_one(tmp_path):
+    study = study_of(tmp_path, SLIDER)
+    scalar = read_scalar("max displacement at slider", study.scene)
+    shares = np.array([2e9, -0.5, np.nan])
+    found = Sensitivity(
+        scalar,
+        1.0,
+        Status.OK,
+        ("a", "b", "c"),
+        ("a", "b", "c"),
+        ("", "", ""),
+        np.ones(3),
+        shares,
+        shares,
+    )
+    assert ["say nothing" in remark for remark in found.remarks] == [True, False]
+    assert found.remarks[1] == "By 1 of the numbers it has no derivative here."
