@@ -12,12 +12,12 @@ import jax
 import numpy as np
 from scipy.optimize import minimize
 
-from lumpedcable.fit.arrays import arrays_of
-from lumpedcable.fit.data import Problem
-from lumpedcable.fit.load import load_fit
-from lumpedcable.fit.residual import penalised, predict
-from lumpedcable.fit.run import fit_problem
-from lumpedcable.fit.transforms import to_unbounded
+from lumpedcable.fitting.arrays import arrays_of
+from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.load import load_fit
+from lumpedcable.fitting.residual import penalised, predict
+from lumpedcable.fitting.run import fit_problem
+from lumpedcable.fitting.transforms import to_unbounded
 from lumpedcable.study.compiled import RUN_ONCE
 
 FILE = Path(__file__).parents[1] / "configs" / "fit" / "nylon-breaks.toml"

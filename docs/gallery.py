@@ -95,9 +95,9 @@ def _of_scene(path, folder, name):
 
 def _of_fit(path, folder, name):
     """The first figure of a fit: what was measured and what the fit makes of it."""
-    from lumpedcable.fit.load import load_fit
-    from lumpedcable.fit.run import fit_problem
-    from lumpedcable.fit.write import pictures_of
+    from lumpedcable.fitting.load import load_fit
+    from lumpedcable.fitting.run import fit_problem
+    from lumpedcable.fitting.write import pictures_of
     from lumpedcable.view import plot_fit
     from lumpedcable.view.fit import pictures_from
 

@@ -10,7 +10,7 @@ import types
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from lumpedcable.fit import language
+from lumpedcable.fitting import language
 from lumpedcable.scene import (
     bodies,
     carried,

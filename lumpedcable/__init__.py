@@ -11,16 +11,24 @@ Importing this package is cheap: jax is loaded only by the parts that compute.
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+_FITS = ("Dependence", "Fit", "FoundNumber", "Sensitivity", "fit", "fit_ropes", "sensitivity")
 __all__ = [
+    "Dependence",
     "Figures",
+    "Fit",
+    "FoundNumber",
     "OutputError",
     "Page",
     "Result",
     "ResultError",
     "SceneError",
+    "Sensitivity",
     "__version__",
+    "fit",
+    "fit_ropes",
     "open",
     "run",
+    "sensitivity",
 ]
 
 if TYPE_CHECKING:
@@ -34,10 +42,23 @@ if TYPE_CHECKING:
         open,
         run,
     )
+    from lumpedcable.fits import (
+        Dependence,
+        Fit,
+        FoundNumber,
+        Sensitivity,
+        fit,
+        fit_ropes,
+        sensitivity,
+    )
 
 
 def __getattr__(name: str) -> Any:
     # loaded when first asked for, so that `lumpedcable --help` need not wait for it
+    if name in _FITS:
+        from lumpedcable import fits
+
+        return getattr(fits, name)
     if name in __all__:
         from lumpedcable import api
 

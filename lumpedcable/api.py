@@ -23,7 +23,7 @@ import numpy as np
 
 from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.reader import open_result
-from lumpedcable.scene import SceneError, load_study
+from lumpedcable.scene import SceneError, Study, load_study
 
 if TYPE_CHECKING:
     import xarray
@@ -323,10 +323,7 @@ def run(
         SceneError: the scene or a change is wrong; the message lists every fault.
         OutputError: the file cannot be written.
     """
-    if changes is not None and not isinstance(changes, Mapping):
-        raise TypeError(f"changes: expected values by key, found {type(changes).__name__}")
-    texts = [f"{key}={_text(value)}" for key, value in {**(changes or {}), **more}.items()]
-    study = load_study(scene, texts)
+    study = changed_study(scene, changes, more)
     folder = None
     if output is None:
         folder = tempfile.mkdtemp(prefix="lumpedcable-")
@@ -340,6 +337,20 @@ def run(
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
         raise
+
+
+def changed_study(
+    scene: str | Path, changes: Mapping[str, Any] | None, more: Mapping[str, Any]
+) -> Study:
+    """A scene with other values by key, as `run` takes them.
+
+    Raises:
+        SceneError: the scene or a change is wrong; the message lists every fault.
+    """
+    if changes is not None and not isinstance(changes, Mapping):
+        raise TypeError(f"changes: expected values by key, found {type(changes).__name__}")
+    texts = [f"{key}={_text(value)}" for key, value in {**(changes or {}), **more}.items()]
+    return load_study(scene, texts)
 
 
 def _text(value: Any) -> str:

@@ -13,8 +13,9 @@ MODULES = sorted((ROOT / PACKAGE).rglob("*.py"))
 
 # room -> the rooms it may import from; "" is the package's own __init__ (its version)
 ALLOWED = {
-    "": {"api"},
+    "": {"api", "fits"},
     "api": {"export", "page", "results", "scene", "study", "view"},
+    "fits": {"api", "fitting", "results", "study", "view"},
     "status": set(),
     "scene": set(),
     "exact": set(),
@@ -23,23 +24,23 @@ ALLOWED = {
     "model": {"physics", "scene"},
     "solve": {"model", "physics", "scene"},
     "study": {"", "exact", "model", "physics", "results", "scene", "solve"},
-    "fit": {"model", "physics", "results", "scene", "solve", "study"},
+    "fitting": {"model", "physics", "results", "scene", "solve", "study"},
     "view": {"exact", "results"},
     "export": {"results"},
     "page": {"exact", "results", "scene", "study"},
     "cli": {"commands", "", "model", "results", "scene", "study", "view"},
-    "commands": {"export", "fit", "page", "results", "scene", "study", "view"},
+    "commands": {"export", "fits", "fitting", "page", "results", "scene", "study", "view"},
     "__main__": {"cli"},
 }
 COMMANDS = {"cli", "commands"}  # import what a command needs when it runs
 FREE = {"status"}  # words and numbers that any room may use
-COMPUTES = {"physics", "model", "solve", "study", "fit"}
+COMPUTES = {"physics", "model", "solve", "study", "fitting"}
 HEAVY = {"jax", "jaxlib", "diffrax", "equinox", "jaxtyping", "lineax", "optimistix"}
 # libraries that only some rooms know
 OWNERS = dict.fromkeys(HEAVY, COMPUTES) | {
     "h5py": {"export", "results"},
     "matplotlib": {"api", "view"},
-    "pydantic": {"scene", "fit"},
+    "pydantic": {"scene", "fitting"},
     "cyclopts": COMMANDS,
     "distributed": {"study"},
     "starlette": {"page"},

@@ -33,7 +33,7 @@ def fit(
     format_
         png (default), svg or pdf; may be given several times.
     """
-    from lumpedcable.fit.load import load_fit
+    from lumpedcable.fitting.load import load_fit
 
     with told():
         study = load_fit(file)
@@ -42,22 +42,15 @@ def fit(
         _fit_ropes(study, output or Path(file.stem), tuple(format_ or ["png"]))
         return
 
-    from lumpedcable.fit.profile import with_profiles
-    from lumpedcable.fit.report import print_fit
-    from lumpedcable.fit.run import fit_problem
-    from lumpedcable.fit.sample import MISSING, can_sample, with_sample
-    from lumpedcable.fit.write import pictures_of, write_fit
+    from lumpedcable.fitting.report import print_fit
+    from lumpedcable.fitting.whole import fit_study
+    from lumpedcable.fitting.write import pictures_of, write_fit
     from lumpedcable.view import plot_fit
     from lumpedcable.view.fit import pictures_from
 
     folder = output or Path(file.stem)
-    if study.sampling is not None and not can_sample():
-        fail(f"{file}: {MISSING}")
     with told():
-        fitted = with_profiles(fit_problem(study.problem))
-        if study.sampling is not None:
-            fitted = with_sample(fitted, study.sampling)
-        others = {name: fit_problem(problem) for name, problem in study.choices.items()}
+        fitted, others = fit_study(study)
         print_fit(fitted, others)
         made, wrong = write_fit(fitted, others, folder)
         made += plot_fit(pictures_from(pictures_of(fitted)), folder, tuple(format_ or ["png"]))
@@ -71,9 +64,9 @@ def fit(
 
 def _fit_ropes(study, folder: Path, formats: tuple[str, ...]) -> None:
     """The same fit to every rope of a `FitStudy`."""
-    from lumpedcable.fit.report import print_ropes
-    from lumpedcable.fit.ropes import fit_ropes
-    from lumpedcable.fit.write import ropes_picture, write_ropes
+    from lumpedcable.fitting.report import print_ropes
+    from lumpedcable.fitting.ropes import fit_ropes
+    from lumpedcable.fitting.write import ropes_picture, write_ropes
     from lumpedcable.view.fit import plot_ropes
 
     with told():
@@ -112,7 +105,8 @@ def sensitivity(
     of
         The result: max, min, first or last; tension, velocity, displacement or position; at a place;
         in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is taken where
-        that end breaks. Or a measure of the scene: "min h_w".
+        that end breaks. "max displacement at ship" is the travel of a body. Or a measure of the scene:
+        "min h_w".
     output
         Folder for picture and numbers; the scene's name in this folder if not given.
     set_
@@ -124,28 +118,21 @@ def sensitivity(
     """
     study = study_of(scene, set_, run_)
 
-    from lumpedcable.fit.report import print_sensitivity, slopes_contents
-    from lumpedcable.fit.sensitivity import read_scalar, sensitivity_of, usual_scalar
-    from lumpedcable.results.numbers import write_numbers
+    from lumpedcable.fits import Sensitivity
+    from lumpedcable.fitting.sensitivity import read_scalar, sensitivity_of, usual_scalar
     from lumpedcable.study.modes_report import heading
-    from lumpedcable.view import plot_sensitivity
 
-    folder, title = output or Path(scene.stem), heading(study, run_)
+    folder, mine = output or Path(scene.stem), study.runs[run_]
     with told():
         try:
-            scalar = (
-                usual_scalar(study.runs[run_]) if of is None else read_scalar(of, study.runs[run_])
-            )
-            found = sensitivity_of(study, scalar, run_)
+            scalar = usual_scalar(mine) if of is None else read_scalar(of, mine)
+            slopes = sensitivity_of(study, scalar, run_)
         except ValueError as error:
             fail(f"--of: {error}")
-        made = plot_sensitivity(
-            f"{title}: {found.scalar}", found.labels, found.shares, folder / "sensitivity",
-            tuple(format_ or ["png"]),
-        )  # fmt: skip
-        write_numbers(folder / "sensitivity.json", slopes_contents(title, found))
-    print_sensitivity(title, found)
-    for path in (*made, folder / "sensitivity.json"):
+        found = Sensitivity(heading(study, run_), slopes)
+        made = found.plot(folder, tuple(format_ or ["png"])) + found.save(folder)
+    found.report()
+    for path in made:
         print(path)
-    if found.status != 0:
+    if found.status != "ok":
         raise SystemExit(1)

@@ -15,6 +15,7 @@ def release_ramp(
     (Zhu, Yin & Shen 2018, eq. 7). With time = 0 it drops to 0 at `start` itself.
     """
     after = t >= start + time
-    safe = jnp.where(after | (t < start), 1.0, time)
-    share = jnp.clip((t - start) / safe, 0.0, 1.0)
+    inside = (t >= start) & ~after
+    # chosen before the division, which has no derivative far before (t = -inf) and for time = 0
+    share = jnp.where(inside, t - start, 0.0) / jnp.where(inside, time, 1.0)
     return jnp.where(after, 0.0, jnp.cos(0.5 * jnp.pi * share) ** 2)

@@ -163,8 +163,12 @@ def spanning_line(
     share = jnp.arange(1, line.segments + 1) / line.segments
     path = jnp.concatenate([jnp.zeros_like(path[:, :1]), path + gap[:, None] * share], axis=1)
     met = jnp.all(jnp.isfinite(path)) & (jnp.sum(gap**2) < (1e-6 * total) ** 2)
-    # a guess without derivatives: those of its sag are infinite where nothing is slack
-    guess = jax.lax.stop_gradient(_parabola(line, end - start, total))
+    # a guess whose sag has no derivatives (infinite where nothing is slack), but whose ends have
+    span = end - start
+    guess = jax.lax.stop_gradient(_parabola(line, span, total))
+    guess = guess + (span - jax.lax.stop_gradient(span))[:, None] * jnp.linspace(
+        0.0, 1.0, line.segments + 1
+    )
     return start[:, None] + jnp.where(met, path, guess)
 
 

@@ -111,22 +111,29 @@ def plot_fit(pictures: FitPictures, folder: Path, formats: Sequence[str] = ("png
         OutputError: they cannot be written there, or not in that format.
     """
     made: list[Path] = []
-    draws: list[tuple[str, Callable[[], Figure]]] = [
-        ("data", partial(data_figure, pictures)),
-        ("residuals", partial(residual_figure, pictures)),
-    ]
-    if len(pictures.names) > 1:
-        draws.append(("correlations", partial(correlation_figure, pictures)))
-    if pictures.laws:
-        draws.append(("laws", partial(law_figure, pictures)))
-    if pictures.profiles:
-        draws.append(("profiles", partial(profile_figure, pictures)))
-    if pictures.draws:
-        draws.append(("sample", partial(sample_figure, pictures)))
     ready(folder, formats)
-    for name, draw in draws:
+    for name, draw in _figures(pictures):
         made += style.save(draw, folder / name, formats)
     return made
+
+
+def fit_figures(pictures: FitPictures) -> dict[str, Figure]:
+    """The figures of a fit by the names that `plot_fit` gives their files."""
+    with style.styled():
+        return {name: draw() for name, draw in _figures(pictures)}
+
+
+def _figures(pictures: FitPictures) -> list[tuple[str, Callable[[], Figure]]]:
+    """Names and makers of the figures that there is something to draw in."""
+    all_ = [
+        ("data", data_figure, True),
+        ("residuals", residual_figure, True),
+        ("correlations", correlation_figure, len(pictures.names) > 1),
+        ("laws", law_figure, bool(pictures.laws)),
+        ("profiles", profile_figure, bool(pictures.profiles)),
+        ("sample", sample_figure, bool(pictures.draws)),
+    ]
+    return [(name, partial(draw, pictures)) for name, draw, wanted in all_ if wanted]
 
 
 def ready(folder: Path, formats: Sequence[str]) -> None:

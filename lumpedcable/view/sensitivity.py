@@ -39,6 +39,12 @@ def plot_sensitivity(
     return style.save(partial(sensitivity_figure, heading, names, shares), stem, formats)
 
 
+def sensitivity_bars(heading: str, names: Sequence[str], shares: Array) -> Figure:
+    """The bars that `plot_sensitivity` writes."""
+    with style.styled():
+        return sensitivity_figure(heading, names, shares)
+
+
 def sensitivity_figure(heading: str, names: Sequence[str], shares: Array) -> Figure:
     """Horizontal bars, what raises the result to the right."""
     longest = style.largest(shares)
@@ -62,6 +68,9 @@ def sensitivity_figure(heading: str, names: Sequence[str], shares: Array) -> Fig
         ax.annotate(f"{v:+.3g}", (v, k), xytext=(side, 0), textcoords="offset points",
                     ha="left" if v > 0 else "right", va="center", fontsize=6.5)  # fmt: skip
     ax.set_xlabel("change of the result over the number's own (% per %)")
-    left = len(names) - len(shown)
-    style.foot(figure, f"{left} more numbers change it by less, or are zero." if left else "")
+    none = int(np.sum(~np.isfinite(shares)))
+    left = len(names) - len(shown) - none
+    said = [f"{left} more numbers change it by less, or are zero."] if left else []
+    said += [f"{none} have no derivative here."] if none else []
+    style.foot(figure, " ".join(said))
     return figure

@@ -1,0 +1,128 @@
+"""Measured columns: numbers in SI from a CSV file, or what is wrong with them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from lumpedcable.fitting.language import Column
+from lumpedcable.scene.files import FileError, read_rows
+from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.quantities import Quantity, found
+from lumpedcable.scene.units import UnitError, describe, format_quantity, unit_of
+
+__all__ = ["Columns", "check_times", "noise_of", "read_data"]
+
+_BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
+
+
+class Columns(NamedTuple):
+    """Columns of a file in SI (columns, points), the line of each point, and the file's name."""
+
+    values: NDArray[np.float64]
+    lines: tuple[int, ...]
+    name: str
+
+    def at(self, point: int) -> str:
+        """Where a point stands, for people."""
+        return f"{self.name}:{self.lines[point]}"
+
+
+def read_data(
+    file: FilePath, path: Path, wanted: Sequence[tuple[Path, Column, str]]
+) -> tuple[Columns | None, list[Problem]]:
+    """Read columns of a file.
+
+    Args:
+        file: the CSV file.
+        path: where the fit file names it.
+        wanted: path in the fit file, column and SI unit of each.
+
+    Returns:
+        The columns in SI, None where there are problems; the problems.
+    """
+    problems: list[Problem] = []
+    factors = []
+    for where, column, unit in wanted:
+        factor, problem = _factor(where, column, unit)
+        factors.append(factor)
+        problems += [problem] if problem else []
+    try:
+        rows = read_rows(file, tuple(column.column for _, column, _ in wanted))
+    except FileError as error:
+        return None, [*problems, Problem((*path, "file"), str(error))]
+    if len(rows) < 2:
+        message = f"expected at least 2 rows of numbers, found {len(rows)} in {file.name}"
+        problems.append(Problem((*path, "file"), message))
+    if problems:
+        return None, problems
+    values = np.array([row for _, row in rows]).T * np.array(factors)[:, None]
+    return Columns(values, tuple(line for line, _ in rows), file.name), []
+
+
+def _factor(where: Path, column: Column, unit: str) -> tuple[float, Problem | None]:
+    """The size of a column's unit in SI, and what is wrong with it."""
+    bracket = _BRACKETS.search(column.column)
+    in_name = bracket.group(1) if bracket else None
+    written = column.unit if column.unit is not None else in_name
+    place = (*where, "unit" if column.unit is not None else "column")
+    if written is None:
+        return 1.0, None
+    expected = f"expected a unit of {describe(unit_of(unit)[1])}"
+    try:
+        factor, dimension = unit_of(written)
+        named = unit_of(in_name) if in_name and column.unit is not None else None
+    except UnitError as error:
+        if written == column.unit and in_name is not None and in_name in str(error):
+            return unit_of(written)[0], None  # what is in brackets is no unit
+        return 1.0, Problem(place, f"{expected}, found {error}")
+    if dimension != unit_of(unit)[1]:
+        return 1.0, Problem(place, f'{expected}, found "{written}"')
+    if named is not None and named != (factor, dimension):
+        return 1.0, Problem(
+            place, f'expected the unit in the column\'s name, "{in_name}", found "{written}"'
+        )
+    return factor, None
+
+
+def check_times(columns: Columns, path: Path) -> list[Problem]:
+    """What is wrong with the times in the first column: they start at 0 or later and increase."""
+    times = columns.values[0]
+    if times[0] < 0.0:
+        message = (
+            "expected times from 0, the start of the run, found "
+            f"{format_quantity(times[0], 's')} in {columns.at(0)}"
+        )
+        return [Problem((*path, "time"), message)]
+    wrong = np.flatnonzero(np.diff(times) <= 0.0)
+    if not wrong.size:
+        return []
+    k = int(wrong[0]) + 1
+    now, before = (format_quantity(times[i], "s") for i in (k, k - 1))
+    what = f"{now} again" if times[k] == times[k - 1] else f"{now} after {before}"
+    return [
+        Problem((*path, "time"), f"expected times that increase, found {what} in {columns.at(k)}")
+    ]
+
+
+def noise_of(
+    raw: Any, values: NDArray[np.float64], unit: str, path: Path
+) -> tuple[float | None, Problem | None]:
+    """The standard deviation in SI that a fit file gives, None where it gives none."""
+    if raw is None:
+        return None, None
+    quantity = Quantity(unit, "positive")
+    try:
+        if isinstance(raw, str) and raw.rstrip().endswith("%"):
+            share = Quantity("", "positive").read(raw)
+            return share * float(np.max(np.abs(values))), None
+        return quantity.read(raw), None
+    except PydanticCustomError:
+        message = f"expected {quantity.expected} or a percentage, found {found(raw)}"
+        return None, Problem(path, message)

@@ -1,0 +1,374 @@
+"""Reading a fit file: one call from a path to a problem, or to every fault in file and data."""
+
+from __future__ import annotations
+
+import glob
+import re
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import ValidationError
+
+from lumpedcable.fitting.columns import check_times, noise_of, read_data
+from lumpedcable.fitting.data import Problem as FitProblem
+from lumpedcable.fitting.data import Record, Series, Smooth, Table
+from lumpedcable.fitting.language import (
+    Column,
+    FitFile,
+    Free,
+    RecordExperiment,
+    Sampling,
+    TableExperiment,
+)
+from lumpedcable.fitting.observe import UNITS, watched
+from lumpedcable.fitting.parameters import Parameter, read_parameters
+from lumpedcable.model.layout import make_layout
+from lumpedcable.scene import Fault, SceneError, Study, TableMaterial, load_study
+from lumpedcable.scene.checks import inside
+from lumpedcable.scene.errors import problems_of
+from lumpedcable.scene.load import read_toml
+from lumpedcable.scene.locate import LineMap
+from lumpedcable.scene.part import Path, Problem, did_you_mean, dotted
+from lumpedcable.scene.tree import Spot
+from lumpedcable.scene.units import format_quantity
+from lumpedcable.scene.writer import value_text
+
+__all__ = ["FitStudy", "load_fit"]
+
+ROPE = "{rope}"
+"""What stands for a rope's name in the name of a file."""
+_LETTERS = "names of letters, digits, _, - and ."
+_ROPE_NAME = re.compile(r"\w[\w.-]*")
+
+
+class FitStudy(NamedTuple):
+    """A fit file as read: the problem, and the same data with other laws by name.
+
+    Where it names ropes, the problem of each; `problem` is then that of the first.
+    """
+
+    path: FilePath
+    problem: FitProblem
+    choices: dict[str, FitProblem]
+    ropes: dict[str, FitProblem]
+    sampling: Sampling | None
+
+
+def load_fit(path: FilePath) -> FitStudy:
+    """Read a fit file, its scene and its data.
+
+    Raises:
+        SceneError: with every fault found.
+    """
+    text, data = read_toml(path, "a fit")
+    reader = _Reader(path, text)
+    try:
+        file = FitFile.model_validate(data)
+    except ValidationError as error:
+        reader.tell(problems_of(error, Spot(FitFile, data)))
+        raise SceneError(reader.faults) from None
+    reader.tell(inside(file, ()))
+    reader.stop()
+    if (names := reader.ropes(file)) is not None:
+        ropes = {
+            name: reader.problem(of_rope(file, name), {}, file.free, ("free",)) for name in names
+        }
+        reader.stop()
+        good = {name: problem for name, problem in ropes.items() if problem is not None}
+        return FitStudy(path, next(iter(good.values())), {}, good, None)
+    main = reader.problem(file, {}, file.free, ("free",))
+    choices = {
+        name: reader.problem(file, choice.set, _freed(file, choice.free), ("choices", name, "free"))
+        for name, choice in file.choices.items()
+    }
+    reader.stop()
+    assert main is not None
+    return FitStudy(
+        path, main, {name: p for name, p in choices.items() if p is not None}, {}, file.sample
+    )
+
+
+def of_rope(file: FitFile, rope: str) -> FitFile:
+    """The same file for one of its ropes."""
+    mine = {
+        name: one.model_copy(update={"file": one.file.replace(ROPE, rope)})
+        for name, one in file.experiments.items()
+    }
+    return file.model_copy(update={"experiments": mine})
+
+
+def _freed(file: FitFile, own: Mapping[str, Free]) -> dict[str, Free]:
+    """The free numbers of a choice: its own, and those of [free] that are not of the law."""
+    return {k: f for k, f in file.free.items() if not k.startswith("materials.")} | dict(own)
+
+
+class _Reader:
+    """The faults of one file, gathered while it is read."""
+
+    def __init__(self, path: FilePath, text: str):
+        self.path, self.folder, self.map = path, path.parent, LineMap(text)
+        self.faults: list[Fault] = []
+        self.scenes: dict[tuple[FilePath, tuple[str, ...]], Study | None] = {}
+
+    def tell(self, problems) -> None:
+        for problem in problems:
+            place = tuple(str(key) for key in problem.path)
+            self.faults.append(
+                Fault(str(self.path), self.map.line(place), dotted(place), problem.message)
+            )
+
+    def stop(self) -> None:
+        if self.faults:
+            raise SceneError(self.faults)
+
+    # --- ropes ------------------------------------------------------------------------------
+
+    def ropes(self, file: FitFile) -> list[str] | None:
+        """The names of the ropes, None without any; stops where they are faulty."""
+        named = {n: e.file for n, e in file.experiments.items() if ROPE in e.file}
+        if file.ropes is None:
+            for name in named:
+                message = (
+                    f'expected ropes = ["NAME", ...] for the "{ROPE}" in this name, found none'
+                )
+                self.tell([Problem(("experiments", name, "file"), message)])
+            self.stop()
+            return None
+        if not named:
+            message = f'expected "{ROPE}" in the file of an experiment, found it in none'
+            self.tell([Problem(("ropes",), message)])
+        for key in ("choices", "sample"):
+            if getattr(file, key):
+                message = (
+                    f"expected no {key} where there are ropes: it is done for one rope at a time"
+                )
+                self.tell([Problem((key,), message)])
+        self.stop()
+        if file.ropes != "*":
+            for name in file.ropes:
+                if _ROPE_NAME.fullmatch(name) is None or file.ropes.count(name) > 1:
+                    twice = "each rope once" if file.ropes.count(name) > 1 else _LETTERS
+                    self.tell([Problem(("ropes",), f'expected {twice}, found "{name}"')])
+            self.stop()
+            return list(file.ropes)
+        found = [self._found(pattern) for pattern in named.values()]
+        common = sorted(set.intersection(*found))
+        if not common:
+            message = f"expected files like {next(iter(named.values()))}, found none"
+            self.tell([Problem(("ropes",), message)])
+        self.stop()
+        return common
+
+    def _found(self, pattern: str) -> set[str]:
+        """The ropes that there is a file of."""
+        before, _, rest = pattern.partition(ROPE)
+        shape = re.compile(
+            re.escape(before) + r"([^/]+)" + re.escape(rest).replace(re.escape(ROPE), r"\1")
+        )
+        paths = glob.glob(pattern.replace(ROPE, "*"), root_dir=self.folder)
+        return {match.group(1) for p in paths if (match := shape.fullmatch(p))}
+
+    # --- scenes -----------------------------------------------------------------------------
+
+    def scene(self, name: str, at: Path, settings: list[tuple[Path, Mapping[str, Any]]]):
+        """The study of a scene with settings, None where it is faulty; told once."""
+        origin = {}
+        for path, values in settings:
+            for key, value in values.items():
+                text = value if isinstance(value, str) else value_text(value)
+                origin[f"{key}={text}"] = (*path, key)
+        found = (self.folder / name, tuple(origin))
+        if found not in self.scenes:
+            self.scenes[found] = self._load(*found, origin, at)
+        return self.scenes[found]
+
+    def _load(self, file: FilePath, overrides, origin: dict[str, Path], at: Path) -> Study | None:
+        if not file.exists():
+            siblings = [p.name for p in file.parent.glob("*.toml")] if file.parent.is_dir() else []
+            hint = did_you_mean(file.name, siblings)
+            self.tell([Problem(at, f'expected a scene file, found none at "{file}"{hint}')])
+            return None
+        try:
+            return load_study(file, overrides)
+        except SceneError as error:
+            for fault in error.faults:
+                place = None if fault.override is None else origin.get(fault.override)
+                if place is None:
+                    self.faults.append(fault)
+                else:
+                    said = f"{fault.key}: {fault.message}" if fault.key else fault.message
+                    self.tell([Problem(place, said)])
+        return None
+
+    # --- experiments ------------------------------------------------------------------------
+
+    def problem(
+        self, file: FitFile, more: Mapping[str, Any], free: Mapping[str, Free], at: Path
+    ) -> FitProblem | None:
+        """The problem of the file with more settings and with these free numbers."""
+        common: list[tuple[Path, Mapping[str, Any]]] = [(("set",), file.set)]
+        if more:
+            common.append(((*at[:-1], "set"), more))
+        base = self.scene(file.scene, ("scene",), common)
+        tables, records = [], []
+        for name, one in file.experiments.items():
+            path: Path = ("experiments", name)
+            if isinstance(one, TableExperiment):
+                tables += self.table(name, one, base, path)
+            else:
+                own = [*common, ((*path, "set"), one.set)]
+                where = ("scene",) if one.scene is None else (*path, "scene")
+                study = self.scene(one.scene or file.scene, where, own)
+                records += self.record(name, one, study, path)
+        if base is None or self.faults:
+            return None
+        users = [(t.name, t.study, t.material) for t in tables]
+        users += [(r.name, r.study, "") for r in records]
+        parameters, wrong = read_parameters(free, users, at)
+        self.tell(wrong)
+        problem = FitProblem(
+            file.title or self.path.stem, base, tuple(parameters), tuple(tables), tuple(records),
+            tuple(self.smooth(free, parameters, at)), file.method,
+        )  # fmt: skip
+        self.tell(_whole(problem, file, at))
+        return problem
+
+    def table(self, name: str, one: TableExperiment, study: Study | None, path: Path):
+        """The table of an experiment, as a list of one or none."""
+        wanted = [((*path, "strain"), one.strain, ""), ((*path, "tension"), one.tension, "N")]
+        columns, wrong = read_data(self.folder / one.file, path, wanted)
+        self.tell(wrong)
+        if study is None:
+            return []
+        material = study.scene.materials.get(one.material)
+        if material is None:
+            known = study.scene.materials
+            hint = did_you_mean(one.material, known) or f"; known: {', '.join(known) or 'none'}"
+            message = f'expected a material of the scene, found "{one.material}"{hint}'
+            self.tell([Problem((*path, "material"), message)])
+            return []
+        if columns is None:
+            return []
+        strain, tension = columns.values
+        table = isinstance(material, TableMaterial)
+        top = material.strain[-1] if table else material.max_strain
+        if strain.max() > top:
+            k = int(np.argmax(strain > top))
+            what = "last strain of the table" if table else "max_strain"
+            message = (
+                f"expected strains up to the {what} of materials.{one.material}, {top:g}, "
+                f"found {strain[k]:g} in {columns.at(k)}"
+            )
+            self.tell([Problem((*path, "strain"), message)])
+        noise, problem = noise_of(one.noise, tension, "N", (*path, "noise"))
+        self.tell([problem] if problem else [])
+        series = Series(name, f"{name}: tension", "N", strain, "", tension, noise)
+        return [Table(name, study, one.material, series)]
+
+    def record(self, name: str, one: RecordExperiment, study: Study | None, path: Path):
+        """The record of an experiment, as a list of one or none."""
+        wanted: list[tuple[Path, Column, str]] = [((*path, "time"), one.time, "s")]
+        for k, seen in enumerate(one.observe):
+            wanted.append(((*path, "observe", k), seen, UNITS[seen.quantity]))
+        columns, wrong = read_data(self.folder / one.file, path, wanted)
+        self.tell(wrong)
+        if columns is not None:
+            self.tell(check_times(columns, path))
+        if study is None:
+            return []
+        if len(study.runs) > 1:
+            keys = " and ".join(axis.key for axis in study.axes)
+            message = f"expected one run, found a sweep of {len(study.runs)}: set {keys}"
+            self.tell([Problem(path, message)])
+            return []
+        places, shares, series = [], [], []
+        try:
+            layout = make_layout(study.runs[0])
+        except ValueError as error:
+            self.tell([Problem(path, str(error))])
+            return []
+        for k, seen in enumerate(one.observe):
+            spot: Path = (*path, "observe", k)
+            try:
+                what, share = watched(study.runs[0], layout, seen.quantity, seen.at, seen.component)
+            except ValueError as error:
+                self.tell([Problem((*spot, "at"), str(error))])
+                continue
+            places.append(what)
+            shares.append(share)
+            if columns is not None:
+                series.append(self.series(name, seen, columns, k, spot))
+        if self.faults:
+            return []
+        return [Record(name, study, tuple(places), tuple(shares), tuple(series))]
+
+    def series(self, name: str, seen, columns, k: int, path: Path) -> Series:
+        """One observed column."""
+        unit, values = UNITS[seen.quantity], columns.values[k + 1]
+        noise, problem = noise_of(seen.noise, values, unit, (*path, "noise"))
+        self.tell([problem] if problem else [])
+        part = "" if seen.component is None else f" {seen.component}"
+        label = f"{name}: {seen.quantity}{part} at {seen.at}"
+        return Series(name, label, unit, columns.values[0], "s", values, noise)
+
+    def smooth(self, free: Mapping[str, Free], parameters: list[Parameter], at: Path):
+        """The tables of tensions that are to be smooth."""
+        found = []
+        for key, one in free.items():
+            if one.smooth is None:
+                continue
+            mine = [p for p in parameters if p.key.startswith(f"{key}.")]
+            if not key.startswith("materials.") or not key.endswith(".tension") or len(mine) < 3:
+                message = (
+                    "expected the tensions of a table, materials.NAME.tension, of at least 3 "
+                    f'points, found "{key}"'
+                )
+                self.tell([Problem((*at, key, "smooth"), message)])
+                continue
+            owners = list(dict.fromkeys(p.experiment for p in mine))
+            found += [Smooth(key, owner, one.smooth) for owner in owners]
+        return found
+
+
+def _whole(problem: FitProblem, file: FitFile, at: Path) -> list[Problem]:
+    """What is wrong with a problem as a whole."""
+    told = []
+    if problem.points < len(problem.parameters) and not problem.smooth:
+        told.append(
+            Problem(
+                at,
+                f"expected at least as many measured values as free numbers, found "
+                f"{problem.points} values for {len(problem.parameters)} numbers",
+            )
+        )
+    given = [series for series in problem.series if series.noise is not None]
+    if given and not problem.known_noise:
+        missing = next(series for series in problem.series if series.noise is None)
+        told.append(
+            Problem(
+                ("experiments", missing.name),
+                f"expected the noise of every column or of none, found none for {missing.label}",
+            )
+        )
+    if (file.method.starts or 1) > 1:
+        for p in problem.parameters:
+            if not np.all(np.isfinite([p.low, p.high])):
+                told.append(
+                    Problem(
+                        (*at, p.key),
+                        "expected low and high, since several starts are drawn between them, "
+                        f"found {_bounds(p)}",
+                    )
+                )
+    return told
+
+
+def _bounds(p: Parameter) -> str:
+    found = [
+        f"{key} = {format_quantity(getattr(p, key), p.unit)}"
+        for key in ("low", "high")
+        if np.isfinite(getattr(p, key))
+    ]
+    return f"{found[0]} alone" if found else "neither"

@@ -1,0 +1,201 @@
+"""What is compared with a record: a tension or a motion at a place, at the times of the record."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from numpy.typing import NDArray
+
+from lumpedcable.model.assemble import segment_lengths
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.layout import Layout
+from lumpedcable.model.model import Model
+from lumpedcable.scene import Scene, format_quantity
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.part import did_you_mean
+from lumpedcable.scene.units import UnitError, parse_quantity
+from lumpedcable.solve.observe import Sample
+
+__all__ = ["MEASURE", "UNITS", "Grid", "Watched", "grid_of", "look", "watched"]
+
+UNITS = {"tension": "N", "displacement": "m", "velocity": "m/s", "position": "m"}
+MEASURE = "measure"  # a number that the scene asks for: NaN while it does not count
+MOST_OUTPUTS = 20_000  # of a grid that meets all times of a record
+ON_GRID = 1e-6  # of its spacing by which a time may miss a point of the grid
+_PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
+
+
+class Watched(NamedTuple):
+    """One observed quantity, as far as it is structure.
+
+    `node` is 0 or -1 at an end of the piece; elsewhere None, and `after` the first of the two nodes
+    (of a tension: the two segments) that it lies between. Of a measure or a `body`, `piece` is its name.
+    """
+
+    quantity: str
+    piece: str
+    node: int | None
+    after: int
+    component: int | None
+    body: bool = False
+
+
+def watched(
+    scene: Scene, layout: Layout, quantity: str, at: str, component: str | None
+) -> tuple[Watched, float]:
+    """The observed quantity at a place, and its share of the way between its two neighbours.
+
+    Raises:
+        ValueError: there is no such place; the message follows the key.
+    """
+    match = _PLACE.fullmatch(at.strip())
+    axis = None if component is None else "xyz".index(component)
+    bodies = [n for n, b in scene.bodies.items() if isinstance(b, Body) and b.rigid]
+    if at.strip() in bodies:
+        if quantity == "tension":
+            raise ValueError(f'expected a place on a line for a tension, found the body "{at}"')
+        return Watched(quantity, at.strip(), None, 0, axis, body=True), 0.0
+    if match is None:
+        body = f", or a rigid body ({', '.join(bodies)})" if bodies else ""
+        raise ValueError(
+            f'expected "LINE.start", "LINE.end" or "LINE@DISTANCE"{body}, found "{at}"'
+        )
+    line, side, distance = match.groups()
+    if line not in scene.lines:
+        raise ValueError(
+            f'expected a line of the scene, found "{line}"{did_you_mean(line, scene.lines)}'
+        )
+    pieces = layout.of_line(line)
+    if not pieces:
+        raise ValueError(f'expected a line with nodes, found "{line}", which is ideal')
+    if side is not None:
+        piece, node = (pieces[0], 0) if side == "start" else (pieces[-1], -1)
+        return Watched(quantity, piece.name, node, 0, axis), 0.0
+    try:
+        place = parse_quantity(distance, "m")
+    except UnitError as error:
+        raise ValueError(f"expected a length (m) after @, found {error}") from None
+    length = scene.lines[line].length
+    if not 0.0 <= place <= length:
+        raise ValueError(
+            f"expected a distance from 0 to the line's length, {format_quantity(length, 'm')}, "
+            f"found {format_quantity(place, 'm')}"
+        )
+    before, piece, own = 0.0, pieces[0], np.zeros(0)
+    for piece in pieces:
+        own = np.broadcast_to(np.asarray(segment_lengths(scene, piece)), (piece.segments,))
+        if place <= before + own.sum() or piece is pieces[-1]:
+            break
+        before += own.sum()
+    nodes = np.concatenate([[0.0], np.cumsum(own)])
+    points = 0.5 * (nodes[1:] + nodes[:-1]) if quantity == "tension" else nodes
+    if points.size == 1:
+        return Watched(quantity, piece.name, 0, 0, axis), 0.0
+    index = int(np.clip(np.searchsorted(points, place - before) - 1, 0, points.size - 2))
+    share = (place - before - points[index]) / (points[index + 1] - points[index])
+    return Watched(quantity, piece.name, None, index, axis), float(share)
+
+
+def look(
+    model: Model, coordinates: Coordinates, seen: Sample, what: Watched, share: Float[Array, ""]
+) -> Float[Array, ""]:
+    """The value (SI) of an observed quantity at one output time.
+
+    Between nodes (of a tension: the middles of segments) it is linear, an error of the second order
+    in the segments' length.
+    """
+    if what.quantity == MEASURE:
+        return seen.measures[what.piece]
+    if what.quantity == "tension":
+        if what.node is not None:
+            return seen.ends[what.piece][what.node]
+        return _between(seen.fields[what.piece]["tension"], what.after, share)
+    here = _of_body(model, seen, what) if what.body else _of_line(model, seen, what, share)
+    if what.component is None:
+        return _size(here)
+    value = jnp.asarray(coordinates.axes)[what.component] @ here
+    if what.quantity == "position":
+        value = value + jnp.asarray(coordinates.origin)[what.component]
+    return value
+
+
+def _of_line(model: Model, seen: Sample, what: Watched, share) -> Float[Array, " d"]:
+    """Displacement, place (m) or velocity (m/s) of a place on a line."""
+    field = seen.fields[what.piece]["velocity" if what.quantity == "velocity" else "position"]
+    if what.quantity == "position":
+        field = field + model.lines[what.piece].reference
+    return field[:, what.node] if what.node is not None else _between(field, what.after, share)
+
+
+def _of_body(model: Model, seen: Sample, what: Watched) -> Float[Array, " d"]:
+    """Displacement, place (m) or velocity (m/s) of a body's centre of gravity."""
+    q, rate = seen.bodies[what.piece]
+    d = next(iter(model.lines.values())).dimensions
+    if what.quantity == "velocity":
+        return rate[:d]
+    return q[:d] - model.bodies[what.piece].reference[:d] * (what.quantity == "displacement")
+
+
+def _size(vector: Float[Array, " d"]) -> Float[Array, ""]:
+    """Euclidean norm whose derivative at zero is zero."""
+    square = jnp.sum(vector**2)
+    zero = square == 0.0
+    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
+
+
+def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, ...]:
+    return (1.0 - share) * values[..., index] + share * values[..., index + 1]
+
+
+class Grid(NamedTuple):
+    """Output times k every (s), k = 0 to outputs, and each data time as a sum of four of them.
+
+    near, weight: (times, 4); `less` are the weights of a parabola through three of the four.
+    `exact` says that every data time is an output time.
+    """
+
+    every: float
+    outputs: int
+    near: NDArray[np.int64]
+    weight: NDArray[np.float64]
+    less: NDArray[np.float64]
+    exact: bool
+
+
+def grid_of(times: NDArray[np.float64], step: float) -> Grid:
+    """The output times for data times (s).
+
+    Where the data times are multiples of one spacing they are output times themselves. Otherwise
+    outputs come at every `step` (s) of the solver, with a cubic through the nearest four.
+    """
+    gaps = np.diff(np.concatenate([[0.0], times]))
+    every = float(np.min(gaps[gaps > 0.0]))
+    # the spacing to all digits that the times have
+    every = times[-1] / max(round(times[-1] / every), 1)
+    count = round(times[-1] / every)
+    k = np.rint(times / every).astype(int)
+    exact = count <= MOST_OUTPUTS and bool(np.all(np.abs(times / every - k) <= ON_GRID))
+    if exact:
+        index = np.repeat(k[:, None], 4, axis=1)
+        alone = np.tile([1.0, 0.0, 0.0, 0.0], (k.size, 1))
+        return Grid(every, count, index, alone, alone, True)
+    every = min(step, times[-1] / 3.0)
+    count = max(int(np.ceil(times[-1] / every * (1.0 - 1e-12))), 3)
+    first = np.clip(np.floor(times / every).astype(int) - 1, 0, count - 3)
+    index, x = first[:, None] + np.arange(4), times / every - first
+    parabola = np.pad(_lagrange(x, 3), ((0, 0), (0, 1)))
+    return Grid(every, count, index, _lagrange(x, 4), parabola, False)
+
+
+def _lagrange(x: NDArray[np.float64], points: int) -> NDArray[np.float64]:
+    """Weights (times, points) at x of the polynomial through points 0, 1, 2, ..."""
+    weights = np.ones((x.size, points))
+    for i in range(points):
+        for j in range(points):
+            if j != i:
+                weights[:, i] *= (x - j) / (i - j)
+    return weights

@@ -1,0 +1,369 @@
+"""What a person sees of a fit: a table of the values found, and plain words about their worth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from lumpedcable.fitting.run import Fitted, failure_text
+from lumpedcable.fitting.seek import UNLIKELY, chance_of
+from lumpedcable.fitting.sensitivity import Sensitivity
+from lumpedcable.fitting.uncertainty import VAGUE, words
+from lumpedcable.scene import format_quantity
+from lumpedcable.status import ADVICE, MEANING, Status
+
+__all__ = [
+    "WIDE",
+    "contents_of",
+    "print_fit",
+    "print_ropes",
+    "print_sensitivity",
+    "remarks_of",
+    "slopes_contents",
+    "status_of",
+]
+
+WIDE = 140  # columns where no terminal says how many there are
+UNTOLD = 3.0  # relative standard deviation from which not even the size is told
+MOST_PAIRS = 6
+MOST_ROWS = 30
+MIXED, FEW = (
+    1.02,
+    100,
+)  # R-hat from which chains disagree; independent draws below which they are few
+MOST_NUMBERS = 5
+
+
+def console_of() -> Console:
+    """A console as wide as the terminal, or wide where there is none."""
+    console = Console(highlight=False, markup=False)
+    return console if console.is_terminal else Console(highlight=False, markup=False, width=WIDE)
+
+
+def print_fit(fitted: Fitted, others: Mapping[str, Fitted] | None = None) -> None:
+    """Print the values, what the data say about them, and the other laws if there are any."""
+    console = console_of()
+    console.print(Text(fitted.problem.title, "bold"))
+    console.print(_values(fitted))
+    for remark in remarks_of(fitted):
+        console.print(Text(remark))
+    if fitted.draws is not None:
+        console.print(_drawn(fitted))
+    if others:
+        console.print(_choices({"as given": fitted, **others}))
+    console.print(
+        f"{fitted.evaluations} evaluations with derivatives in {fitted.seconds:.3g} s, "
+        f"{_failed(fitted)}"
+    )
+
+
+def _drawn(fitted: Fitted) -> Table:
+    """The distribution that was sampled, number by number."""
+    found, table = (
+        _sample(fitted) or {},
+        Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False),
+    )
+    share = f"{100 * fitted.problem.method.confidence:g} %"
+    for k, head in enumerate(("sampled", "mean", "std", share, "R-hat", "worth draws")):
+        table.add_column(Text(head), justify="right" if k else "left")
+    for k, p in enumerate(fitted.problem.parameters):
+        low, high = (format_quantity(float(found[key][k]), p.unit, 4) for key in ("low", "high"))
+        mean = format_quantity(float(found["mean"][k]), p.unit, 6)
+        std = format_quantity(float(found["std"][k]), p.unit, 2)
+        table.add_row(
+            Text(p.label), mean, std, f"{low} to {high}", f"{found['r_hat'][k]:.3f}",
+            f"{found['effective_size'][k]:.0f}",
+        )  # fmt: skip
+    return table
+
+
+def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
+    """Print the numbers found of every rope, with their standard deviations."""
+    console = console_of()
+    console.print(Text(title, "bold"))
+    shown = next(iter(fits.values())).problem.parameters[:MOST_NUMBERS]
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    for k, head in enumerate(("rope", *(p.label for p in shown), "left over", "remark")):
+        text = k in (0, len(shown) + 2)
+        table.add_column(Text(head), justify="left" if text else "right", no_wrap=not text)
+    for name, f in list(fits.items())[:MOST_ROWS]:
+        found = [
+            f"{format_quantity(float(x), p.unit, 5)} ± {format_quantity(float(s), p.unit, 2)}"
+            for p, x, s in zip(shown, f.values, f.certainty.std, strict=False)
+        ]
+        said = [] if f.converged else [status_of(f)]
+        said += ["at a bound"] if any(f.at_bound) else []
+        said += ["numbers not told by the data"] if f.certainty.vague() else []
+        table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
+    console.print(table)
+    if len(fits) > MOST_ROWS:
+        console.print(f"{MOST_ROWS} of {len(fits)} ropes shown; the files hold all.")
+    seconds = sum(f.seconds for f in fits.values())
+    evaluations = sum(f.evaluations for f in fits.values())
+    console.print(
+        f"{len(fits)} ropes in {seconds:.3g} s, {evaluations} evaluations with derivatives"
+    )
+
+
+def _failed(fitted: Fitted) -> str:
+    counts = [start.failed for start in fitted.starts]
+    if min(counts) < 0:
+        return "failed runs on the way not counted by this solver"
+    return f"{sum(counts)} failed runs on the way"
+
+
+def _values(fitted: Fitted) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    share = f"{100 * fitted.problem.method.confidence:g} %"
+    heads = ("number", "start", "found", "std", f"{share} interval", "remark")
+    for k, head in enumerate(heads):
+        left = k in (0, 5)
+        table.add_column(Text(head), justify="left" if left else "right", no_wrap=not left)
+    certainty = fitted.certainty
+    vague = {int(np.argmax(np.abs(c.parts))) for c in certainty.vague()}
+    profiles = {one.parameter: one for one in fitted.profiles}
+    for k, p in enumerate(fitted.problem.parameters):
+
+        def show(x: float, unit: str = p.unit, digits: int = 6) -> str:
+            return format_quantity(float(x), unit, digits)
+
+        remark = "at its bound" if fitted.at_bound[k] else "not told by the data"
+        said = remark if fitted.at_bound[k] or k in vague else ""
+        low, high = certainty.low[k], certainty.high[k]
+        if k in profiles:
+            low, high = profiles[k].low, profiles[k].high
+            said = f"{said}, interval by profile" if said else "interval by profile"
+        interval = f"{show(low, digits=4)} to {show(high, digits=4)}"
+        table.add_row(
+            Text(p.label), show(p.start), show(fitted.values[k]),
+            show(certainty.std[k], digits=2), interval, said,
+        )  # fmt: skip
+    return table
+
+
+def remarks_of(fitted: Fitted) -> list[str]:
+    """Plain words: how well the data are met, what failed, and what cannot be told apart."""
+    problem, certainty = fitted.problem, fitted.certainty
+    said = [_quality(fitted)]
+    if not fitted.converged and not fitted.failures:
+        said.append(
+            "The search did not come to its end: raise method.max_steps, or give better starts."
+        )
+    for name, status in fitted.failures:
+        said.append(f"Without an answer at the values found: {failure_text(name, status)}.")
+    names = [p.label for p in problem.parameters]
+    vague = certainty.vague()
+    for one in vague:
+        spread = "at all" if not one.spread < UNTOLD else f"better than {100 * one.spread:.2g} %"
+        said.append(f"The data do not tell {words(one, names)} {spread}.")
+    pairs = certainty.alike()
+    if pairs:
+        told = ", ".join(f"{names[j]} and {names[k]} ({r:+.3f})" for j, k, r in pairs[:MOST_PAIRS])
+        more = f" and {len(pairs) - MOST_PAIRS} more pairs" if len(pairs) > MOST_PAIRS else ""
+        said.append(f"Nearly inseparable, by their correlation: {told}{more}.")
+    rough = [
+        f"{s.label} {format_quantity(r, s.unit, 2)}"
+        for s, r in zip(problem.series, fitted.rough, strict=True)
+        if r > 0.0
+    ]
+    if rough:
+        said.append(
+            "Times off the steps are interpolated by a cubic; a parabola differs by at most: "
+            f"{', '.join(rough)}."
+        )
+    for one in fitted.profiles:
+        if one.better:
+            said.append(
+                f"The profile of {names[one.parameter]} passes a better fit than this one: give other "
+                "starts, or more of them (method.starts)."
+            )
+    draws = fitted.draws
+    if draws is not None and not (np.all(draws.r_hat < MIXED) and np.all(draws.size > FEW)):
+        said.append("The chains do not agree yet: raise sample.draws and sample.warmup.")
+    if draws is not None and draws.diverging:
+        said.append(f"{draws.diverging} steps of the sampler went wrong: raise sample.accept.")
+    if len(fitted.starts) > 1:
+        said.append(_spread_of_starts(fitted))
+    return said
+
+
+def _quality(fitted: Fitted) -> str:
+    problem, left = fitted.problem, fitted.certainty.factor
+    if not problem.known_noise:
+        return (
+            f"{problem.points} values; what is left is {100 * left:.2g} % of the largest value of "
+            "each column, taken as its noise."
+        )
+    chance = chance_of(problem.freedom * left**2, problem)
+    text = f"{problem.points} values; deviations are {left:.3g} times the noise."
+    if chance < UNLIKELY and problem.method.loss == "squares":
+        text += (
+            f" So much has a probability of {chance:.1g}: the scene cannot explain the data, or the "
+            "noise is larger; the intervals are too narrow."
+        )
+    return text
+
+
+def _spread_of_starts(fitted: Fitted) -> str:
+    losses = np.array([start.loss for start in fitted.starts])
+    same = int(np.sum(losses <= losses.min() * (1.0 + 1e-4) + 1e-9))
+    text = f"{same} of {losses.size} searches ended at this minimum, the others above it."
+    if fitted.sampled:
+        text = (
+            "The first search ended badly, so that others began at the best of "
+            f"{fitted.sampled} random places. {text}"
+        )
+    return text
+
+
+def _choices(all_: Mapping[str, Fitted]) -> Table:
+    """The laws compared, the best by BIC first."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    for k, head in enumerate(("law", "numbers", "left over", "AIC", "BIC")):
+        table.add_column(Text(head), justify="right" if k else "left")
+    best = [min(getattr(f.criteria, key) for f in all_.values()) for key in ("aic", "bic")]
+    for name, f in sorted(all_.items(), key=lambda item: item[1].criteria.bic):
+        table.add_row(
+            Text(name), f"{f.certainty.effective:.3g}", f"{f.certainty.factor:.3g}",
+            f"+{f.criteria.aic - best[0]:.1f}", f"+{f.criteria.bic - best[1]:.1f}",
+        )  # fmt: skip
+    return table
+
+
+def _sample(fitted: Fitted) -> dict[str, Any] | None:
+    """What was drawn, in few numbers."""
+    draws = fitted.draws
+    if draws is None:
+        return None
+    values = draws.values.reshape(-1, fitted.values.size)
+    return {
+        "chains": draws.values.shape[0], "draws": draws.values.shape[1],
+        "mean": values.mean(axis=0), "std": values.std(axis=0, ddof=1), "low": draws.low,
+        "high": draws.high, "r_hat": draws.r_hat, "effective_size": draws.size,
+        "diverging": draws.diverging, "evaluations": draws.evaluations,
+    }  # fmt: skip
+
+
+def status_of(fitted: Fitted) -> str:
+    """How a fit ended, in one word or two."""
+    if fitted.failures:
+        return "run failed"
+    return "ok" if fitted.converged else "not converged"
+
+
+def contents_of(fitted: Fitted) -> dict[str, Any]:
+    """A fit as JSON values: parameters with their units, what is left, correlations, searches."""
+    problem, certainty = fitted.problem, fitted.certainty
+    counts = [start.failed for start in fitted.starts]
+    names = [p.name for p in problem.parameters]
+    parameters = [
+        {
+            "key": p.key, "experiment": p.experiment, "unit": p.unit, "start": p.start,
+            "low": p.low, "high": p.high, "value": x, "std": certainty.std[k],
+            "interval": [certainty.low[k], certainty.high[k]], "at_bound": fitted.at_bound[k],
+        }
+        for k, (p, x) in enumerate(zip(problem.parameters, fitted.values, strict=True))
+    ]  # fmt: skip
+    series = [
+        {
+            "experiment": s.name, "what": s.label, "unit": s.unit, "noise": s.noise,
+            "x_unit": s.x_unit, "x": s.x, "measured": s.values, "model": p,
+        }
+        for s, p in zip(problem.series, fitted.predicted, strict=True)
+    ]  # fmt: skip
+    return {
+        "title": problem.title,
+        "converged": fitted.converged,
+        "status": status_of(fitted),
+        "remarks": remarks_of(fitted),
+        "method": problem.method.model_dump(),
+        "confidence": problem.method.confidence,
+        "parameters": parameters,
+        "profiles": [
+            {
+                "name": names[one.parameter], "interval": [one.low, one.high], "value": one.x,
+                "signed_root": one.root, "limit": one.reach, "better_fit_met": one.better,
+                "evaluations": one.evaluations,
+            }
+            for one in fitted.profiles
+        ],
+        "sample": _sample(fitted),
+        "names": names,
+        "correlation": {"rows": [list(row) for row in certainty.correlation]},
+        "covariance": {"rows": [list(row) for row in certainty.covariance]},
+        "combinations": [
+            {"parts_of_relative_change": c.parts, "std": c.spread, "told": bool(c.spread < VAGUE)}
+            for c in certainty.combinations
+        ],
+        "loss": fitted.loss,
+        "values": problem.points,
+        "left_over": certainty.factor,
+        "noise_known": problem.known_noise,
+        "aic": fitted.criteria.aic,
+        "bic": fitted.criteria.bic,
+        "evaluations": fitted.evaluations,
+        "plain_evaluations": fitted.sampled,
+        "seconds": fitted.seconds,
+        "failed": {name: status.name.lower() for name, status in fitted.failures},
+        "failed_runs": None if min(counts) < 0 else sum(counts),
+        "searches": [
+            {
+                "start": s.start, "values": s.values, "loss": s.loss, "evaluations": s.steps,
+                "failed_runs": s.failed, "converged": s.converged,
+            }
+            for s in fitted.starts
+        ],
+        "series": series,
+    }  # fmt: skip
+
+
+def print_sensitivity(heading: str, found: Sensitivity) -> None:
+    """Print what a scalar depends on, the largest share first."""
+    console = console_of()
+    unit = found.scalar.unit
+    console.print(Text(heading, "bold"))
+    console.print(f"{found.scalar}: {format_quantity(found.value, unit)}")
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    for k, head in enumerate(("number", "value", "% per %", "per SI unit of it")):
+        table.add_column(Text(head), justify="right" if k else "left", no_wrap=bool(k))
+    for k, key in enumerate(found.keys[:MOST_ROWS]):
+        per = f"{unit}/({found.units[k]})" if found.units[k] else unit
+        known = np.isfinite(found.slopes[k])
+        table.add_row(
+            Text(key), format_quantity(float(found.values[k]), found.units[k]),
+            f"{found.shares[k]:+.4g}" if known and found.values[k] else "-",
+            f"{found.slopes[k]:+.4g} {per}" if known else "no derivative here",
+        )  # fmt: skip
+    console.print(table)
+    if len(found.keys) > MOST_ROWS:
+        console.print(f"{MOST_ROWS} of {len(found.keys)} numbers shown; the file holds all.")
+    for remark in found.remarks:
+        console.print(Text(remark))
+    if found.status is not Status.OK:
+        console.print(f"The run failed: {MEANING[found.status]}; {ADVICE[found.status]}.")
+
+
+def slopes_contents(heading: str, found: Sensitivity) -> dict[str, Any]:
+    """A sensitivity as JSON values."""
+    numbers = [
+        {
+            "key": key, "unit": found.units[k], "value": found.values[k],
+            "derivative": found.slopes[k], "percent_per_percent": found.shares[k],
+        }
+        for k, key in enumerate(found.keys)
+    ]  # fmt: skip
+    return {
+        "title": heading,
+        "result": str(found.scalar),
+        "value": found.value,
+        "unit": found.scalar.unit,
+        "status": found.status.name.lower(),
+        "remarks": found.remarks,
+        "numbers": numbers,
+    }

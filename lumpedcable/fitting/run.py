@@ -1,0 +1,217 @@
+"""Fitting a problem: searches, the step that the best values need, and how sure they are."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.fitting.arrays import Arrays, Spec, arrays_of, grouped
+from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.minimise import REVERSE_FROM, Found
+from lumpedcable.fitting.residual import Prediction, group_start, unpacked
+from lumpedcable.fitting.seek import Sought, Start, seek
+from lumpedcable.fitting.transforms import slope_at, to_values
+from lumpedcable.fitting.uncertainty import (
+    Certainty,
+    Criteria,
+    Draws,
+    Profile,
+    certainty_of,
+    criteria_of,
+)
+from lumpedcable.scene import Scene
+from lumpedcable.status import ADVICE, MEANING, Status
+
+__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of"]
+
+Array = NDArray[np.float64]
+AT_BOUND = 1e-4  # share of the gap between bounds (or of the start) within which a value is at one
+SPARE = 1.25  # steps beyond those needed at the start, where reverse mode fixes their number
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The outcome of a fit, all in SI.
+
+    predicted: the model's answer, one array a series. deviation (n,): (model - data) over the noise,
+    or over the largest value where no noise was given. rough: by series, the largest change that a
+    coarser interpolation between outputs would make, 0 where none was needed.
+    """
+
+    problem: Problem
+    values: Array
+    certainty: Certainty
+    criteria: Criteria
+    predicted: tuple[Array, ...]
+    deviation: Array
+    rough: tuple[float, ...]
+    failures: tuple[tuple[str, Status], ...]
+    at_bound: tuple[bool, ...]
+    spec: Spec
+    sought: Sought
+    seconds: float
+    profiles: tuple[Profile, ...] = ()
+    draws: Draws | None = None
+
+    @property
+    def starts(self) -> tuple[Start, ...]:
+        """All searches."""
+        return self.sought.starts
+
+    @property
+    def sampled(self) -> int:
+        """Places tried without derivatives, where the first search ended badly."""
+        return self.sought.sampled
+
+    @property
+    def loss(self) -> float:
+        """Sum of the squared deviations, after the robust loss if there is one."""
+        return self.sought.loss
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the model with its derivatives, in all searches."""
+        return sum(start.steps for start in self.starts)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the best search came to its end."""
+        return min(self.starts, key=lambda s: s.loss).converged and not self.failures
+
+    def scene(self, base: Scene, experiment: str | None = None) -> Scene:
+        """A scene with the values found: those for all, and those of one experiment."""
+        own = {
+            p.key: float(x)
+            for p, x in zip(self.problem.parameters, self.values, strict=True)
+            if p.experiment in (None, experiment)
+        }
+        known = base.numbers()
+        return base.with_numbers({key: x for key, x in own.items() if key in known})
+
+
+def fit_problem(problem: Problem, tell: Callable[[str], None] = lambda words: None) -> Fitted:
+    """Find the parameters of a problem.
+
+    Args:
+        problem: parameters, data and method.
+        tell: called with a few words before each search.
+    """
+    begun = clock.perf_counter()
+    spec, arrays = arrays_of(problem)
+    if problem.method.solver != "levenberg-marquardt" and len(problem.parameters) >= REVERSE_FROM:
+        spec, arrays = _fixed_steps(problem, spec, arrays)
+    sought = seek(problem, spec, arrays, tell)
+    return fitted_from(problem, spec, sought, clock.perf_counter() - begun)
+
+
+def _fixed_steps(problem: Problem, spec: Spec, arrays: Arrays) -> tuple[Spec, Arrays]:
+    """The same problem with steps as structure, for reverse mode."""
+    counts = []
+    for group, a in zip(spec.groups, arrays.groups, strict=True):
+        bound = group_bound(group, a, np.array([p.start for p in problem.parameters]))
+        counts.append(int(np.ceil(SPARE * float(np.max(a.every)) / (float(a.courant) * bound))))
+    return arrays_of(problem, counts)
+
+
+def group_bound(group, arrays, values) -> float:
+    """The longest step (s) that all runs of a group are stable with."""
+    _, bound, _ = group_start(group, arrays, values)
+    return float(np.min(bound))
+
+
+def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) -> Fitted:
+    """What searches have found, with how sure it is."""
+    found, arrays = sought.best, sought.arrays
+    values = np.asarray(to_values(arrays.transform, found.z))
+    prediction = jax.tree.map(np.asarray, unpacked(spec, arrays, found.flat))
+    predicted, failures, rough = _by_series(problem, spec, arrays, prediction)
+    deviation = np.concatenate(
+        [(p - s.values) * s.weight for p, s in zip(predicted, problem.series, strict=True)]
+    )
+    slope = slopes_of(arrays, found)
+    used = _used_rows(arrays, found)
+    rows, data = slope[used], int(np.sum(used[: _data_rows(arrays)]))
+    # what is left of them as the loss saw it, so that outliers do not widen the intervals
+    left = found.residual[used][:data]
+    known = problem.known_noise
+    certainty = certainty_of(
+        values, rows, left, problem.points, known, problem.method.confidence,
+        np.array([_size(p, x) for p, x in zip(problem.parameters, values, strict=True)]),
+    )  # fmt: skip
+    criteria = criteria_of(left, problem.points, certainty.effective, known)
+    bound = tuple(_is_at_bound(p, x) for p, x in zip(problem.parameters, values, strict=True))
+    return Fitted(
+        problem, values, certainty, criteria, predicted, deviation, rough, failures, bound,
+        spec, sought, seconds,
+    )  # fmt: skip
+
+
+def _size(p, x: float) -> float:
+    """What a parameter is measured by: itself, or half the gap between its bounds where it is 0."""
+    if x != 0.0:
+        return abs(x)
+    gap = 0.5 * (p.high - p.low)
+    return gap if np.isfinite(gap) else 1.0
+
+
+def _is_at_bound(p, x: float) -> bool:
+    gap = p.high - p.low if np.isfinite(p.high - p.low) else abs(p.start) or 1.0
+    return bool(min(x - p.low, p.high - x) < AT_BOUND * gap)
+
+
+def slopes_of(arrays: Arrays, found: Found) -> Array:
+    """Derivatives (n, p) of the rows that were squared by the parameters in SI.
+
+    Of a value that is its bound to rounding nothing is known: zero.
+    """
+    change = slope_at(arrays.transform, found.z)
+    return found.slope / np.where(change != 0.0, change, np.inf)
+
+
+def _data_rows(arrays: Arrays) -> int:
+    return sum(a.data.size for a in (*arrays.tables, *arrays.groups))
+
+
+def _used_rows(arrays: Arrays, found: Found) -> NDArray[np.bool_]:
+    """Rows of measured values and of smoothness, without padding and without those for failures."""
+    weights = [np.ravel(a.weight) > 0.0 for a in (*arrays.tables, *arrays.groups)]
+    used = np.concatenate(weights)
+    runs = sum(a.every.shape[0] for a in arrays.groups)
+    rest = found.residual.size - used.size
+    return np.concatenate([used, np.arange(rest) < rest - runs])
+
+
+def _by_series(problem: Problem, spec: Spec, arrays: Arrays, found: Prediction):
+    """Predictions, failures and roughness in the order of the problem's series."""
+    by_record: dict[str, tuple[list[Array], Status, list[float]]] = {}
+    for members, values, status, rough in zip(
+        _members(problem), found.groups, found.status, found.rough, strict=True
+    ):
+        for k, record in enumerate(members):
+            rows = [values[k, i, : s.x.size] for i, s in enumerate(record.series)]
+            by_record[record.name] = (rows, Status(int(status[k])), list(map(float, rough[k])))
+    predicted = [f[: t.series.x.size] for f, t in zip(found.tables, problem.tables, strict=True)]
+    roughness = [0.0] * len(found.tables)
+    failures = []
+    for record in problem.records:
+        rows, status, rough = by_record[record.name]
+        predicted += rows
+        roughness += rough
+        if status is not Status.OK:
+            failures.append((record.name, status))
+    return tuple(predicted), tuple(failures), tuple(roughness)
+
+
+def _members(problem: Problem):
+    """The records of every group, in the order of its runs."""
+    return [[member.record for member in group] for group in grouped(problem)]
+
+
+def failure_text(name: str, status: Status) -> str:
+    """What went wrong with an experiment's run, and what to do."""
+    return f"experiments.{name}: {MEANING[status]}; {ADVICE[status]}"

@@ -1,0 +1,234 @@
+"""Where searches begin and how they go on: given starts, more of them, and others where one fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.stats import qmc
+
+from lumpedcable.fitting.arrays import Arrays, Spec
+from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.minimise import Found, search
+from lumpedcable.fitting.residual import penalised, unpacked
+from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
+from lumpedcable.status import Status
+
+__all__ = [
+    "Sought",
+    "Start",
+    "at_own_steps",
+    "bad_end",
+    "beside",
+    "chance_of",
+    "seek",
+    "settled",
+]
+
+Array = NDArray[np.float64]
+
+STEP_ROUNDS = 3
+NUDGES, NUDGE, WORTH = 4, 1e-3, 1e-3
+"""Most starts beside an end, their relative distance from it, and the gain that asks for one more."""
+SAMPLE, RESCUES, REACH = 64, 4, 3.0
+"""Where a search ends badly: places tried, searches from the best of them, and the factor by which a
+number without bounds is at most changed."""
+SAME = 1e-3
+"""Relative difference of two losses that are one."""
+UNLIKELY = 1e-3
+"""Probability of such deviations by chance, below which the scene is in doubt."""
+POOR = 0.1
+"""Deviation over the largest value that is too much where the noise is not known."""
+
+
+class Start(NamedTuple):
+    """One search: where it began and ended (SI), the loss there, and what it took."""
+
+    start: Array
+    values: Array
+    loss: float
+    steps: int
+    failed: int
+    converged: bool
+
+
+class Sought(NamedTuple):
+    """All searches, the best with its arrays; `sampled` places were tried without derivatives."""
+
+    starts: tuple[Start, ...]
+    best: Found
+    arrays: Arrays
+    sampled: int
+
+    @property
+    def loss(self) -> float:
+        """The least sum of squares."""
+        return min(start.loss for start in self.starts)
+
+
+def seek(
+    problem: Problem, spec: Spec, arrays: Arrays, tell: Callable[[str], None] = lambda words: None
+) -> Sought:
+    """Search from every start; without a number of starts, from others if the first ends badly."""
+    sought: Sought | None = None
+
+    def go(start: Array) -> Sought:
+        tell(f"search {len(sought.starts) + 1 if sought else 1}")
+        one, found, mine = settled(problem, spec, arrays, start)
+        if sought is None:
+            return Sought((one,), found, mine, 0)
+        starts = (*sought.starts, one)
+        if one.loss < sought.loss:
+            return sought._replace(starts=starts, best=found, arrays=mine)
+        return sought._replace(starts=starts)
+
+    for start in _starts(problem):
+        sought = go(start)
+    assert sought is not None
+    if problem.method.starts is not None or not bad_end(problem, spec, sought):
+        return sought
+    for start in _others(problem, spec, arrays):
+        before = sought.loss
+        sought = go(start)
+        agreed = abs(sought.starts[-1].loss - before) <= SAME * before
+        if agreed or not bad_end(problem, spec, sought):
+            break
+    return sought._replace(sampled=SAMPLE)
+
+
+def _starts(problem: Problem) -> list[Array]:
+    """The start values, and a scrambled Sobol sample between the bounds for more of them."""
+    first = np.array([p.start for p in problem.parameters])
+    more = (problem.method.starts or 1) - 1
+    return [first, *_sample(problem, more)] if more else [first]
+
+
+def _sample(problem: Problem, count: int) -> Array:
+    """Values (count, p), seeded: between two bounds evenly, else by factors up to `REACH` either way."""
+    low, high, start = (
+        np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
+    )
+    sobol = qmc.Sobol(start.size, rng=problem.method.seed)
+    share = sobol.random_base2(int(np.ceil(np.log2(count))))[:count]
+    factor = REACH ** (2.0 * share - 1.0)
+    has_low, has_high = np.isfinite(low), np.isfinite(high)
+    with np.errstate(invalid="ignore"):
+        # bounds themselves are infinitely far away for the search
+        between = low + (0.02 + 0.96 * share) * (high - low)
+        above, below = low + (start - low) * factor, high - (high - start) * factor
+    size = transform_of(problem.parameters).scale
+    free = np.where(start != 0.0, start * factor, (2.0 * share - 1.0) * size)
+    return np.select([has_low & has_high, has_low, has_high], [between, above, below], free)
+
+
+def _others(problem: Problem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
+    """Starts from a sample, the one with the least loss first."""
+    losses, places = [], _sample(problem, SAMPLE)
+    for place in places:
+        rows, _ = _plain(spec, arrays, to_unbounded(arrays.transform, place))
+        losses.append(float(np.sum(np.asarray(rows) ** 2)))
+    order = np.argsort(np.nan_to_num(losses, nan=np.inf), kind="stable")
+    yield from places[order[:RESCUES]]
+
+
+_plain = jax.jit(penalised, static_argnames=("spec",))
+
+
+def bad_end(problem: Problem, spec: Spec, sought: Sought) -> bool:
+    """Whether the best search has not come to an end that could be the right one."""
+    best = min(sought.starts, key=lambda s: s.loss)
+    if not best.converged or not np.isfinite(best.loss):
+        return True
+    status = unpacked(spec, sought.arrays, sought.best.flat).status
+    if any(np.any(np.asarray(s) != Status.OK) for s in status):
+        return True
+    if not problem.known_noise:
+        return bool(np.sqrt(best.loss / problem.freedom) > POOR)
+    return chance_of(best.loss, problem) < UNLIKELY
+
+
+def chance_of(square: float, problem: Problem) -> float:
+    """Probability of a sum of squared deviations (over the noise) so large, if the scene is right."""
+    return float(stats.chi2.sf(square, problem.freedom))
+
+
+def settled(
+    problem: Problem, spec: Spec, arrays: Arrays, start: Array
+) -> tuple[Start, Found, Arrays]:
+    """A search, repeated from its end while its result wants another number of steps in time.
+
+    While searching, more steps are taken where the values of the moment need them; the result is
+    that of one fixed number, so that it does not depend on the way.
+    """
+    method = problem.method
+    z = to_unbounded(arrays.transform, start)
+    steps = failed = 0
+
+    def once(z: Array, arrays: Arrays) -> Found:
+        nonlocal steps, failed
+        found = search(spec, arrays, z, method.solver, method.tolerance, method.max_steps)
+        found = jax.tree.map(np.asarray, found)
+        steps, failed = steps + int(found.steps), failed + int(found.failed)
+        return found
+
+    found = _nudged(problem, once, once(z, arrays), arrays)
+    found, arrays = at_own_steps(
+        spec, arrays, found, lambda a, end: unpacked(spec, a, end.flat).steps,
+        lambda end, a: once(end.z, a),
+    )  # fmt: skip
+    values = np.asarray(to_values(arrays.transform, found.z))
+    loss = float(np.sum(found.residual**2))
+    return Start(start, values, loss, steps, failed, bool(found.converged)), found, arrays
+
+
+def at_own_steps(
+    spec: Spec,
+    arrays: Arrays,
+    found: Found,
+    taken: Callable[[Arrays, Found], Sequence[Any]],
+    again: Callable[[Found, Arrays], Found],
+) -> tuple[Found, Arrays]:
+    """A search and its arrays, gone on with until it ends at the steps that its end wants.
+
+    Args:
+        spec, arrays, found: the search, or searches side by side.
+        taken: of arrays and ends, the steps of each group that they want.
+        again: goes on from an end with other arrays.
+    """
+    for _ in range(STEP_ROUNDS):
+        wanted = [np.asarray(n).astype(int) for n in taken(arrays, found)]
+        if all(
+            group.steps is not None or group.plan.adaptive or np.array_equal(a.steps, n)
+            for group, a, n in zip(spec.groups, arrays.groups, wanted, strict=True)
+        ):
+            break
+        groups = tuple(a._replace(steps=n) for a, n in zip(arrays.groups, wanted, strict=True))
+        arrays = arrays._replace(groups=groups)
+        found = again(found, arrays)
+    return found, arrays
+
+
+def beside(z: Array, random: np.random.Generator) -> Array:
+    """A place next to the end of a search."""
+    return z + NUDGE * np.maximum(np.abs(z), 1.0) * random.standard_normal(z.shape)
+
+
+def _nudged(problem: Problem, once, found: Found, arrays: Arrays) -> Found:
+    """A search ended in a crease of the loss goes on beside it.
+
+    Records of a line that goes slack have creases and small jumps; where the search ends in one, a
+    start next to it finds the way on. Tables alone have none.
+    """
+    random = np.random.default_rng(problem.method.seed)
+    for _ in range(NUDGES if problem.records else 0):
+        other = once(beside(found.z, random), arrays)
+        here, there = (float(np.sum(one.residual**2)) for one in (found, other))
+        if there < here:
+            found = other
+        if there >= here * (1.0 - WORTH):
+            break
+    return found

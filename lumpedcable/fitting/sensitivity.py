@@ -1,0 +1,307 @@
+"""What a result depends on: derivatives of one scalar of a run by every number of its scene."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import partial
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
+from lumpedcable.fitting.observe import MEASURE, UNITS, Watched, watched
+from lumpedcable.fitting.parameters import numbers_of
+from lumpedcable.fitting.residual import group_start, run_group, run_models, started
+from lumpedcable.model.coordinates import coordinates_of
+from lumpedcable.model.layout import make_layout
+from lumpedcable.scene import Scene, Study
+from lumpedcable.scene.part import did_you_mean
+from lumpedcable.status import Status
+from lumpedcable.study.compiled import RUN_ONCE, Structure, number
+from lumpedcable.study.plan import (
+    DEFAULT_ATOL,
+    DEFAULT_RTOL,
+    output_count,
+    plan_of,
+    recoils_of,
+    rounded_steps,
+)
+from lumpedcable.study.summary import recoil_name
+
+__all__ = ["Scalar", "Sensitivity", "read_scalar", "sensitivity_of", "setting_of", "usual_scalar"]
+
+Array = NDArray[np.float64]
+AT_ONCE = 32  # most directions that go through time together
+WILD = 1e4  # per cent per per cent from which a derivative tells of rounding alone
+REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
+REDUCTIONS = ("max", "min", "first", "last")
+_SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
+_MEASURE = re.compile(r"(\w+) ([A-Za-z][\w-]*)")
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """One number of a run: the max, min, first or last of a quantity at a place, over the outputs.
+
+    Or of a measure of the scene, whose name is then `at`, over the outputs at which it counts.
+    """
+
+    reduction: str
+    quantity: str
+    at: str
+    component: str | None
+    unit: str
+
+    def __str__(self) -> str:
+        if self.quantity == MEASURE:
+            return f"{self.reduction} {self.at}"
+        part = "" if self.component is None else f" in {self.component}"
+        return f"{self.reduction} {self.quantity} at {self.at}{part}"
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """A scalar of a run (SI), and its derivatives by numbers of the scene, the largest share first.
+
+    `slopes` are d(scalar)/d(number) in SI; `shares` are relative: per cent of the scalar per per cent
+    of the number, 0 where the number is 0.
+    """
+
+    scalar: Scalar
+    value: float
+    status: Status
+    keys: tuple[str, ...]
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Array
+    slopes: Array
+    shares: Array
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is to be known of the derivatives, in words."""
+        said = []
+        if np.any(np.abs(self.shares[np.isfinite(self.shares)]) > WILD):
+            said.append(
+                "The smallest change changes this result wholly, as where a slack line crumples: its "
+                "derivatives say nothing. Take one of an earlier time (output.duration)."
+            )
+        if none := int(np.sum(~np.isfinite(self.slopes))):
+            said.append(f"By {none} of the numbers it has no derivative here.")
+        return said
+
+
+def read_scalar(text: str, scene: Scene) -> Scalar:
+    """The scalar that a text means: "max velocity at rope.end", "last position at rope.end in x".
+
+    Of a measure of the scene it is "min h_w".
+
+    Raises:
+        ValueError: it means none; the message says what was expected.
+    """
+    match = _SCALAR.fullmatch(" ".join(text.split()))
+    expected = 'expected "max velocity at LINE.end", "max displacement at BODY" or the like'
+    measure = _MEASURE.fullmatch(" ".join(text.split()))
+    if measure is not None and measure.group(1) in REDUCTIONS and scene.measures:
+        return _measure(scene, *measure.groups())
+    if match is None:
+        raise ValueError(f'{expected}, found "{text}"')
+    reduction, quantity, at, component = match.groups()
+    for word, known in ((reduction, REDUCTIONS), (quantity, tuple(UNITS))):
+        if word not in known:
+            raise ValueError(
+                f'expected one of {", ".join(known)}, found "{word}"{did_you_mean(word, known)}'
+            )
+    if component is not None and (component not in "xyz" or quantity == "tension"):
+        wanted = "none for a tension" if quantity == "tension" else "x, y or z"
+        raise ValueError(f'expected as component {wanted}, found "{component}"')
+    if component is None and quantity == "position":
+        raise ValueError(f'expected a component of the position, "{text} in x" or the like')
+    return Scalar(reduction, quantity, at, component, UNITS[quantity])
+
+
+def _measure(scene: Scene, reduction: str, name: str) -> Scalar:
+    """A scalar of a measure."""
+    if name not in scene.measures:
+        hint = did_you_mean(name, scene.measures)
+        raise ValueError(f'expected a measure of the scene, found "{name}"{hint}')
+    return Scalar(reduction, MEASURE, name, None, scene.measures[name].UNIT)
+
+
+def usual_scalar(scene: Scene) -> Scalar:
+    """The peak speed of the first end that breaks; else the scene's first measure at its worst; else
+    the largest tension at the first line's start.
+    """
+    recoils = recoils_of(make_layout(scene))
+    for recoil in recoils:
+        if recoil.line in scene.lines:
+            return Scalar("max", "velocity", recoil_name(recoil), None, UNITS["velocity"])
+    for name, measure in scene.measures.items():
+        return _measure(scene, "min" if measure.LEAST else "max", name)
+    at = f"{next(iter(scene.lines))}.start"
+    return Scalar("max", "tension", at, None, UNITS["tension"])
+
+
+def sensitivity_of(
+    study: Study, scalar: Scalar, run: int = 0, reverse: bool | None = None
+) -> Sensitivity:
+    """Derivatives of a scalar of one run by every number of its physics.
+
+    Exact derivatives of the discrete model, at the number of steps that the run takes. Forward mode,
+    or reverse mode with one state kept an output where there are very many numbers (or as `reverse`
+    says).
+
+    Raises:
+        ValueError: the scalar's place is not in the scene, or its measure never counts.
+    """
+    scene = study.runs[run]
+    named = _numbers(study, scene)
+    keys = tuple(key for key, _, _ in named)
+    values = np.array([scene.numbers()[key] for key in keys])
+    back = len(keys) >= REVERSE_FROM if reverse is None else reverse
+    spec, arrays = setting_of(scene, scalar, keys, back)
+    found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
+    value = float(found)
+    if scalar.quantity == MEASURE and not np.isfinite(value) and int(status) == Status.OK:
+        raise ValueError(
+            f'expected a measure that counts, found "{scalar.at}", which never does here'
+        )
+    shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
+    order = np.lexsort((-np.abs(slopes), -np.abs(shares)))
+    return Sensitivity(
+        scalar, value, Status(int(status)), tuple(keys[k] for k in order),
+        tuple(named[k][1] for k in order), tuple(named[k][2] for k in order), values[order],
+        np.asarray(slopes)[order], shares[order],
+    )  # fmt: skip
+
+
+def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
+    """Key, label and unit of every number of the physics, without directions (made unit vectors)."""
+    found = []
+    for key in scene.numbers():
+        if key.split(".")[0] in ("output", "solver", "statics") or ".direction." in key:
+            continue
+        if key.endswith(".max_strain"):
+            continue  # it bounds the step and touches nothing else
+        numbers, _ = numbers_of(study, key)
+        found += [(n.key, n.label, n.kind.unit) for n in numbers]
+    labels = [label for _, label, _ in found]
+    return [(k, k if labels.count(label) > 1 else label, u) for k, label, u in found]
+
+
+def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
+    """One run of a scene as a group of one, looked at at its own output times."""
+    layout, coordinates = make_layout(scene), coordinates_of([scene])
+    what, share = Watched(MEASURE, scalar.at, None, 0, None), 0.0
+    if scalar.quantity != MEASURE:
+        what, share = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
+    plan = plan_of(scene, layout)
+    plan = seen_plan(plan)
+    count, solver = output_count(scene), scene.solver
+    index = np.repeat(np.arange(count + 1)[:, None], 4, axis=1)
+    mix = np.tile([1.0, 0.0, 0.0, 0.0], (count + 1, 1))
+    shared = {key: number(x) for key, x in scene.numbers().items()}
+    arrays = GroupArrays(
+        shared, {}, jnp.asarray(coordinates.axes), jnp.asarray(coordinates.origin),
+        jnp.array([[share]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
+        jnp.asarray(mix)[None], jnp.asarray(mix)[None], jnp.zeros((1, 1, count + 1)),
+        jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), number(solver.courant),
+        number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
+    )  # fmt: skip
+    free = tuple((key, (k,)) for k, key in enumerate(keys))
+    structure = Structure(scene.skeleton(), layout, scene)
+    spec = GroupSpec(structure, plan, (what,), count, free)
+    if plan.adaptive:
+        return spec, arrays
+    at = np.array([scene.numbers()[key] for key in keys])
+    _, bound, _ = group_start(spec, arrays, at)
+    steps = int(rounded_steps(scene, np.asarray(bound))[0])
+    if back:
+        return GroupSpec(structure, plan, (what,), count, free, steps), arrays
+    # more than that are taken by nobody: the run itself takes so many
+    return spec, arrays._replace(steps=jnp.asarray(steps), courant=jnp.asarray(jnp.inf))
+
+
+def _slopes(spec: GroupSpec, arrays: GroupArrays, values, reduction: str, back: bool):
+    """The scalar, its status and its derivatives."""
+    values = jnp.asarray(values)
+    if back:
+        return _backwards(spec, arrays, values, reduction)
+    # batches of one size, so that one program is compiled: those too many lead nowhere
+    rounds = -(-values.size // AT_ONCE)
+    width = -(-values.size // rounds)
+    floats, changes, rest, bound, converged = _starts(
+        spec, arrays, values, jnp.eye(rounds * width, values.size)
+    )
+    value, status, slopes = _forwards(
+        spec, arrays, (floats, changes, rest, bound, converged), reduction, width
+    )
+    return value, status, slopes[: values.size]
+
+
+@partial(jax.jit, static_argnames=("spec",), compiler_options=RUN_ONCE)
+def _starts(spec: GroupSpec, arrays: GroupArrays, values, directions):
+    """What runs start from, numbers apart from the rest, and the numbers' change in each direction.
+
+    A program of its own: it runs once, and takes long to compile where the compiler tries hard.
+    """
+
+    def start(values):
+        models, bound, converged = started(spec, arrays, values)
+        floats, rest = eqx.partition(models, eqx.is_inexact_array)
+        return floats, (rest, bound, converged)
+
+    def along(direction):
+        return jax.jvp(start, (values,), (direction,), has_aux=True)
+
+    everything = jax.vmap(along)(directions)
+    changes = everything[1]
+    floats, _, (rest, bound, converged) = jax.tree.map(lambda x: x[0], everything)
+    return floats, changes, rest, bound, converged
+
+
+@partial(jax.jit, static_argnames=("spec", "reduction", "width"))
+def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, width: int):
+    """The scalar, its status and its derivatives, so many directions through time together."""
+    floats, changes, rest, bound, converged = starts
+
+    def scalar(floats):
+        models = eqx.combine(floats, rest)
+        found, status, _, _ = run_models(spec, arrays, models, bound, converged)
+        picked = _picked(found[0, 0], reduction)
+        return picked, (picked, status[0])
+
+    def along(change):
+        _, slope, (value, status) = jax.jvp(scalar, (floats,), (change,), has_aux=True)
+        return slope, value, status
+
+    slopes, value, status = jax.lax.map(along, changes, batch_size=width)
+    return value[0], status[0], slopes
+
+
+@partial(jax.jit, static_argnames=("spec", "reduction"))
+def _backwards(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
+    """The scalar, its status and its derivatives, by one way back."""
+
+    def scalar(values):
+        found, status, _, _ = run_group(spec, arrays, values)
+        picked = _picked(found[0, 0], reduction)
+        return picked, (picked, status[0])
+
+    slopes, (value, status) = jax.grad(scalar, has_aux=True)(values)
+    return value, status, slopes
+
+
+def _picked(history, reduction: str):
+    """One number of a history; a measure is NaN while it does not count."""
+    counts = jnp.isfinite(history)
+    return {
+        "max": lambda: jnp.max(jnp.where(counts, history, -jnp.inf)),
+        "min": lambda: jnp.min(jnp.where(counts, history, jnp.inf)),
+        "first": lambda: history[jnp.argmax(counts)],
+        "last": lambda: history[history.size - 1 - jnp.argmax(counts[::-1])],
+    }[reduction]()

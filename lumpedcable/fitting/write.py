@@ -1,0 +1,188 @@
+"""What a fit leaves behind: scenes ready to run, numbers in a file, and what its pictures show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lumpedcable.fitting.laws import law_bands
+from lumpedcable.fitting.report import contents_of, status_of
+from lumpedcable.fitting.run import Fitted
+from lumpedcable.fitting.uncertainty import Draws
+from lumpedcable.results.numbers import write_numbers, write_text
+from lumpedcable.scene import Scene, SceneError, Study, load_study
+from lumpedcable.scene.writer import to_toml
+
+__all__ = ["pictures_of", "ropes_picture", "write_fit", "write_ropes"]
+
+
+def write_fit(
+    fitted: Fitted, others: dict[str, Fitted], folder: Path
+) -> tuple[list[Path], list[str]]:
+    """Write the fitted scenes and fit.json.
+
+    Returns:
+        The files made, and what is wrong with a fitted scene that would not run.
+
+    Raises:
+        OutputError: they cannot be written there.
+    """
+    made, wrong = _write_scenes(fitted, folder)
+    contents = contents_of(fitted)
+    if others:
+        contents["choices"] = {name: contents_of(other) for name, other in others.items()}
+    write_numbers(folder / "fit.json", contents)
+    made.append(folder / "fit.json")
+    if fitted.draws is not None:
+        write_text(folder / "draws.csv", _draw_rows(fitted, fitted.draws))
+        made.append(folder / "draws.csv")
+    return made, wrong
+
+
+def _draw_rows(fitted: Fitted, draws: Draws) -> str:
+    """One line a draw: its chain, and all numbers in SI."""
+    heads = [f"{p.name.replace(',', '')} ({p.unit or '-'})" for p in fitted.problem.parameters]
+    rows = [",".join(["chain", *heads])]
+    for chain, values in enumerate(draws.values):
+        rows += [",".join([str(chain), *(f"{x:.10g}" for x in row)]) for row in values]
+    return "\n".join(rows) + "\n"
+
+
+def _write_scenes(fitted: Fitted, folder: Path) -> tuple[list[Path], list[str]]:
+    made, wrong = [], []
+    for name, text in _scenes(fitted).items():
+        path = folder / f"{name}.toml"
+        write_text(path, text)
+        made.append(path)
+        try:
+            load_study(path)
+        except SceneError as error:
+            wrong.append(str(error))
+    return made, wrong
+
+
+def write_ropes(fits: Mapping[str, Fitted], folder: Path) -> tuple[list[Path], list[str]]:
+    """Write fit.json and ropes.csv of many ropes, and the fitted scenes of each in a folder.
+
+    Returns:
+        The files made, and what is wrong with a fitted scene that would not run.
+
+    Raises:
+        OutputError: they cannot be written there.
+    """
+    made, wrong = [], []
+    for name, fitted in fits.items():
+        paths, faults = _write_scenes(fitted, folder / name)
+        made += paths
+        wrong += faults
+    write_numbers(folder / "fit.json", {"ropes": {n: contents_of(f) for n, f in fits.items()}})
+    write_text(folder / "ropes.csv", _rows(fits))
+    return [*made, folder / "fit.json", folder / "ropes.csv"], wrong
+
+
+def _rows(fits: Mapping[str, Fitted]) -> str:
+    """One line a rope: status, deviations over the noise, every number with its interval, in SI."""
+    parameters = next(iter(fits.values())).problem.parameters
+    heads = ["rope", "status", "left over (-)"]
+    for p in parameters:
+        name, unit = p.name.replace(",", ""), p.unit or "-"
+        heads += [f"{name} ({unit})", f"{name} low ({unit})", f"{name} high ({unit})"]
+    rows = [",".join(heads)]
+    for name, f in fits.items():
+        cells = [name, status_of(f), f"{f.certainty.factor:.6g}"]
+        for k, x in enumerate(f.values):
+            cells += [f"{v:.10g}" for v in (x, f.certainty.low[k], f.certainty.high[k])]
+        rows.append(",".join(cells))
+    return "\n".join(rows) + "\n"
+
+
+def ropes_picture(fits: Mapping[str, Fitted], title: str) -> dict[str, Any]:
+    """What the figure of many ropes is drawn from, as plain numbers."""
+    parameters = next(iter(fits.values())).problem.parameters
+    numbers = [
+        {
+            "title": p.label, "unit": p.unit,
+            "values": np.array([f.values[k] for f in fits.values()]),
+            "low": np.array([f.certainty.low[k] for f in fits.values()]),
+            "high": np.array([f.certainty.high[k] for f in fits.values()]),
+        }
+        for k, p in enumerate(parameters)
+    ]  # fmt: skip
+    confidence = next(iter(fits.values())).problem.method.confidence
+    return {"heading": title, "ropes": list(fits), "numbers": numbers, "confidence": confidence}
+
+
+def _scenes(fitted: Fitted) -> dict[str, str]:
+    """Scenes with the values found, as TOML by name.
+
+    The fit's own scene with its sweep; and one for every experiment that has private values or a
+    scene of its own.
+    """
+    problem = fitted.problem
+    base = problem.study
+    found = {f"{base.path.stem}-fitted": _toml(fitted.scene(base.scene), base)}
+    private = {p.experiment for p in problem.parameters}
+    for record in problem.records:
+        if record.name in private or record.study.path != base.path:
+            scene = fitted.scene(record.study.runs[0], record.name)
+            name = f"{record.study.path.stem}-{record.name}-fitted"
+            found[name] = to_toml(scene)
+    return found
+
+
+def _toml(scene: Scene, study: Study) -> str:
+    return to_toml(scene, study.factors)
+
+
+def pictures_of(fitted: Fitted) -> dict[str, Any]:
+    """What the figures of a fit are drawn from, as plain numbers."""
+    problem = fitted.problem
+    series = [
+        {
+            "title": s.label, "x_name": "time" if s.x_unit == "s" else "strain",
+            "x_unit": s.x_unit, "x": s.x, "unit": s.unit, "measured": s.values, "model": p,
+            "noise": s.noise,
+        }
+        for s, p in zip(problem.series, fitted.predicted, strict=True)
+    ]  # fmt: skip
+    laws = [
+        {
+            "title": b.material + (f" [{b.experiment}]" if b.experiment else ""),
+            "strain": b.strain, "start": b.start, "found": b.tension, "half": b.half,
+            "data": b.data,
+        }
+        for b in law_bands(fitted)
+    ]  # fmt: skip
+    return {
+        "heading": problem.title,
+        "series": series,
+        "names": [p.label for p in problem.parameters],
+        "correlation": np.nan_to_num(fitted.certainty.correlation),
+        "laws": laws,
+        "profiles": [
+            {
+                "title": problem.parameters[one.parameter].label,
+                "unit": problem.parameters[one.parameter].unit,
+                "x": one.x,
+                "root": one.root,
+                "best": fitted.values[one.parameter],
+                "std": fitted.certainty.std[one.parameter],
+                "reach": one.reach,
+                "low": one.low,
+                "high": one.high,
+            }
+            for one in fitted.profiles
+        ],
+        "draws": [] if fitted.draws is None else [
+            {
+                "title": p.label, "unit": p.unit, "values": fitted.draws.values[:, :, k].ravel(),
+                "best": fitted.values[k], "std": fitted.certainty.std[k],
+                "low": fitted.draws.low[k], "high": fitted.draws.high[k],
+            }
+            for k, p in enumerate(problem.parameters)
+        ],
+        "confidence": problem.method.confidence,
+    }  # fmt: skip

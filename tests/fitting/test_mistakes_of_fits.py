@@ -1,0 +1,86 @@
+"""Bad fit files and bad data end in one message each, with its place, and leave nothing behind."""
+
+import pytest
+from command_line import refused
+from fit_files import BENCH, SCENE, free
+
+GOOD = 'scene = "scene.toml"\n' + free([2e5], ["materials.nylon.p1"]) + BENCH
+TABLE = "strain (%),load\n1,2\n2,3.5\n3,5\n"
+RECORD = (
+    'scene = "scene.toml"\n'
+    + free([2e5], ["materials.nylon.p1"])
+    + """
+[experiments.test]
+file = "test.csv"
+time = { column = "t", unit = "ms" }
+observe = [{ quantity = "tension", at = "rope.start", column = "F" }]
+"""
+)
+TIMES = "t,F\n1,2\n2,3.5\n3,5\n"
+
+# (fit file, bench.csv or test.csv, what must be said)
+MISTAKES = {
+    "no such key": (GOOD.replace("p1", "p9"), TABLE, 'found "materials.nylon.p9"'),
+    "whole number": (GOOD.replace("materials.nylon.p1", "lines.rope.segments"), TABLE,
+                     "varies smoothly"),
+    "method": (GOOD.replace("materials.nylon.p1", "solver.courant"), TABLE, "number of the physics"),
+    "not used": (GOOD.replace("materials.nylon.p1", "lines.rope.mass"), TABLE,
+                 'an experiment depends on, found "lines.rope.mass"'),
+    "unit of a start": (GOOD.replace("start = 200000.0", 'start = "2 m"'), TABLE,
+                        "expected a force (N), found a length (m)"),
+    "start beyond a bound": (GOOD.replace("start = 200000.0", "start = 2e5, high = 1e5"), TABLE,
+                             "expected a start between the bounds"),
+    "missing column": (GOOD, TABLE.replace("load", "laod"), 'did you mean "laod"?'),
+    "unit of a column": (GOOD.replace('unit = "kN"', 'unit = "mm"'), TABLE,
+                         'expected a unit of a force (N), found "mm"'),
+    "two units": (GOOD.replace("strain (%)\"", "strain (%)\", unit = \"\""), TABLE,
+                  'the unit in the column\'s name, "%", found ""'),
+    "nan": (GOOD, TABLE.replace("3.5", "nan"), 'column load, found "nan" in bench.csv:3'),
+    "empty cell": (GOOD, TABLE.replace("3.5", ""), "found nothing in bench.csv:3"),
+    "too few rows": (GOOD, "strain (%),load\n1,2\n", "at least 2 rows"),
+    "too few values": (
+        'scene = "scene.toml"\n' + free([2e5, 10, -2, 2e5], [f"materials.nylon.p{k}" for k in
+                                                             (1, 2, 3, 4)]) + BENCH,
+        TABLE, "found 3 values for 4 numbers"),
+    "strain beyond": (GOOD, TABLE.replace("3,5", "60,5"),
+                      "max_strain of materials.nylon, 0.5, found 0.6 in bench.csv:4"),
+    "no file": (GOOD.replace("bench.csv", "bnech.csv"), TABLE, "expected a file, found none"),
+    "no material": (GOOD.replace('"nylon"', '"nylo"'), TABLE, 'did you mean "nylon"?'),
+    "noise": (GOOD + 'noise = "2 m"\n', TABLE, "expected a positive force (N) or a percentage"),
+    "unknown key": (GOOD + "nosie = 1\n", TABLE, 'did you mean "noise"?'),
+    "starts without bounds": (GOOD + "[method]\nstarts = 4\n", TABLE, "expected low and high"),
+    "time again": (RECORD, TIMES.replace("3,5", "2,5"), "found 2 ms again in test.csv:4"),
+    "time back": (RECORD, TIMES.replace("3,5", "1.5,5"), "found 1.5 ms after 2 ms in test.csv:4"),
+    "time before 0": (RECORD, TIMES.replace("1,2", "-1,2"), "found -1 ms in test.csv:2"),
+    "no line": (RECORD.replace("rope.start", "rop.start"), TIMES, 'did you mean "rope"?'),
+    "beyond the line": (RECORD.replace("rope.start", "rope@70 m"), TIMES, "found 70 m"),
+    "component": (RECORD.replace('"F" }', '"F", component = "x" }'), TIMES, "none for a tension"),
+    "setting": (RECORD.replace("file =", 'set = { pretensoin = "9 kN" }\nfile ='), TIMES,
+                'did you mean "lines.rope.end.held.pretension"?'),
+    "out of reach": (RECORD.replace("file =", 'set = { pretension = "9 MN" }\nfile ='), TIMES,
+                     "9 MN"),
+    "sweep": (RECORD.replace("scene.toml", "swept.toml"), TIMES, "a sweep of 2: set"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "data", "said"), MISTAKES.values(), ids=MISTAKES.keys())
+def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    sweep = '[sweep]\n"lines.rope.end.held.pretension" = ["45 kN", "50 kN"]\n'
+    (tmp_path / "swept.toml").write_text(SCENE + sweep)
+    (tmp_path / ("test.csv" if "test.csv" in text else "bench.csv")).write_text(data)
+    (tmp_path / "fit.toml").write_text(text)
+    told = refused(tmp_path, "fit", "fit.toml")
+    assert said in told
+    assert all(line.startswith("fit.toml:") for line in told.splitlines())
+
+
+def test_the_good_files_are_good(tmp_path):
+    from lumpedcable.fitting.load import load_fit
+
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "bench.csv").write_text(TABLE)
+    (tmp_path / "test.csv").write_text(TIMES)
+    for text in (GOOD, RECORD):
+        (tmp_path / "fit.toml").write_text(text)
+        assert load_fit(tmp_path / "fit.toml").problem.points == 3
