@@ -35,6 +35,12 @@ def stepping_problems(
             )
     if not isinstance(solver, Solver) or None in lines.values():
         return
+    seabed = others.get("seabed")
+    if getattr(seabed, "friction", None) is not None and solver.method != "leapfrog":
+        yield Problem(
+            ("seabed", "friction"),
+            f'expected solver.method = "leapfrog" where the bed has friction, found "{solver.method}"',
+        )
     laws = {
         name: getattr(materials.get(line.material), "law", None)
         for name, line in lines.items()

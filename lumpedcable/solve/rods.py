@@ -186,11 +186,13 @@ def first_guess(chain: Chain) -> Guess:
 
 
 def system_of(
-    model: Model, chain: Chain, guess: Guess, pushes: dict[int, Push], dt, ahead
-) -> System:
+    model: Model, chain: Chain, guess: Guess, pushes: dict[int, Push], dt, ahead,
+    held: tuple[Array, Array] | None = None,
+) -> System:  # fmt: skip
     """The system of an iterate that starts from the accelerations of the one before.
 
-    `pushes` are the forces on bodies beside their own, and their pinned coordinates, by place.
+    `pushes` are the forces on bodies beside their own, and their pinned coordinates, by place; `held`
+    what friction adds to the inertia (P, d, d) and to the force (P, d) of places.
     """
     (places, size), d = chain.before.shape, chain.tangent.shape[0]
     own, between = ROD_SHARES
@@ -215,6 +217,10 @@ def system_of(
             mass = mass + here[:, None, None] * junction.mass * jnp.eye(size, dtype=mass.dtype)
         if junction.load is not None:
             right = right + here[:, None] * jnp.pad(junction.load, (0, size - d))
+    if held is not None:
+        wide = (0, size - d)
+        mass = mass + jnp.pad(held[0], ((0, 0), wide, wide))
+        right = right + jnp.pad(held[1], ((0, 0), wide))
     if size > d:
         mass = mass + _padded_places(chain, size, d)
 
