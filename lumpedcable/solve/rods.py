@@ -295,7 +295,13 @@ def _hub_weight(chain: Chain, guess: Guess, at: int, push: Push | None, dt):
     gains = jax.vmap(lambda column: solve_small(only, free * column))(turn)  # (d, m)
     drift = _rate(hub, guess.bodies[at], side, dt)[1]
     vector = gains @ known - gains @ (hub.mass @ stop) + turn @ stop + drift
-    return gains @ turn.T, jnp.eye(size), vector, known
+    more = (0, size - turn.shape[0])
+    return (
+        jnp.pad(gains @ turn.T, (more, more)),
+        jnp.eye(size),
+        jnp.pad(vector, more),
+        known,
+    )
 
 
 def pinned_of(hub: Hub, push: Push | None) -> Float[Array, " m"]:
@@ -314,7 +320,7 @@ def hub_gain(
         gain, on = x[at, :m], pull[:m]
     else:
         ((_, turn),) = hub.turns.items()
-        on = turn.T @ pull
+        on = turn.T @ pull[: turn.shape[0]]
         pinned = pinned_of(hub, push)
         free, stop = 1.0 - pinned, -pinned * hub.v / dt
         only = hub.mass * jnp.outer(free, free) + jnp.diag(pinned)
