@@ -41,14 +41,21 @@ __all__ = [
 ]
 
 CACHE_VARIABLE = "LUMPEDCABLE_CACHE"
+# Of a loop whose turn touches fewer bytes than this the CPU's compiler makes one function instead of a
+# list of small ones to call; a step of a short line then takes half the time.
+WHOLE_LOOPS = ("--xla_backend_extra_options", "xla_cpu_small_while_loop_byte_threshold=268435456")
 
 
 def configure() -> None:
-    """Float64, and compiled programs kept in the user's cache folder for the next process.
+    """Float64, loops compiled whole, and programs kept in the user's cache folder for the next process.
 
-    LUMPEDCABLE_CACHE names another folder, or "off".
+    LUMPEDCABLE_CACHE names another folder, or "off". Who has options of that kind in XLA_FLAGS keeps
+    them; a process that has used jax already has read its own.
     """
     jax.config.update("jax_enable_x64", True)
+    flags, (name, value) = os.environ.get("XLA_FLAGS", ""), WHOLE_LOOPS
+    if name not in flags:
+        os.environ["XLA_FLAGS"] = f"{flags} {name}={value}".strip()
     folder = os.environ.get(CACHE_VARIABLE) or platformdirs.user_cache_dir("lumpedcable")
     if folder.lower() == "off":
         return

@@ -1,5 +1,7 @@
 """What is compiled: absent physics is absent, and a changed number finds its program again."""
 
+import os
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -140,3 +142,23 @@ def test_the_energy_account_does_not_change_the_motion(tmp_path):
 def test_programs_are_kept_for_the_next_process():
     assert jax.config.jax_compilation_cache_dir
     assert jax.config.jax_persistent_cache_min_compile_time_secs <= 0.1
+
+
+@pytest.mark.skipif(not compiled.ON_CPU, reason="only the CPU's compiler has the choice")
+def test_the_loop_over_the_steps_is_one_function(tmp_path):
+    """Not a list of small ones, each called for itself at every step."""
+    text = program(tmp_path, BARE).compile().as_text()
+    entry = text[text.index("ENTRY") :]
+    assert "xla_cpu_small_call" in entry
+    assert " while(" not in entry
+
+
+def test_options_of_the_user_are_kept(monkeypatch):
+    name, value = compiled.WHOLE_LOOPS
+    monkeypatch.setenv("XLA_FLAGS", "--xla_dump_to=there")
+    compiled.configure()
+    compiled.configure()
+    assert os.environ["XLA_FLAGS"] == f"--xla_dump_to=there {name}={value}"
+    monkeypatch.setenv("XLA_FLAGS", f"{name}=mine=1")
+    compiled.configure()
+    assert os.environ["XLA_FLAGS"] == f"{name}=mine=1"
