@@ -42,14 +42,12 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "water": isinstance(water, dict),
         "surface": surface,
-        "bed": _number(bed.get("height")) if _flat(bed) else None,
+        # a bed with a profile is not drawn: no one height says where it is
+        "bed": _number(bed.get("height"))
+        if isinstance(bed, dict) and "profile" not in bed
+        else None,
         "points": _points(scene),
     }
-
-
-def _flat(bed: Any) -> bool:
-    """Whether there is a bed that one height says everything of."""
-    return isinstance(bed, dict) and "profile" not in bed
 
 
 def _points(scene: Mapping[str, Any]) -> list[dict[str, Any]]:
