@@ -13,7 +13,7 @@ from lumpedcable.model.layout import make_layout
 from lumpedcable.results import open_result
 from lumpedcable.scene import Scene, Study, load_study
 from lumpedcable.solve.start import start_of
-from lumpedcable.study.compiled import Structure
+from lumpedcable.study.compiled import RUN_ONCE, Structure
 from lumpedcable.study.run import run_study
 from lumpedcable.study.summary import Outcome
 
@@ -138,7 +138,7 @@ def equilibrium_of(scene: Scene):
     return _equilibrium(structure, *coordinates, scene.numbers()), coordinates
 
 
-@partial(jax.jit, static_argnames=("structure",))
+@partial(jax.jit, static_argnames=("structure",), compiler_options=RUN_ONCE)
 def _equilibrium(structure, axes, origin, numbers):
     scene = structure.scene.with_numbers(numbers)
     return start_of(scene, structure.layout, Coordinates(axes, origin))
