@@ -42,4 +42,3 @@ def test_in_the_middle_two_are_as_one_of_twice_the_mass(tmp_path):
     ship = ran.bodies["ship"]
     assert np.max(np.abs(ship["position"][0, :, 1])) < 1e-9
     assert np.max(np.abs(ship["attitude"][0][:, [0, 2]])) < 1e-9
-    print(peaks, np.max(np.abs(ship["position"][0, :, 1])))
