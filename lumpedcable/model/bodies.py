@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance, BedFriction
 from lumpedcable.physics.rigid import place_of, rigid_mass, rotation
+from lumpedcable.physics.wave_force import WaveForce
 
 __all__ = ["AbstractBody", "RigidBody", "body_key", "is_body_key"]
 
@@ -66,9 +67,12 @@ class AbstractBody(eqx.Module):
 
     @abc.abstractmethod
     def resisting(
-        self, q: Float[Array, " m"], v: Float[Array, " m"]
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
     ) -> dict[str, Float[Array, " m"]]:
-        """Generalised forces that take energy, by kind of work (a key of `model.energy.WORKS`)."""
+        """Generalised forces that take or give energy, by kind of work (a key of `model.energy.WORKS`).
+
+        `t` (s) is the time, None at rest, where there are no waves.
+        """
 
     @abc.abstractmethod
     def works(self) -> tuple[str, ...]:
@@ -78,13 +82,15 @@ class AbstractBody(eqx.Module):
         """All potential energy (J)."""
         return sum(self.stored(q).values(), jnp.zeros((), q.dtype))
 
-    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+    def force(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
         """Generalised force without lines: -dE/dq, resistance, and the velocity terms of inertia.
 
         Lagrange's equation of T = v . M(q) v / 2: M v' = Q - (dM/dt) v + dT/dq.
         """
         total = -jax.grad(self.energy)(q) - self._turning(q, v)
-        return sum(self.resisting(q, v).values(), total)
+        return sum(self.resisting(q, v, t).values(), total)
 
     def rate(
         self, q: Float[Array, " m"], v: Float[Array, " m"], point: Float[Array, " d"]
@@ -117,6 +123,7 @@ class RigidBody(AbstractBody):
     friction: BedFriction | None = None
     loads: tuple[AbstractBodyLoad, ...] = ()
     resistances: tuple[AbstractBodyResistance, ...] = ()
+    waves: WaveForce | None = None
 
     def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
         """M(q) (kg, kg m, kg m2)."""
@@ -145,17 +152,21 @@ class RigidBody(AbstractBody):
         return total
 
     def resisting(
-        self, q: Float[Array, " m"], v: Float[Array, " m"]
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
     ) -> dict[str, Float[Array, " m"]]:
-        """The resistances' forces (N, N m)."""
+        """The forces (N, N m) of the resistances and of waves."""
         total: dict[str, Float[Array, " m"]] = {}
         for resistance in self.resistances:
             value = resistance.force(q, v)
             kind = resistance.work_name
             total[kind] = total[kind] + value if kind in total else value
+        if self.waves is not None:
+            still = t is None
+            total[self.waves.work_name] = jnp.zeros_like(q) if still else self.waves.force(q, t)
         return total
 
     def works(self) -> tuple[str, ...]:
-        """The kinds of work of the resistances, and of friction."""
+        """The kinds of work of the resistances, of waves, and of friction."""
         kinds = [r.work_name for r in self.resistances]
+        kinds += [] if self.waves is None else [self.waves.work_name]
         return tuple(dict.fromkeys(kinds + ["friction"] * (self.friction is not None)))

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
-from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.coordinates import Coordinates, plane_normal
 from lumpedcable.model.couple import Coupled, winch_name
 from lumpedcable.model.floating import reference_of
 from lumpedcable.model.layout import Layout
@@ -86,7 +86,7 @@ class Measured(eqx.Module):
         d = self.axes.shape[1]
         turn = q[d:]
         if d == 2:
-            turn = jnp.cross(self.axes[:, 1], self.axes[:, 0]) * q[2]
+            turn = plane_normal(self.axes) * q[2]
         return jnp.concatenate([self.origin + self.axes @ q[:d], turn])
 
 

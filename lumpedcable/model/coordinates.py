@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.bodies import WAYS, Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import (
     FixedEnd,
@@ -19,9 +19,10 @@ from lumpedcable.scene.lines import (
     MovingEnd,
     RecordedMotion,
 )
-from lumpedcable.scene.moved import FREEDOMS, MovedBody
+from lumpedcable.scene.motions import FREEDOMS, SHIFTS, TURNS
+from lumpedcable.scene.moved import MovedBody
 
-__all__ = ["Coordinates", "coordinates_of"]
+__all__ = ["Coordinates", "coordinates_of", "plane_normal"]
 
 TOLERANCE = 1e-9  # relative: a component smaller than this is rounding
 
@@ -36,6 +37,17 @@ class Coordinates(NamedTuple):
     def dimensions(self) -> int:
         """Number of coordinates d, 1 to 3."""
         return self.axes.shape[1]
+
+    @property
+    def normal(self) -> np.ndarray:
+        """The axis (3,) in x, y, z about which a body turns in a plane."""
+        return plane_normal(self.axes)
+
+    def turns(self) -> Float[Array, "a 3"]:
+        """What takes roll, pitch and yaw to the angles that a body has here."""
+        if self.dimensions == 3:
+            return jnp.eye(3)
+        return jnp.asarray(self.normal)[None] if self.dimensions == 2 else jnp.zeros((0, 3))
 
     def vector(self, vector: Sequence[Any]) -> Float[Array, " d"]:
         """A direction, velocity or force given in x, y, z, in the scene's own coordinates."""
@@ -54,6 +66,16 @@ class Coordinates(NamedTuple):
         shape = [1] * full.ndim
         shape[axis] = 3
         return full + self.origin.reshape(shape)
+
+
+def plane_normal(axes):
+    """The axis (3,) about which a body turns in the plane of `axes` (3, 2), of numpy or of jax.
+
+    The cross product of the second axis and the first: positive angles turn the second to the first.
+    """
+    one, two = np.array([1, 2, 0]), np.array([2, 0, 1])
+    first, second = axes[:, 0], axes[:, 1]
+    return second[one] * first[two] - second[two] * first[one]
 
 
 def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
@@ -102,6 +124,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
                     slack = True  # it pitches
                 if body.velocity is not None:
                     directions.append(np.asarray(body.velocity))
+                directions += _pushes(body)
     origin = places[0] if places else np.zeros(3)
     directions += [place - origin for place in places[1:]]
     axes = _basis(directions)
@@ -175,6 +198,19 @@ def _reaches(body: MovedBody) -> list[np.ndarray]:
             arm = point - np.dot(axis, point) * axis
             if np.any(arm != 0.0):
                 found += [arm, np.cross(axis, arm)]
+    return found
+
+
+def _pushes(body: Body) -> list[np.ndarray]:
+    """Directions in which waves can move a free body: along, or across the axes that it turns about."""
+    if body.waves is None:
+        return []
+    axes = np.eye(3)
+    names = [n for n in body.waves.names() if body.free is None or WAYS[n] in body.free]
+    found = [axes[FREEDOMS.index(name)] for name in names if name in SHIFTS]
+    for name in names:
+        if name in TURNS:
+            found += [axes[k] for k in range(3) if k != TURNS.index(name)]
     return found
 
 

@@ -28,6 +28,7 @@ WORKS = {
     "added_mass": (1.0, "work of turning added mass"),
     "drag": (-1.0, "energy given to the fluid by drag"),
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
+    "waves": (1.0, "work done on free ships by waves"),
     "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
     "winch": (-1.0, "energy dissipated by winches"),
     "control": (
@@ -137,7 +138,8 @@ def powers(
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]
-        power = {kind: -jnp.dot(f, v) for kind, f in body.resisting(q, v).items()}
+        forces = body.resisting(q, v, t)
+        power = {kind: WORKS[kind][0] * jnp.dot(f, v) for kind, f in forces.items()}
         if friction is not None and name in friction:
             power["friction"] = -jnp.dot(friction[name], v)
         gain = after[key] if dt is None else (after[key] - before[key]) / dt

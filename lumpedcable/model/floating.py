@@ -5,6 +5,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.ships import waves_of
 from lumpedcable.physics.body import (
     AbstractBodyLoad,
     AbstractBodyResistance,
@@ -49,6 +50,7 @@ def make_body(
         friction=_friction(coordinates, body),
         loads=_loads(scene, body, coordinates, reference),
         resistances=_resistances(scene, body, coordinates, current),
+        waves=waves_of(scene, body, coordinates),
     )
 
 
@@ -59,20 +61,9 @@ def reference_of(body: Body, coordinates: Coordinates) -> Float[Array, " m"]:
     return jnp.concatenate([coordinates.point(body.position), angles])
 
 
-def _normal(coordinates: Coordinates) -> Float[Array, " 3"]:
-    """The axis in x, y, z about which a body turns in a plane: from the second axis to the first."""
-    axes = jnp.asarray(coordinates.axes)
-    return jnp.cross(axes[:, 1], axes[:, 0])
-
-
 def _angles(coordinates: Coordinates, attitude) -> Float[Array, " a"]:
     """Roll, pitch and yaw (rad), the angle in the plane, or nothing."""
-    whole = jnp.stack([jnp.asarray(angle, float) for angle in attitude])
-    if coordinates.dimensions == 3:
-        return whole
-    if coordinates.dimensions == 1:
-        return jnp.zeros(0)
-    return jnp.dot(_normal(coordinates), whole)[None]
+    return coordinates.turns() @ jnp.stack([jnp.asarray(angle, float) for angle in attitude])
 
 
 def _inertia(coordinates: Coordinates, body: Body) -> Float[Array, " a"]:
@@ -83,11 +74,7 @@ def _inertia(coordinates: Coordinates, body: Body) -> Float[Array, " a"]:
         assert body.size is not None
         square = jnp.stack([jnp.asarray(s, float) for s in body.size]) ** 2
         whole = jnp.asarray(body.mass, float) / 12.0 * (jnp.sum(square) - square)
-    if coordinates.dimensions == 3:
-        return whole
-    if coordinates.dimensions == 1:
-        return jnp.zeros(0)
-    return jnp.dot(_normal(coordinates) ** 2, whole)[None]
+    return coordinates.turns() ** 2 @ whole
 
 
 def _free(coordinates: Coordinates, body: Body) -> Float[Array, " m"] | None:
@@ -95,12 +82,8 @@ def _free(coordinates: Coordinates, body: Body) -> Float[Array, " m"] | None:
     if body.free is None:
         return None
     places = jnp.asarray([float(way in body.free) for way in ("x", "y", "z")])
-    angles = jnp.asarray([float(way in body.free) for way in ANGLES])
+    angles = coordinates.turns() ** 2 @ jnp.asarray([float(way in body.free) for way in ANGLES])
     along = jnp.asarray(coordinates.axes).T ** 2 @ places
-    if coordinates.dimensions == 1:
-        angles = jnp.zeros(0)
-    elif coordinates.dimensions == 2:
-        angles = jnp.dot(_normal(coordinates) ** 2, angles)[None]
     # an axis between two of the scene's counts with the one that it is nearer to
     return jnp.round(jnp.concatenate([along, angles]))
 
@@ -125,12 +108,7 @@ def _each(coordinates: Coordinates, along, about) -> Float[Array, " m"]:
     whole = [jnp.zeros(3) if v is None else jnp.stack([jnp.asarray(x, float) for x in v])
              for v in (along, about)]  # fmt: skip
     places = jnp.asarray(coordinates.axes).T ** 2 @ whole[0]
-    if coordinates.dimensions == 1:
-        return places
-    angles = whole[1]
-    if coordinates.dimensions == 2:
-        angles = jnp.dot(_normal(coordinates) ** 2, angles)[None]
-    return jnp.concatenate([places, angles])
+    return jnp.concatenate([places, coordinates.turns() ** 2 @ whole[1]])
 
 
 def _station(
@@ -174,14 +152,12 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
     weight = mass * scene.gravity
     # it rolls about its length, across its breadth, and pitches across its length
     heights = [box_metacentre(side, draught, above) for side in (size[1], size[0])]
-    tilt = weight * jnp.stack([*heights, jnp.zeros(())])
-    if coordinates.dimensions == 2:
-        tilt = jnp.dot(_normal(coordinates) ** 2, tilt)[None]
+    tilt = coordinates.turns() ** 2 @ (weight * jnp.stack([*heights, jnp.zeros(())]))
     return Hydrostatics(
         coordinates.vector((0.0, 0.0, 1.0)),
         body.hull.surface + above - draught - coordinates.origin[2],
         weight / draught,
-        tilt if coordinates.dimensions > 1 else jnp.zeros(0),
+        tilt,
     )
 
 

@@ -74,7 +74,7 @@ class Rider(AbstractBody):
         return {"gravitational": -jnp.dot(self.weight, self.centre(q))}
 
     def resisting(
-        self, q: Float[Array, " m"], v: Float[Array, " m"]
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
     ) -> dict[str, Float[Array, " m"]]:
         """None."""
         return {}

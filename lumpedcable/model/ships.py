@@ -1,4 +1,4 @@
-"""From the moved bodies of a scene to the motions of the engine."""
+"""From the moved bodies of a scene, and the waves on free ones, to laws of time of the engine."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -6,11 +6,14 @@ from jaxtyping import Array, Float
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.physics import ships
 from lumpedcable.physics.motion import Recorded
-from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing
+from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing, rotation
+from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.scene import Scene
-from lumpedcable.scene.moved import FREEDOMS, HarmonicBody, MovedBody, RecordedBody
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.motions import FREEDOMS, HarmonicBody, HarmonicWaves, RecordedBody, SeaBody
+from lumpedcable.scene.moved import MovedBody
 
-__all__ = ["motion_of", "point_of_body"]
+__all__ = ["motion_of", "point_of_body", "waves_of"]
 
 
 def _number(value) -> Float[Array, ""]:
@@ -23,8 +26,32 @@ def _vector(values) -> Float[Array, "..."]:
 
 def motion_of(scene: Scene, body: MovedBody) -> AbstractBodyMotion:
     """The motion of a moved body of the scene, whose numbers may be traced."""
-    motion = body.motion
-    if isinstance(motion, HarmonicBody):
+    return _law(scene, body.motion, body.position)
+
+
+def waves_of(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | None:
+    """What waves push a free body of the scene with; None where nothing does."""
+    part = body.waves
+    if part is None:
+        return None
+    assert body.position is not None  # the scene was checked
+    law = _law(scene, part.model_copy(update={"ramp": None}), body.position)
+    ramp = None if part.ramp is None else _number(part.ramp)
+    yaw = _number(0.0 if body.attitude is None else body.attitude[2])
+    heading = rotation(jnp.stack([jnp.zeros(()), jnp.zeros(()), yaw]))
+    along = jnp.asarray(coordinates.axes, float).T @ heading
+    about = coordinates.turns()
+    spread = jnp.concatenate(
+        [jnp.pad(along, ((0, 0), (0, 3))), jnp.pad(about, ((0, 0), (3, 0)))], axis=0
+    )
+    return WaveForce(law, spread, ramp)
+
+
+def _law(
+    scene: Scene, motion: HarmonicBody | HarmonicWaves | RecordedBody | SeaBody, position
+) -> AbstractBodyMotion:
+    """Six numbers over time: motions of a body at a place (m), or forces on it."""
+    if isinstance(motion, HarmonicBody | HarmonicWaves):
         swings = []
         for name in motion.names():
             part = getattr(motion, name)
@@ -40,7 +67,7 @@ def motion_of(scene: Scene, body: MovedBody) -> AbstractBodyMotion:
         return ships.RecordedBody(Recorded(time, jnp.stack(table, axis=1)))
     sea = scene.sea
     assert sea is not None  # the scene was checked
-    place, direction = _vector(body.position), _number(sea.direction)
+    place, direction = _vector(position), _number(sea.direction)
     way = place[0] * jnp.cos(direction) + place[1] * jnp.sin(direction)
     response = {
         FREEDOMS.index(name): jnp.stack([_vector(pair) for pair in motion.response[name]])

@@ -88,7 +88,7 @@ class Winch(AbstractBody):
         return {"winch": self.pull * q[0]}
 
     def resisting(
-        self, q: Float[Array, " m"], v: Float[Array, " m"]
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
     ) -> dict[str, Float[Array, " m"]]:
         """-c dL/dt, the friction of the sheave, and the integral's part of the drive (N)."""
         found, none = {}, jnp.zeros_like(q)

@@ -70,7 +70,7 @@ class Unrecorded:
             self._work_out(result, runs)
 
     def _work_out(self, result: ResultFile, runs: Array) -> None:
-        from lumpedcable.study.moved import moved_ships, straight_lines, study_of_text
+        from lumpedcable.study.moved import Moved, moved_ships, straight_lines, study_of_text
 
         study = study_of_text(str(result.attributes.get("effective_scene", "")))
         if study is None or len(study.runs) != result.runs:
@@ -84,7 +84,8 @@ class Unrecorded:
             for name, way in ships.items():
                 ways.setdefault(name, []).append((way.position, way.attitude))
             riders = {name: result.body(name, "position", run) for name in result.bodies}
-            for name, line in straight_lines(scene, ships, riders).items():
+            free = {n: Moved(p, result.body(n, "attitude", run)) for n, p in riders.items()}
+            for name, line in straight_lines(scene, free | ships, riders).items():
                 places.setdefault(name, {})[run] = line.position
                 tensions.setdefault(name, {})[run] = line.tension
         for name, way in ways.items():

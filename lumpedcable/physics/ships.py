@@ -17,6 +17,7 @@ __all__ = [
     "RecordedBody",
     "SeaBody",
     "Swing",
+    "grown",
     "jonswap",
     "rotation",
 ]
@@ -47,6 +48,15 @@ def rotation(turn: Float[Array, " 3"]) -> Float[Array, "3 3"]:
     )
 
 
+def grown(
+    values: Float[Array, " 6"], t: Float[Array, ""], ramp: Float[Array, ""] | None
+) -> Float[Array, " 6"]:
+    """The numbers times r(t), which rises from 0 to 1 as sin^2(pi t / (2 ramp)) over `ramp` (s)."""
+    if ramp is None:
+        return values
+    return values * jnp.sin(0.5 * jnp.pi * jnp.clip(t / ramp, 0.0, 1.0)) ** 2
+
+
 class Swing(eqx.Module):
     """amplitude (m or rad), period (s) and phase (rad) of one freedom of a body, 0 to 5."""
 
@@ -59,7 +69,7 @@ class Swing(eqx.Module):
 class HarmonicBody(AbstractBodyMotion):
     """q_k(t) = r(t) a_k sin(2 pi t / P_k + phase_k) (Gao et al. 2022, eq. 19-20).
 
-    r rises from 0 to 1 as sin^2(pi t / (2 ramp)) over `ramp` (s), 1 where it is None.
+    r as in `grown`, 1 where `ramp` is None.
     """
 
     swings: tuple[Swing, ...]
@@ -72,9 +82,7 @@ class HarmonicBody(AbstractBodyMotion):
             angle = 2.0 * jnp.pi * t / swing.period + swing.phase
             parts[swing.freedom] = swing.amplitude * jnp.sin(angle)
         q = jnp.stack(parts)
-        if self.ramp is not None:
-            q = q * jnp.sin(0.5 * jnp.pi * jnp.clip(t / self.ramp, 0.0, 1.0)) ** 2
-        return q
+        return grown(q, t, self.ramp)
 
 
 class RecordedBody(AbstractBodyMotion):

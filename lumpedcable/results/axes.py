@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from lumpedcable.results.human import quantity
-from lumpedcable.results.schema import axis_words
 
 __all__ = ["Axis"]
 
@@ -20,17 +19,14 @@ class Axis(NamedTuple):
         key: the full dotted path in the scene.
         unit: SI unit, "" if none.
         values: its value in every run, shape (run,).
+        words: what it is called in labels, e.g. "pretension" or "break time".
     """
 
     name: str
     key: str
     unit: str
     values: NDArray[Any]
-
-    @property
-    def words(self) -> str:
-        """What it is called in labels, e.g. "pretension" or "break time"."""
-        return axis_words(self.key)
+    words: str
 
     def text(self, run: int, digits: int = 6) -> str:
         """Its words and its value in one run, e.g. "break time 5 ms"."""

@@ -1,4 +1,4 @@
-"""SI values in the units people speak in: 45000 N is 45 kN, 0.005 s is 5 ms."""
+"""SI values in the units people speak in: 45000 N is 45 kN, 0.005 s is 5 ms, pi rad is 180 deg."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ def scale(largest: float, unit: str) -> tuple[float, str]:
     Returns:
         (factor, text): value * factor is in units of text. (1e-3, "kN") for 45000 and "N".
     """
+    if unit == "rad":
+        return math.degrees(1.0), "deg"
     head, _, tail = unit.partition(" ")
     if head not in _LARGEST or not math.isfinite(largest) or largest == 0:
         return 1.0, "" if unit == "1" else unit

@@ -16,7 +16,7 @@ from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError, check_known
 from lumpedcable.results.folder import StudyFolder, is_study_folder
-from lumpedcable.results.schema import PARTIAL_SUFFIX, check_version
+from lumpedcable.results.schema import PARTIAL_SUFFIX, axes_words, check_version
 from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
@@ -128,9 +128,13 @@ class ResultFile:
         for name, item in self._file.items():
             if isinstance(item, h5py.Dataset) and "key" in item.attrs:
                 unit = _text(item.attrs.get("units", ""))
-                axis = Axis(name, _text(item.attrs["key"]), unit if unit != "1" else "", item[()])
+                axis = Axis(
+                    name, _text(item.attrs["key"]), unit if unit != "1" else "", item[()], ""
+                )
                 found.append((int(item.attrs.get("axis", len(found))), axis))
-        return [axis for _, axis in sorted(found, key=lambda pair: pair[0])]
+        axes = [axis for _, axis in sorted(found, key=lambda pair: pair[0])]
+        words = axes_words([axis.key for axis in axes])
+        return [axis._replace(words=own) for axis, own in zip(axes, words, strict=True)]
 
     @property
     def cases(self) -> list[str]:

@@ -169,6 +169,19 @@ def axis_words(key: str) -> str:
     return " ".join(words).replace("_", " ")
 
 
+def axes_words(keys: Sequence[str]) -> list[str]:
+    """The words of several swept keys; those that two share begin with what the key belongs to.
+
+    Two ships' "heave amplitude" become "supply heave amplitude" and "receiver heave amplitude".
+    """
+    words = [axis_words(key) for key in keys]
+    owners = [key.split(".")[1] if key.count(".") > 1 else "" for key in keys]
+    return [
+        f"{owner} {word}".strip() if words.count(word) > 1 else word
+        for owner, word in zip(owners, words, strict=True)
+    ]
+
+
 def sweep_coordinates(axes: Sequence[tuple[str, str, ArrayLike]]) -> dict[str, Coordinate]:
     """The coordinates along `run` of a sweep, named and labelled.
 
@@ -180,12 +193,13 @@ def sweep_coordinates(axes: Sequence[tuple[str, str, ArrayLike]]) -> dict[str, C
         Coordinates by dataset name, in the order of the axes, each with attributes `key` (the path)
         and `axis` (its place in the order, 0 for the slowest).
     """
-    names = axis_names([key for key, _, _ in axes])
+    keys = [key for key, _, _ in axes]
+    names, words = axis_names(keys), axes_words(keys)
     return {
         name: Coordinate(
             values=np.asarray(values),
             units=unit or "1",
-            long_name=axis_words(key),
+            long_name=words[place],
             dims=("run",),
             attributes={"key": key, "axis": place},
         )

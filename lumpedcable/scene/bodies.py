@@ -7,6 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from lumpedcable.scene.motions import HarmonicWaves, Waves
 from lumpedcable.scene.part import Name, Part, Problem
 from lumpedcable.scene.quantities import (
     Angle,
@@ -29,10 +30,14 @@ from lumpedcable.scene.quantities import (
 
 Freedom = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 ANGLES: tuple[Freedom, ...] = ("roll", "pitch", "yaw")
+WAYS: dict[str, str] = {
+    "surge": "x", "sway": "y", "heave": "z", "roll": "roll", "pitch": "pitch", "yaw": "yaw"
+}  # fmt: skip
+"""The way in `free` of each freedom that waves push."""
 
 # any of these makes a body a rigid one
 _RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "friction", "drag",
-          "control")  # fmt: skip
+          "control", "waves")  # fmt: skip
 
 
 class Resistance(Part):
@@ -111,6 +116,8 @@ class Body(Part):
     """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
     control: BodyControl | None = None
     """What steers a rigid body. Absent: nothing."""
+    waves: Waves | None = None
+    """What waves push a free body with. Absent: nothing."""
     hull: Hull | None = None
     """It floats. Absent: it has its weight, less the buoyancy of volume."""
 
@@ -157,6 +164,14 @@ class Body(Part):
             )
         if self.hull is not None and self.volume is not None:
             yield Problem(("volume",), "expected volume or hull, found both")
+        if isinstance(self.waves, HarmonicWaves):
+            for name in self.waves.names():
+                if self.free is not None and WAYS[name] not in self.free:
+                    yield Problem(
+                        ("waves", name),
+                        f"expected a way that the body can move in, found {name}, without "
+                        f'"{WAYS[name]}" in free',
+                    )
         for name in self.points:
             if name in ("start", "end"):
                 yield Problem(

@@ -18,7 +18,10 @@ from lumpedcable.scene.units import format_quantity
 __all__ = ["carried_problems"]
 
 SIDES = ("start", "end")
-REAL = ("speed", "control", "sheave")  # what an ideal cable has no winch for
+# what an ideal cable has no winch, no trolley and no line for
+REAL = ("speed", "control", "sheave", "inertia", "damping")
+TOUCHING = ("friction", "contact")
+WIRE = ("bending", "drag", "added_mass")
 Lines = Mapping[str, Line | None]
 Bodies = Mapping[str, Any]
 
@@ -86,19 +89,33 @@ def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
         end = getattr(line, side)
         for key in REAL if isinstance(end, WinchEnd) else ():
             if getattr(end.winch, key) is not None:
-                yield Problem(
-                    (*path, side, "winch", key),
-                    f'expected model = "lumped" for a winch with {key}, found "ideal", whose winch '
-                    "keeps its tension at once",
-                )
+                where = (*path, side, "winch", key)
+                yield _lumped(where, f"a winch with {key}", "has a winch that keeps its tension")
+    for key in WIRE:
+        if getattr(line, key) is not None:
+            yield _lumped((*path, key), f"a line with {key}", "is two straight parts without mass")
     if any(body is None for body in bodies.values()):
         return
+    for rider, body in bodies.items():
+        if isinstance(body, CarriedBody) and body.on.line == name:
+            for key in TOUCHING:
+                if getattr(body.on, key) is not None:
+                    where = ("bodies", rider, "on", key)
+                    yield _lumped(where, f"a trolley with {key}", "has no line that it could touch")
     riders = [n for n, b in bodies.items() if isinstance(b, CarriedBody) and b.on.line == name]
     if len(riders) != 1:
         yield Problem(
             (*path, "model"),
             f"expected one body on an ideal line, found {', '.join(riders) or 'none'}",
         )
+
+
+def _lumped(path: Path, what: str, ideal: str) -> Problem:
+    """What an ideal line cannot honour, and what to do about it."""
+    return Problem(
+        path,
+        f'expected model = "lumped" for {what}, or no {path[-1]}, found "ideal", which {ideal}',
+    )
 
 
 def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:

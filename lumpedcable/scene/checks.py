@@ -28,10 +28,12 @@ from lumpedcable.scene.lines import (
     tie_of,
 )
 from lumpedcable.scene.materials import Material
-from lumpedcable.scene.moved import MovedBody, SeaBody
+from lumpedcable.scene.motions import SeaBody, SeaWaves
+from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
+from lumpedcable.scene.record_checks import record_problems
 from lumpedcable.scene.rod_checks import rod_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
@@ -105,6 +107,10 @@ def problems(draft: Draft) -> Iterator[Problem]:
                     yield Problem(
                         ("bodies", name, "hull"), f"expected {key} where a hull floats, found none"
                     )
+        if isinstance(body, Body) and isinstance(body.waves, SeaWaves) and "sea" not in draft.named:
+            yield Problem(
+                ("bodies", name, "waves", "rao"), "expected [sea] for forces of waves, found none"
+            )
         if isinstance(body, Body) and body.rigid and name in draft.lines:
             yield Problem(
                 ("bodies", name), f'expected another name, found "{name}", which is a line as well'
@@ -119,6 +125,8 @@ def problems(draft: Draft) -> Iterator[Problem]:
     )
     fluid = draft.others.get(draft.fluid) if draft.fluid is not None else None
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
+    output = draft.others.get("output")
+    yield from record_problems(draft.lines, draft.bodies, output.duration if output else None)
     yield from _seabed(draft)
     yield from _events(draft)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
@@ -349,6 +357,10 @@ def _events(draft: Draft) -> Iterator[Problem]:
         broken[where] = name
         line = draft.lines[target]
         if line is None:
+            continue
+        if line.model == "ideal":
+            message = f'expected model = "lumped" for a line that breaks, found "{target}", ideal'
+            yield Problem(path, message)
             continue
         if place is not None and not 0 < place < line.unstretched:
             yield Problem(

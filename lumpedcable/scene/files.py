@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
-from lumpedcable.scene.moved import FREEDOMS
+from lumpedcable.scene.motions import FREEDOMS
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 
@@ -72,13 +72,12 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], tuple[
 
 
 def _ships(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Yield (path, raw motion) of every body whose motion names a file."""
+    """Yield (path, raw table) of every motion of a body, and of waves on one, that names a file."""
     for name, body in _entries(data, "bodies"):
-        motion = body.get("motion")
-        if isinstance(motion, dict) and any(
-            isinstance(motion.get(key), str) for key in ("file", "rao")
-        ):
-            yield ("bodies", name, "motion"), motion
+        for part, keys in (("motion", ("file", "rao")), ("waves", ("rao",))):
+            table = body.get(part)
+            if isinstance(table, dict) and any(isinstance(table.get(key), str) for key in keys):
+                yield ("bodies", name, part), table
 
 
 def _fill_ship(path: Path, motion: dict[str, Any], folder: FilePath) -> list[Problem]:

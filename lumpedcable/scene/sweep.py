@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from lumpedcable.scene.draws import METHODS, spread, unit_draws
 from lumpedcable.scene.entries import DRAW, RANGE, Entry
+from lumpedcable.scene.motions import FREEDOMS
 from lumpedcable.scene.part import Path, Problem, did_you_mean, either
 from lumpedcable.scene.quantities import Count, Quantity, found
 from lumpedcable.scene.runs import Axis, Factor
@@ -359,12 +360,17 @@ def _is_swept(root: Spot, path: Path) -> bool:
 
 
 def label_of(root: Spot, key: str) -> str:
-    """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2."""
+    """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2.
+
+    Of a freedom of a ship "receiver heave period".
+    """
     words = key.split(".")
     vector = spot_at(root, tuple(words[:-1]))
     if vector is not None and isinstance(vector.value, list):
         component = words[-1] if is_open_list(vector) else "xyz"[int(words[-1])]
         words[-2:] = [f"{words[-2]} {component}"]
+    if len(words) > 2 and words[-2] in FREEDOMS:
+        words[-2:] = [f"{words[-2]} {words[-1]}"]
     return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]
 
 

@@ -277,8 +277,10 @@ _PRINTED = {"N": "um kMG", "Pa": "  kMG", "J": "m kM", "W": "m kM", "m": "um k",
 def format_quantity(value: float, unit: str, digits: int = 6) -> str:
     """Return a short text for a value in SI: 45e3 in "N" gives "45 kN", 0.005 in "s" gives "5 ms".
 
-    Metres and seconds take a prefix on their own only (never in m3 or m/s).
+    Metres and seconds take a prefix on their own only (never in m3 or m/s); angles are in degrees.
     """
+    if unit == "rad":
+        value, unit = math.degrees(value), "deg"
     if not math.isfinite(value):
         return f"{value} {unit}".strip()
     lead = unit.split(" ")[0].split("/")[0]

@@ -58,6 +58,7 @@ class Chain(NamedTuple):
 
     first, last (n, d, s): what turns accelerations of places into those of the rods' ends, None where
     they are the same. before: rates (P, s) half a step earlier. driven: mean velocities (d,) to come.
+    t (s): now.
     """
 
     path: Path
@@ -72,6 +73,7 @@ class Chain(NamedTuple):
     before: Float[Array, "P s"]
     hubs: dict[int, Hub]
     driven: dict[int, Float[Array, " d"]]
+    t: Float[Array, ""]
 
 
 class Push(NamedTuple):
@@ -160,6 +162,7 @@ def chain_of(model: Model, path: Path, t, found, displacement, before, dt, ahead
         before=rates,
         hubs=hubs,
         driven=driven,
+        t=t,
     )
 
 
@@ -277,7 +280,7 @@ def _hub_weight(chain: Chain, guess: Guess, at: int, push: Push | None, dt):
     """
     hub, size = chain.hubs[at], chain.before.shape[1]
     m = hub.q.shape[0]
-    known = hub.body.force(hub.q, hub.v + 0.5 * dt * guess.bodies[at])
+    known = hub.body.force(hub.q, hub.v + 0.5 * dt * guess.bodies[at], chain.t)
     pinned = pinned_of(hub, push)
     known = known if push is None else known + push.force
     free, stop = 1.0 - pinned, -pinned * hub.v / dt

@@ -89,7 +89,7 @@ def rider_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64
         turned = np.zeros((*values.shape[:-1], 3))
         if swing.shape[-1] == 1:
             # a swing towards the first axis turns from it towards the vertical one
-            turned = swing * np.cross(coordinates.axes[:, 0], coordinates.axes[:, 1])
+            turned = -swing * coordinates.normal
         elif swing.shape[-1] == 2:
             turned[..., 0], turned[..., 1] = swing[..., 1], -swing[..., 0]
         found[angles] = turned

@@ -7,6 +7,7 @@ import json
 import platform
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -252,9 +253,6 @@ class Contents:
     def attributes(self) -> dict[str, Any]:
         """What the file says of itself."""
         scene = self.scene
-        names = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "h5py")
-        versions = {name: importlib.metadata.version(name) for name in names}
-        versions["python"] = platform.python_version()
         return {
             "title": scene.title,
             "scene": self.study.text,
@@ -267,7 +265,7 @@ class Contents:
             "waves": wave_scheme(scene),
             "coordinates": self.laid.coordinates.dimensions,
             "lumpedcable_version": __version__,
-            "versions": json.dumps(versions),
+            "versions": json.dumps(versions()),
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "events": json.dumps(
                 {name: [e.breaks, e.place, e.start, e.time] for name, e in scene.events.items()}
@@ -354,6 +352,14 @@ class Contents:
                 writer.write(variable.path, np.full(shape, np.nan), run=slice(row, row + 1))
 
 
+@cache
+def versions() -> dict[str, str]:
+    """Versions of what computes, by name."""
+    names = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "h5py")
+    found = {name: importlib.metadata.version(name) for name in names}
+    return found | {"python": platform.python_version()}
+
+
 def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
     """Places (m), velocities (m/s), angles (rad) and their rates from q and v (runs, times, m)."""
     d = coordinates.dimensions
@@ -362,7 +368,7 @@ def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]
         found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
         turned = values[..., d:]
         if d == 2:
-            turned = turned * np.cross(coordinates.axes[:, 1], coordinates.axes[:, 0])
+            turned = turned * coordinates.normal
         found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
     return found
 

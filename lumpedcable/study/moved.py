@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from lumpedcable.model.ships import motion_of
 from lumpedcable.scene import Scene, SceneError, Study, load_study
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.carried_checks import anchor
 from lumpedcable.scene.moved import MovedBody
@@ -70,7 +71,7 @@ def straight_lines(
 
     Args:
         scene: one run.
-        ships: from `moved_ships`.
+        ships: from `moved_ships`, and the same of bodies that move freely.
         riders: places (time, 3) of the bodies that run on lines (m).
     """
     found = {}
@@ -90,9 +91,10 @@ def straight_lines(
 def _post(scene: Scene, end: Any, ships: Mapping[str, Moved], count: int) -> NDArray[np.float64]:
     """The way (time, 3) of an end of an ideal cable: a point of a ship, or a place."""
     named = end.winch.at if isinstance(end, WinchEnd) else end
-    point = scene.point_of(named)
-    if point is not None and isinstance(named, str):
-        ship = ships[named.partition(".")[0]]
-        return ship.position + Rotation.from_euler("xyz", ship.attitude).apply(point[1])
+    name, _, point = named.partition(".") if isinstance(named, str) else ("", "", "")
+    body = scene.bodies.get(name)
+    if name in ships and isinstance(body, MovedBody | Body):
+        ship, place = ships[name], body.points.get(point, (0.0, 0.0, 0.0))
+        return ship.position + Rotation.from_euler("xyz", ship.attitude).apply(place)
     place = anchor(scene.bodies, end)
     return np.broadcast_to(np.full(3, np.nan) if place is None else np.asarray(place), (count, 3))

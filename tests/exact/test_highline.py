@@ -15,6 +15,7 @@ from highline_numbers import (
     PLACES,
     SPAN,
     STRAIGHT_80_KN,
+    STRAIGHT_LONG,
     STRAIGHT_SHORT,
     TABLE_1,
     WEIGHT,
@@ -99,6 +100,8 @@ def test_cargo_at_constant_tension():
 def test_straight_segments_and_how_wrong_they_are():
     short = straight_from_length(SPAN, DROP, LOAD, PLACED, 62.5)
     assert loaded(short) == pytest.approx(np.array(STRAIGHT_SHORT), rel=1e-9)
+    long = straight_from_length(SPAN, DROP, LOAD, PLACED, 63.34896)
+    assert loaded(long) == pytest.approx(np.array(STRAIGHT_LONG), rel=1e-9)
     taut = straight_from_tension(SPAN, DROP, LOAD, PLACED, 80e3)
     assert loaded(taut, True) == pytest.approx(np.array(STRAIGHT_80_KN), rel=1e-9)
     error = short.tension_a / loaded_from_length(*LINE, LOAD, PLACED, 62.5).tension_a - 1.0

@@ -8,6 +8,7 @@ from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.recorded import recorded
 from lumpedcable.page.surroundings import surroundings
 from lumpedcable.results import Coordinate, ResultWriter, Variable
+from lumpedcable.study.moved import Moved, straight_lines, study_of_text
 
 TIMES = np.linspace(0.0, 4.0, 5)
 SCENE = """
@@ -192,3 +193,16 @@ def test_ships_that_are_moved_and_ideal_cables_are_worked_out(transfer):
     lengths = {h["key"]: h for h in head["histories"]}["lines/highline/length"]
     whole = np.linalg.norm(post - trolley, axis=1) + np.hypot(40.0 - TIMES, 0.0)
     assert unpacked(block, lengths["data"])[0] == pytest.approx(whole, rel=1e-6)
+
+
+def test_an_ideal_cable_goes_with_the_free_ship_that_its_post_stands_on():
+    lines = ["mass = 4e5" if line.startswith("motion") else line for line in TRANSFER.splitlines()]
+    scene = study_of_text("\n".join(lines)).scene
+    still = 0 * TIMES
+    place = np.stack([still, 0.5 * TIMES, 1.0 + still], axis=-1)
+    roll = 0.1 * TIMES
+    ships = {"ship": Moved(place, np.stack([roll, still, still], axis=-1))}
+    riders = {"cargo": np.stack([still, 10.0 + still, 14.0 + still], axis=-1)}
+    line = straight_lines(scene, ships, riders)["highline"]
+    post = place + np.stack([still, -15.0 * np.sin(roll), 15.0 * np.cos(roll)], axis=-1)
+    assert line.position[:, 0] == pytest.approx(post)

@@ -17,7 +17,7 @@ from lumpedcable.results import (
     sweep_coordinates,
 )
 from lumpedcable.results.human import quantity, size
-from lumpedcable.results.schema import axis_words
+from lumpedcable.results.schema import axes_words, axis_words
 
 
 @pytest.fixture(scope="module")
@@ -246,6 +246,13 @@ def test_words_of_swept_keys(key, words):
     assert axis_words(key) == words
 
 
+def test_words_of_two_ships_swept_alike_say_which():
+    keys = [f"bodies.{ship}.motion.heave.amplitude" for ship in ("supply", "receiver")]
+    assert axes_words([*keys, "gravity"]) == [
+        "supply heave amplitude", "receiver heave amplitude", "gravity"
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
@@ -262,6 +269,7 @@ def test_words_of_swept_keys(key, words):
         (1025.0, "kg/m3", "1025 kg/m3"),
         (2000.0, "N s", "2 kN s"),
         (2000.0, "m/s", "2000 m/s"),
+        (0.5235987755982988, "rad", "30 deg"),
         (0.3, "", "0.3"),
         (0.3, "1", "0.3"),
     ],

@@ -123,7 +123,7 @@ quantities = ["position", "tension"]
 """
 
 TESTED_CSV = "# a tensile test\nstrain, tension\n0, 0\n0.1, 20e3\n0.2, 80e3\n"
-TAIL_CSV = "t,x,y,z\n0,45,0,0\n1,45,0,1\n3,45,1,1\n"
+TAIL_CSV = "t,x,y,z\n0,45,0,0\n1,45,0,1\n60,45,1,1\n"
 FILES = {"tested.csv": TESTED_CSV, "tail.csv": TAIL_CSV}
 
 

@@ -85,7 +85,7 @@ def test_every_kind_of_part_is_read(bridle):
     assert upper.end == "bob"
     tail = scene.lines["tail"].end.motion
     assert isinstance(tail, RecordedMotion)
-    assert tail.time == (0.0, 1.0, 3.0)
+    assert tail.time == (0.0, 1.0, 60.0)
     assert tail.position[2] == (45.0, 1.0, 1.0)
     assert scene.lines["lower"].segment_lengths == (4.0, 3.0, 3.0)
     assert scene.events["cut"].target() == ("upper", None, 37.5)

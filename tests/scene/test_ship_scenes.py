@@ -56,6 +56,10 @@ def study(folder, *edits, record=RECORD, rao=RAO):
     (folder / "scene.toml").write_text(text)
     (folder / "ship.csv").write_text(record)
     (folder / "rao.csv").write_text(rao)
+    rows = {"path": (0, 0.5, 1, 1.5), "torn": (0, 0.1, 0.2, 0.3, 0.4, 0.5, 2.5)}
+    for name, times in rows.items():
+        text = "".join(f"{t},0,5,{13 + 0.1 * t}\n" for t in times)
+        (folder / f"{name}.csv").write_text(f"t,x,y,z\n{text}")
     return load_study(folder / "scene.toml")
 
 
@@ -79,6 +83,11 @@ def test_the_record_of_a_run_stands_alone(tmp_path):
     again = load_study(tmp_path / "copy" / "scene.toml").scene
     assert again.bodies["receiver"].motion.heave == (0.0, 0.5, 0.1)
     assert again.bodies["third"].motion.response == {"heave": ((1.0, 0.0), (0.5, 0.3))}
+
+
+def test_a_record_may_rest_before_and_after(tmp_path):
+    record = "t,heave,roll\n0.5,0,0\n0.6,0,0\n1,0.5,0.01\n1.2,0.1,0.02\n1.3,0.1,0.02\n"
+    assert study(tmp_path, record=record).scene.bodies["receiver"].motion.time[-1] == 1.3
 
 
 def test_another_record_is_another_structure(tmp_path):
@@ -106,6 +115,15 @@ def test_another_record_is_another_structure(tmp_path):
          "expected a record without gaps, a value about every 1 s, found none between 3 s and 20 s"),
         ([], {"record": "t,heave\n0,0\n1,0\n1,0\n"}, "bodies.receiver.motion.file",
          "expected times that increase"),
+        ([('duration = "2 s"', 'duration = "3 s"')], {}, "bodies.receiver.motion.file",
+         "expected a record until the run ends at 3 s, or one that ends at rest, found its last time "
+         "at 2 s"),
+        ([], {"record": "t,heave\n1,0\n2,0.1\n3,0\n"}, "bodies.receiver.motion.file",
+         "expected a record from 0 s on, or one that begins at rest, found its first time at 1 s"),
+        ([('start = "supply.post"', 'start = { motion = { file = "path.csv" } }')], {},
+         "lines.highline.start.motion.file", "found its last time at 1.5 s"),
+        ([('start = "supply.post"', 'start = { motion = { file = "torn.csv" } }')], {},
+         "lines.highline.start.motion.file", "found none between 0.5 s and 2.5 s"),
         ([], {"record": "t,x,y\n0,0,0\n"}, "bodies.receiver.motion.file",
          "expected the columns t and any of surge, sway, heave"),
         ([], {"rao": "omega,heave\n0.4,1\n"}, "bodies.third.motion.rao", "heave_phase"),

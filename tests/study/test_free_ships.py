@@ -1,12 +1,14 @@
-"""A highline from a fixed post to a ship that floats freely, by both models of the cable."""
+"""A highline from a fixed post to a ship that floats freely in waves, by both models of the cable."""
 
 from functools import cache
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from lumpedcable.physics.ships import SeaBody
 from lumpedcable.results import open_result
 from lumpedcable.scene import SceneError, load_study
 from lumpedcable.study.run import run_study
@@ -15,6 +17,13 @@ G, TENSION, CARGO, SHIP = 9.81, 80e3, 2000.0, 400e3
 SIZE, ABOVE, POST = (10.0, 8.0, 6.0), 2.0, np.array([-3.0, 9.0])  # m; the post over the ship's side
 DRAUGHT = SHIP / (1025 * SIZE[0] * SIZE[1])
 START = np.array([60.0, ABOVE - DRAUGHT])  # x and z of the ship's centre of gravity
+# what a metre of wave pushes with along x and z (N) and about y (N m), and its phase (rad)
+OMEGA = [0.4, 1.2, 6.0]
+LOADS = [
+    [[5e3, 1.5], [12e3, 1.0], [0.0, 0.0]],
+    [[300e3, 0.0], [150e3, 0.4], [0.0, 0.9]],
+    [[0.0, -1.5], [400e3, -1.2], [0.0, -0.2]],
+]
 FREE = f"""
 gravity = {G}
 [water]
@@ -28,6 +37,14 @@ size = [{SIZE[0]}, {SIZE[1]}, {SIZE[2]}]
 position = [{START[0]}, 0, {START[1]}]
 points = {{ post = [{POST[0]}, 0, {POST[1]}] }}
 hull = {{ above_keel = {ABOVE} }}
+[sea]
+height = "1 m"
+period = "5 s"
+components = 20
+direction = "60 deg"
+[bodies.receiver.waves]
+omega = {OMEGA}
+response = {{ surge = {LOADS[0]}, heave = {LOADS[1]}, pitch = {LOADS[2]} }}
 [bodies.receiver.control]
 stiffness = ["60 kN/m", 0, 0]
 damping = ["50 kN s/m", 0, "40 kN s/m"]
@@ -79,10 +96,22 @@ def ran(folder: Path, *overrides: str) -> Ran:
     return Ran(folder, *overrides)
 
 
+def sea():
+    """Frequencies (rad/s) and complex forces and moment (3, N) of the waves that the scene draws."""
+    still = {2: jnp.array([[1.0, 0.0], [1.0, 0.0]])}
+    way = START[0] * np.cos(np.pi / 3)
+    drawn = SeaBody.of(1.0, 5.0, 3.3, 1, 20, way, jnp.array([0.0, 99.0]), still)
+    wave = np.asarray(drawn.amplitude) * np.exp(1j * np.asarray(drawn.phase))
+    loads = [[size * np.exp(1j * phase) for size, phase in load] for load in LOADS]
+    omega = np.asarray(drawn.omega)
+    return omega, np.stack([wave * np.interp(omega, OMEGA, load, 0.0, 0.0) for load in loads])
+
+
 def exactly(time):
     """x, z, pitch of the ship and z of the cargo: four equations with a cable of one tension."""
+    omega, waves = sea()
     inertia = SHIP * (SIZE[0] ** 2 + SIZE[2] ** 2) / 12
-    heave = 1025 * G * SIZE[0] * SIZE[1]
+    afloat = 1025 * G * SIZE[0] * SIZE[1]
     tilt = SHIP * G * (DRAUGHT / 2 + SIZE[0] ** 2 / (12 * DRAUGHT) - ABOVE)
 
     def arm(p):
@@ -100,11 +129,12 @@ def exactly(time):
         back, ahead = pulls(t, x, z, p, c)
         r = arm(p)
         turn = r[1] * -ahead[0] - r[0] * -ahead[1]
+        surge, heave, pitch = (waves @ np.exp(1j * omega * t)).real
         return [
             *y[4:],
-            (-ahead[0] - 60e3 * (x - START[0]) - 50e3 * y[4]) / SHIP,
-            (-ahead[1] - heave * (z - START[1]) - 40e3 * y[5]) / SHIP,
-            (turn - tilt * p - 1e6 * y[6]) / inertia,
+            (surge - ahead[0] - 60e3 * (x - START[0]) - 50e3 * y[4]) / SHIP,
+            (heave - ahead[1] - afloat * (z - START[1]) - 40e3 * y[5]) / SHIP,
+            (pitch + turn - tilt * p - 1e6 * y[6]) / inertia,
             (back[1] + ahead[1]) / CARGO - G,
         ]
 

@@ -1,0 +1,273 @@
+"""How ships move, and what waves push them with: six freedoms over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field, Tag
+
+from lumpedcable.scene.part import (
+    Name,
+    Part,
+    Path,
+    Problem,
+    Text,
+    choose,
+    did_you_mean,
+    did_you_mean_key,
+    tag,
+)
+from lumpedcable.scene.quantities import (
+    Angle,
+    Force,
+    Length,
+    Number,
+    PositiveTime,
+    Time,
+    Torque,
+    fault,
+    found,
+)
+
+SHIFTS = ("surge", "sway", "heave")
+TURNS = ("roll", "pitch", "yaw")
+FREEDOMS = (*SHIFTS, *TURNS)
+"""The six motions of a ship: along and about its x, y and z axes."""
+# a record is torn where a step of time is so many times the usual one, be it irregular or even
+GAP, EVEN_GAP = 10.0, 1.5
+
+
+class Shift(Part):
+    """amplitude sin(2 pi t / period + phase), along an axis."""
+
+    amplitude: Length
+    """Amplitude in m."""
+    period: PositiveTime
+    """Period in s."""
+    phase: Angle = 0.0
+    """Phase in rad at t = 0."""
+
+
+class Turn(Part):
+    """amplitude sin(2 pi t / period + phase), about an axis."""
+
+    amplitude: Angle
+    """Amplitude in rad."""
+    period: PositiveTime
+    """Period in s."""
+    phase: Angle = 0.0
+    """Phase in rad at t = 0."""
+
+
+class HarmonicBody(Part):
+    """Harmonic motions of a body about its mean place, one for each freedom that it names."""
+
+    surge: Shift | None = None
+    """Along x. Absent: none."""
+    sway: Shift | None = None
+    """Along y. Absent: none."""
+    heave: Shift | None = None
+    """Along z, up. Absent: none."""
+    roll: Turn | None = None
+    """About the x axis through the body's position. Absent: none."""
+    pitch: Turn | None = None
+    """About its y axis. Absent: none."""
+    yaw: Turn | None = None
+    """About its z axis. Absent: none."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the motion grows from rest. Absent: at once."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
+
+
+class RecordedBody(Part):
+    """Motions at times, from a CSV file or written out; a cubic spline between them."""
+
+    FILE: ClassVar[tuple[str, ...]] = ("file", "time", *FREEDOMS)
+
+    file: Text | None = None
+    """CSV file with a column t (s) and any of surge, sway, heave (m), roll, pitch, yaw (rad)."""
+    time: tuple[Time, ...] = ()
+    """Times of the record in s, increasing."""
+    surge: tuple[Length, ...] | None = None
+    """Along x at those times in m."""
+    sway: tuple[Length, ...] | None = None
+    """Along y at those times in m."""
+    heave: tuple[Length, ...] | None = None
+    """Along z at those times in m."""
+    roll: tuple[Angle, ...] | None = None
+    """About x at those times in rad."""
+    pitch: tuple[Angle, ...] | None = None
+    """About y at those times in rad."""
+    yaw: tuple[Angle, ...] | None = None
+    """About z at those times in rad."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the record."""
+        where: Path = ("file",) if self.file else ("time",)
+        if not self.names():
+            yield Problem(where, f"expected one of {', '.join(FREEDOMS)}, found none")
+        for name in self.names():
+            values = getattr(self, name)
+            if len(values) != len(self.time):
+                yield Problem(
+                    ("file",) if self.file else (name,),
+                    f"expected {len(self.time)} values of {name}, one per time, "
+                    f"found {len(values)}",
+                )
+        message = record_fault(self.time)
+        if message:
+            yield Problem(where, message)
+
+
+def record_fault(time: Sequence[float]) -> str | None:
+    """Return what is wrong with the times (s) of a record of a ship's motion, or None."""
+    if len(time) < 2:
+        return f"expected at least 2 times, found {len(time)}"
+    steps = [after - before for before, after in pairwise(time)]
+    for before, step in zip(time, steps, strict=False):
+        if step <= 0:
+            return f"expected times that increase, found {before + step:g} s after {before:g} s"
+    usual = sorted(steps)[len(steps) // 2]
+    even = sum(abs(step - usual) <= 0.01 * usual for step in steps) >= 0.8 * len(steps)
+    for before, step in zip(time, steps, strict=False):
+        if step > (EVEN_GAP if even else GAP) * usual:
+            return (
+                f"expected a record without gaps, a value about every {usual:g} s, found none "
+                f"between {before:g} s and {before + step:g} s"
+            )
+    return None
+
+
+class SeaBody(Part):
+    """Motions in the waves of [sea], by the body's response amplitude operators (RAO)."""
+
+    FILE: ClassVar[tuple[str, ...]] = ("rao", "omega", "response")
+
+    rao: Text | None = None
+    """CSV file with columns omega (rad/s), NAME (m or rad per m of wave) and NAME_phase (rad)."""
+    omega: tuple[Number, ...] = ()
+    """Angular frequencies of the table in rad/s, increasing."""
+    response: dict[Name, tuple[tuple[Number, Number], ...]] = Field(default_factory=dict)
+    """By freedom: amplitude (m or rad per m of wave) and phase (rad) at those frequencies."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if name in self.response)
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the table."""
+        where: Path = ("rao",) if self.rao else ("omega",)
+        if not self.names():
+            yield Problem(where, f"expected one of {', '.join(FREEDOMS)}, found none")
+        if len(self.omega) < 2:
+            yield Problem(where, f"expected at least 2 frequencies, found {len(self.omega)}")
+        for before, after in pairwise(self.omega):
+            if after <= before:
+                yield Problem(
+                    where,
+                    f"expected frequencies that increase, found {after:g} rad/s after "
+                    f"{before:g} rad/s",
+                )
+                return
+        for name in self.response:
+            if name not in FREEDOMS:
+                yield Problem(
+                    (*where[:1], name) if not self.rao else where,
+                    f"expected one of {', '.join(FREEDOMS)}, found {found(name)}"
+                    f"{did_you_mean(name, FREEDOMS)}",
+                )
+            elif len(self.response[name]) != len(self.omega):
+                yield Problem(
+                    where,
+                    f"expected {len(self.omega)} values of {name}, one per frequency, "
+                    f"found {len(self.response[name])}",
+                )
+
+
+class Push(Part):
+    """amplitude sin(2 pi t / period + phase), a force along an axis."""
+
+    amplitude: Force
+    """Amplitude in N."""
+    period: PositiveTime
+    """Period in s."""
+    phase: Angle = 0.0
+    """Phase in rad at t = 0."""
+
+
+class Heel(Part):
+    """amplitude sin(2 pi t / period + phase), a moment about an axis."""
+
+    amplitude: Torque
+    """Amplitude in N m."""
+    period: PositiveTime
+    """Period in s."""
+    phase: Angle = 0.0
+    """Phase in rad at t = 0."""
+
+
+class HarmonicWaves(Part):
+    """Harmonic forces and moments of waves on a free body, one for each freedom that it names."""
+
+    surge: Push | None = None
+    """Force along its length. Absent: none."""
+    sway: Push | None = None
+    """Force along its breadth. Absent: none."""
+    heave: Push | None = None
+    """Force along z, up. Absent: none."""
+    roll: Heel | None = None
+    """Moment about its length. Absent: none."""
+    pitch: Heel | None = None
+    """Moment about its breadth. Absent: none."""
+    yaw: Heel | None = None
+    """Moment about its height. Absent: none."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the forces grow from nothing. Absent: at once."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
+
+
+class SeaWaves(SeaBody):
+    """Forces and moments of the waves of [sea] on a free body, by its load RAOs."""
+
+    FILE: ClassVar[tuple[str, ...]] = ("rao", "omega", "response")
+
+    rao: Text | None = None
+    """CSV file with columns omega (rad/s), NAME (N or N m per m of wave) and NAME_phase (rad)."""
+    response: dict[Name, tuple[tuple[Number, Number], ...]] = Field(default_factory=dict)
+    """By freedom: amplitude (N or N m per m of wave) and phase (rad) at those frequencies."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the forces grow from nothing. Absent: at once."""
+
+
+_WAVES = f"a table with any of {', '.join(FREEDOMS)}, or with rao"
+
+
+def _pick_waves(value: Any) -> str:
+    if isinstance(value, Part):
+        return "sea" if isinstance(value, SeaWaves) else "harmonic"
+    if not isinstance(value, dict):
+        raise fault(f"expected {_WAVES}, found {found(value)}")
+    if {"rao", "omega"} & value.keys():
+        return "sea"
+    if not set(FREEDOMS) & value.keys():
+        hint = did_you_mean_key(value, (*FREEDOMS, "rao"))
+        raise fault(f"expected {_WAVES}, found {found(value)}{hint}")
+    return "harmonic"
+
+
+Waves = Annotated[
+    Annotated[HarmonicWaves, Tag(tag("harmonic"))] | Annotated[SeaWaves, Tag(tag("sea"))],
+    *choose(_pick_waves, _WAVES),
+]
