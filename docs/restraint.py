@@ -1,4 +1,9 @@
-"""Draws the pictures of restraint.md: python docs/restraint.py RESULTS.h5, of configs/restraint.toml."""
+"""Draws the pictures of restraint.md.
+
+python docs/restraint.py RESULTS.h5 TWO.h5 STUDY, of configs/restraint.toml and
+configs/restraint-two-anchors.toml and the folder of configs/studies/restraint-envelope.toml, as far as
+it is.
+"""
 
 import sys
 from pathlib import Path
@@ -67,6 +72,61 @@ def draw_joints(path: str) -> None:
     figure.savefig(IMAGES / "restraint_joints.svg", metadata={"Date": None})
 
 
+def draw_two(path: str) -> None:
+    """From above and over time: what configs/restraint-two-anchors.toml comes to."""
+    figure, (plan, over) = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
+    with open_result(path) as found:
+        stop = found.summary()["run"]["stop_time"][0]
+        seen = found.time <= stop
+        for side, colour in zip(("left", "right"), COLOURS, strict=False):
+            names = [f"{side}_{part}" for part in ("chain", "cable", "rod")]
+            for k, style in ((0, ":"), (np.flatnonzero(seen)[-1], "-")):
+                rows = [found.line(name).field("position", 0)[k] for name in names]
+                x, y = np.concatenate(rows).T[:2]
+                when = "at the start" if k == 0 else "at the stop"
+                plan.plot(x, y, style, color=colour, linewidth=1.2, label=f"{side}, {when}")
+            force = found.line(f"{side}_chain").tension(0)[seen, 0] / 1e3
+            over.plot(found.time[seen], force, color=colour, linewidth=1.2, label=f"{side} anchor")
+    plan.set_xlabel("x (m)")
+    plan.set_ylabel("y (m)")
+    over.set_xlabel("time (s)")
+    over.set_ylabel("tension at the anchor (kN)")
+    over.set_ylim(0.0, None)
+    for axes in (plan, over):
+        axes.grid(alpha=0.25)
+        axes.legend(frameon=False, fontsize=8)
+    figure.savefig(IMAGES / "restraint_two.svg", metadata={"Date": None})
+
+
+def draw_envelope(folder: str) -> None:
+    """Distance to the stop and largest tension of all runs of the study, by speed, mass and friction."""
+    with open_result(folder) as found:
+        whole = found.summary()["run"]
+        done = np.isfinite(whole["stop_distance"])
+        axes = {axis.name: np.asarray(axis.values)[done] for axis in found.axes}
+        distance = whole["stop_distance"][done]
+        # at any step, where the summary's is that of the outputs
+        peaks = [np.max(found.line(name).field("peak_tension"), axis=1) for name in found.lines]
+        force = np.max(peaks, axis=0)[done] / 1e3
+    speed, mass, friction = (axes[name] for name in ("velocity_0", "ship_mass", "anchor_friction"))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
+    seen = left.scatter(speed, distance, c=friction, s=4, cmap="viridis", linewidths=0)
+    figure.colorbar(seen, ax=left, label="friction of the anchor (-)")
+    left.set_ylabel("distance to the stop (m)")
+    seen = right.scatter(speed, force, c=mass / 1e3, s=4, cmap="plasma", linewidths=0)
+    figure.colorbar(seen, ax=right, label="mass of the ship (t)")
+    right.set_ylabel("largest tension (kN)")
+    for ax in (left, right):
+        ax.set_xlabel("speed at the start (m/s)")
+        ax.set_ylim(0.0, None)
+        ax.grid(alpha=0.25)
+    figure.savefig(IMAGES / "restraint_envelope.png", dpi=130, metadata={"Software": None})
+    told = np.percentile(distance, [0, 5, 50, 95, 100])
+    print(f"{done.sum()} runs; distance at least, 5 %, half, 95 %, at most: {np.round(told, 1)} m")
+
+
 if __name__ == "__main__":
     draw(sys.argv[1])
     draw_joints(sys.argv[1])
+    draw_two(sys.argv[2])
+    draw_envelope(sys.argv[3])

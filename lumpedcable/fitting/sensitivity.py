@@ -32,7 +32,15 @@ from lumpedcable.study.plan import (
 )
 from lumpedcable.study.summary import recoil_name
 
-__all__ = ["Scalar", "Sensitivity", "read_scalar", "sensitivity_of", "setting_of", "usual_scalar"]
+__all__ = [
+    "Scalar",
+    "Sensitivity",
+    "read_scalar",
+    "scalar_slopes",
+    "sensitivity_of",
+    "setting_of",
+    "usual_scalar",
+]
 
 Array = NDArray[np.float64]
 AT_ONCE = 32  # most directions that go through time together
@@ -177,6 +185,17 @@ def sensitivity_of(
         tuple(named[k][1] for k in order), tuple(named[k][2] for k in order), values[order],
         np.asarray(slopes)[order], shares[order],
     )  # fmt: skip
+
+
+def scalar_slopes(
+    study: Study, scalar: Scalar, keys: tuple[str, ...], values: Array, run: int = 0
+) -> tuple[float, Status, Array]:
+    """A scalar of a run with other `values` (SI) of numbers, its status, its derivatives by them."""
+    scene = study.runs[run]
+    scene = scene.with_numbers(dict(zip(keys, map(float, values), strict=True)))
+    spec, arrays = setting_of(scene, scalar, keys, back=False)
+    found, status, slopes = _slopes(spec, arrays, np.asarray(values), scalar.reduction, False)
+    return float(found), Status(int(status)), np.asarray(slopes)
 
 
 def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:

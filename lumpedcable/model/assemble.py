@@ -26,11 +26,18 @@ from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
+from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
-from lumpedcable.physics.load import AbstractLoad, AbstractResistance
+from lumpedcable.physics.load import AbstractLoad
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
-from lumpedcable.physics.seabed import Seabed, SeabedDamping
+from lumpedcable.physics.seabed import (
+    AbstractSeabed,
+    BedGrip,
+    Seabed,
+    SeabedDamping,
+    SlopingSeabed,
+)
 from lumpedcable.physics.tension import Linear
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
@@ -122,6 +129,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
             )  # fmt: skip
     scheme = wave_scheme(scene)
     bed = _seabed(scene, name, coordinates)
+    resistances = _resistances(scene, bed)
     return Line(
         law=Linear(_rest_stiffness(scene, name)) if inextensible else law_of(material),
         mass=_number(part.mass),
@@ -132,7 +140,8 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         reference_strain=jnp.zeros(segments),
         max_strain=_number(material.max_strain),
         loads=_loads(scene, name, coordinates, segments, outer, bed),
-        resistances=_resistances(scene, bed),
+        resistances=resistances,
+        grip=_grip(scene, bed, resistances),
         damping=None if material.damping is None else _number(material.damping),
         drag=drag,
         added_mass=added,
@@ -158,7 +167,7 @@ def _rest_stiffness(scene: Scene, name: str) -> Float[Array, ""]:
 
 def _loads(
     scene: Scene, name: str, coordinates: Coordinates, segments: int, outer: tuple[bool, bool],
-    bed: Seabed | None,
+    bed: AbstractSeabed | None,
 ) -> tuple[AbstractLoad, ...]:  # fmt: skip
     part = scene.lines[name]
     loads: list[AbstractLoad] = []
@@ -184,20 +193,36 @@ def _loads(
     return tuple(loads)
 
 
-def _seabed(scene: Scene, name: str, coordinates: Coordinates) -> Seabed | None:
+def _seabed(scene: Scene, name: str, coordinates: Coordinates) -> AbstractSeabed | None:
     if scene.seabed is None:
         return None
     stiffness = _number(scene.seabed.stiffness)
     height = _number(scene.seabed.height) - _number(coordinates.origin[2])
     weight = _number(scene.lines[name].mass) * STANDARD_GRAVITY
     blend = CONTACT_BLEND * weight / stiffness
-    return Seabed(coordinates.vector((0.0, 0.0, 1.0)), height, stiffness, blend)
+    up = coordinates.vector((0.0, 0.0, 1.0))
+    if scene.seabed.profile is None:
+        return Seabed(up, height, stiffness, blend)
+    points = (scene.seabed.profile.x, scene.seabed.profile.depth)
+    depth = MonotoneCubic(*(jnp.stack([_number(v) for v in values]) for values in points))
+    across = coordinates.vector((1.0, 0.0, 0.0))
+    origin = _number(coordinates.origin[0])
+    return SlopingSeabed(up, height, stiffness, blend, across, origin, depth)
 
 
-def _resistances(scene: Scene, bed: Seabed | None) -> tuple[AbstractResistance, ...]:
+def _resistances(scene: Scene, bed: AbstractSeabed | None) -> tuple[SeabedDamping, ...]:
     if bed is None or scene.seabed is None or scene.seabed.damping is None:
         return ()
     return (SeabedDamping(bed, _number(scene.seabed.damping)),)
+
+
+def _grip(
+    scene: Scene, bed: AbstractSeabed | None, resistances: tuple[SeabedDamping, ...]
+) -> BedGrip | None:
+    if bed is None or scene.seabed is None or scene.seabed.friction is None:
+        return None
+    damping = resistances[0] if resistances else None
+    return BedGrip(_number(scene.seabed.friction), bed, damping)
 
 
 def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:

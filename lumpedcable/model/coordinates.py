@@ -102,6 +102,8 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
         if fluid is not None and fluid.current is not None and uses_current:
             directions.append(np.asarray(fluid.current.velocity))
         slack |= scene.seabed is not None
+        if scene.seabed is not None and scene.seabed.profile is not None:
+            directions.append(np.array([1.0, 0.0, 0.0]))
         for line in scene.lines.values():
             ends = [line.start, line.end]
             found = [_places_of(end) or _on_body(scene, end) for end in ends]

@@ -38,7 +38,7 @@ WORKS = {
     "hull": (-1.0, "energy given to the water by hulls"),
     "friction": (
         -1.0,
-        "energy dissipated by friction of bodies on the bed and of trolleys and sheaves",
+        "energy dissipated by friction of lines and bodies on the bed and of trolleys and sheaves",
     ),
     "contact": (-1.0, "energy dissipated by the seabed and by wheels on lines"),
     "damping": (-1.0, "energy dissipated by the material"),
@@ -56,6 +56,7 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
         "ends": True,
         "added_mass": line.added_mass is not None and line.dimensions > 1,
         "drag": line.drag is not None,
+        "friction": line.grip is not None,
         **{resistance.work_name: True for resistance in line.resistances},
         "damping": line.damping is not None,
         "viscosity": line.waves is not None,
@@ -77,7 +78,7 @@ def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
     if line.inextensible:
         return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
     nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
-    per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes}
+    per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes, "friction": nodes}
     per |= {resistance.work_name: nodes for resistance in line.resistances}
     return {kind: per.get(kind, segments) for kind in works_of(line, stepping)}
 
@@ -122,6 +123,8 @@ def powers(
             taken = -dot(force, v)
             kind = resistance.work_name
             power[kind] = power[kind] + taken if kind in power else taken
+        if line.grip is not None:  # a kick finds it, an instant has none
+            power["friction"] = jnp.zeros_like(v[0]) if e.grip is None else -dot(e.grip, v)
         if e.line.damping is not None:
             power["damping"] = e.line.damping * rate
         if e.line.viscosity is not None:
@@ -165,6 +168,8 @@ def _rod_powers(line: Line, e: Evaluation, v, dt) -> dict[str, Array]:
     for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
         kind = resistance.work_name
         power[kind] = power.get(kind, 0.0) - jnp.sum(force * v)
+    if e.grip is not None:
+        power["friction"] = -jnp.sum(e.grip * v)
     if line.give is not None:
         rate = dot(v[:, 1:] - v[:, :-1], shape.tangent)
         power["stepping"] = dt * jnp.sum(rate**2 / line.kept) / line.give

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
 from lumpedcable.physics.morison import AddedMass, Drag
+from lumpedcable.physics.seabed import BedGrip
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
 from lumpedcable.physics.vectors import dot
 from lumpedcable.physics.waves import Boundary, Ghosted, ReleaseWaves
@@ -94,6 +95,7 @@ class Line(eqx.Module):
     waves: ReleaseWaves | None = None
     growth: Float[Array, ""] | None = None
     give: Float[Array, ""] | None = None
+    grip: BedGrip | None = None
     inextensible: bool = eqx.field(static=True, default=False)
 
     @property

@@ -22,6 +22,7 @@ from lumpedcable.model.ends import (
     Release,
     solve_small,
 )
+from lumpedcable.model.grip import held_back, joint_held_back
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, LineForces, Workspace
 from lumpedcable.model.places import PlaceMeasured
@@ -43,13 +44,15 @@ def end_name(line: str, node: int) -> str:
 class Evaluation(NamedTuple):
     """Everything known of one line at one instant: its forces, its nodes' inertia, its end forces.
 
-    `ends` are the known forces on start and end node (N), None where there is none.
+    `ends` are the known forces on start and end node (N), None where there is none; `grip` the
+    friction (N) on the nodes in a kick, None where the line has none.
     """
 
     line: LineForces
     nodes: inertia.Frame
     ends: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None]
     boundaries: tuple[Boundary, Boundary]
+    grip: Float[Array, "d nodes"] | None = None
 
     @property
     def force(self) -> Float[Array, "d nodes"]:
@@ -173,13 +176,13 @@ class Model(eqx.Module):
                 return Boundary(False, None, True)
             begun = end.release.begun(t)
             return Boundary(begun, force, ~begun)
-        release = self._parting(end.junction) if end.release is None else end.release
+        release = self.parting(end.junction) if end.release is None else end.release
         if release is None:
             return Boundary(False, None, True)
         begun = release.begun(t)
         return Boundary(begun, force, ~begun)
 
-    def _parting(self, index: int) -> Release | None:
+    def parting(self, index: int) -> Release | None:
         """The break that leaves one end and nothing else at a junction, None where none does."""
         junction = self.junctions[index]
         releases = [release for _, release in self._leavers(index)]
@@ -208,6 +211,9 @@ class Model(eqx.Module):
             _, w = inertia.kick(e.nodes, e.force, before[name], dt)
             change = corrected_ends(self.lines[name], e, w - before[name], dt)
             middle[name], after[name] = before[name] + 0.5 * change, before[name] + change
+            if self.lines[name].grip is not None:
+                after[name], found[name] = held_back(self, name, t, e, before[name], change, dt)
+                middle[name] = 0.5 * (before[name] + after[name])
         reaction = dict(reaction)
         for name, node, end in self._driven():
             now = velocity_of(end.motion, t)
@@ -343,7 +349,9 @@ class Model(eqx.Module):
             matrix = matrix + active * parts[member][0]
             vector = vector + active * force
         gain = solve_small(matrix, vector)
-        gains, pushes, parting = {}, {}, self._parting(index)
+        if dt is not None:
+            gain = joint_held_back(self, junction.members, t, found, before, matrix, gain, dt)
+        gains, pushes, parting = {}, {}, self.parting(index)
         for member in junction.members:
             active = True
             if member in leaving:

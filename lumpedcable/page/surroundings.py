@@ -42,7 +42,10 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "water": isinstance(water, dict),
         "surface": surface,
-        "bed": _number(bed.get("height")) if isinstance(bed, dict) else None,
+        # a bed with a profile is not drawn: no one height says where it is
+        "bed": _number(bed.get("height"))
+        if isinstance(bed, dict) and "profile" not in bed
+        else None,
         "points": _points(scene),
     }
 

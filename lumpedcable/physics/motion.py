@@ -93,9 +93,13 @@ class Recorded(AbstractMotion):
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x(t) (m)."""
         last = self.time.shape[0] - 2
+        # not `clip`, whose derivative at its bounds is half of that inside
+        t = jnp.where(
+            t < self.time[0], self.time[0], jnp.where(t > self.time[-1], self.time[-1], t)
+        )
         k = jnp.clip(jnp.searchsorted(self.time, t, side="right") - 1, 0, last)
         h = self.time[k + 1] - self.time[k]
-        s = jnp.clip((t - self.time[k]) / h, 0.0, 1.0)
+        s = (t - self.time[k]) / h
         start, end = self.record[k], self.record[k + 1]
         slope = jnp.gradient(self.record, self.time, axis=0)
         left, right = h * slope[k], h * slope[k + 1]

@@ -301,7 +301,7 @@ def _clamped(end: Any) -> bool:
 def _seabed(draft: Draft) -> Iterator[Problem]:
     """Yield the places where an end or a body starts below the bed."""
     seabed = draft.others.get("seabed")
-    if not isinstance(seabed, Seabed):
+    if not isinstance(seabed, Seabed) or next(inside(seabed, ()), None) is not None:
         return
     places: list[tuple[Path, tuple[float, ...]]] = []
     for name, line in draft.lines.items():
@@ -313,10 +313,11 @@ def _seabed(draft: Draft) -> Iterator[Problem]:
         if isinstance(body, Body | MovedBody) and body.position is not None:
             places.append((("bodies", name, "position"), body.position))
     for path, place in places:
-        if place[2] < seabed.height:
+        bed = seabed.height_at(place[0])
+        if place[2] < bed:
             yield Problem(
                 (*path, 2),
-                f"expected {format_quantity(seabed.height, 'm')} or more, the height of the "
+                f"expected {format_quantity(bed, 'm')} or more, the height of the "
                 f"seabed, found {format_quantity(place[2], 'm')}",
             )
 

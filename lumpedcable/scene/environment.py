@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Tag
 
-from lumpedcable.scene.part import Part, choose, pick_word, tag
+from lumpedcable.scene.part import Part, Problem, choose, pick_word, tag
 from lumpedcable.scene.quantities import (
     Angle,
     Count,
@@ -15,6 +17,7 @@ from lumpedcable.scene.quantities import (
     FoundationStiffness,
     Length,
     NonNegativeLength,
+    NonNegativeNumber,
     Number,
     PositiveLength,
     PositiveNumber,
@@ -92,8 +95,41 @@ class Sea(Part):
     """Direction in rad that the waves travel in, from the x axis towards y."""
 
 
+class Profile(Part):
+    """How deep the bed is along x: a smooth curve through points, straight beyond them.
+
+    Monotone cubics between the points (`physics.curve`); the same for all y.
+    """
+
+    x: tuple[Length, ...]
+    """Places along x in m, increasing."""
+    depth: tuple[Length, ...]
+    """Depths in m at those places, under the height of the bed."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield lists of unequal length and places that do not increase."""
+        if len(self.x) < 2:
+            yield Problem(("x",), f"expected at least 2 places, found {len(self.x)}")
+        elif len(self.depth) != len(self.x):
+            yield Problem(
+                ("depth",),
+                f"expected {len(self.x)} depths, one per place, found {len(self.depth)}",
+            )
+        for i in range(1, len(self.x)):
+            if self.x[i] <= self.x[i - 1]:
+                yield Problem(
+                    ("x", i),
+                    f"expected more than {self.x[i - 1]:g} m, the place before, found {self.x[i]:g} m",
+                )
+                return
+
+    def at(self, x: float) -> float:
+        """Return the depth in m at x on straight lines between the points: enough for checks."""
+        return float(np.interp(x, self.x, self.depth))
+
+
 class Seabed(Part):
-    """A flat, frictionless bed that lines rest on; a spring under every metre of them.
+    """A bed that lines rest on; a spring under every metre of them.
 
     A line that weighs w (N/m) sinks about w / stiffness into it. There is no stiffness that suits a
     rope and a chain alike, so it has no default: w over a hundredth of the diameter is a good one.
@@ -106,3 +142,11 @@ class Seabed(Part):
     damping: FoundationDamping | None = None
     """Force in N per m of unstretched length and per m/s of vertical speed, in contact only, so in
     Pa s. Absent: none."""
+    friction: NonNegativeNumber | None = None
+    """Coulomb's coefficient of lines on the bed. Absent: none."""
+    profile: Profile | None = None
+    """How deep it lies under `height` along x. Absent: flat."""
+
+    def height_at(self, x: float) -> float:
+        """Return the height in m of the bed at x, roughly between the points of a profile."""
+        return self.height - (0.0 if self.profile is None else self.profile.at(x))

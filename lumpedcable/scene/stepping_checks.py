@@ -35,6 +35,19 @@ def stepping_problems(
             )
     if not isinstance(solver, Solver) or None in lines.values():
         return
+    seabed = others.get("seabed")
+    if getattr(seabed, "friction", None) is not None and solver.method != "leapfrog":
+        yield Problem(
+            ("seabed", "friction"),
+            f'expected solver.method = "leapfrog" where the bed has friction, found "{solver.method}"',
+        )
+    if getattr(seabed, "profile", None) is not None:
+        for name, body in bodies.items():
+            if isinstance(body, Body) and body.friction is not None:
+                yield Problem(
+                    ("bodies", name, "friction"),
+                    "expected a flat seabed where a body has friction, found one with a profile",
+                )
     laws = {
         name: getattr(materials.get(line.material), "law", None)
         for name, line in lines.items()

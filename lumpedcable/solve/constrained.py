@@ -10,7 +10,8 @@ u the rods' directions now. Linearised about what the last iterate would lead to
 place and the next make a block tridiagonal system, O(N) (Newton's method; the second iterate is left
 with an error of the fourth order in dt). Forces that depend on velocity are taken at the middle of the
 kick, (v_n+1/2 + v_n+3/2) / 2, from the iterate before, so that the step is of second order. Coulomb's
-friction of a body picks one of two systems: stuck, where its coordinate is pinned, or sliding.
+friction of a body picks one of two systems: stuck, where its coordinate is pinned, or sliding. That of
+lines is in `solve.grips`.
 """
 
 from typing import ClassVar, NamedTuple
@@ -29,6 +30,16 @@ from lumpedcable.model.paths import paths_of
 from lumpedcable.model.rods import to_lines, to_segments
 from lumpedcable.model.state import State
 from lumpedcable.solve.blocks import solve_blocks
+from lumpedcable.solve.grips import (
+    Bed,
+    LineGrip,
+    bed_of,
+    first_grip,
+    next_grip,
+    on_lines,
+    remembered,
+    terms,
+)
 from lumpedcable.solve.leapfrog import CableTerm
 from lumpedcable.solve.matrices import eliminated
 from lumpedcable.solve.rods import (
@@ -44,8 +55,10 @@ from lumpedcable.solve.rods import (
 
 __all__ = ["Constrained"]
 
-# from the accelerations of the step before; more where there is no step before
+# from the accelerations of the step before; more where there is no step before, and where places of
+# lines stick and slide
 ITERATES = 2
+GRIPPED_ITERATES = 3
 FIRST_ITERATES = 6
 
 
@@ -57,10 +70,11 @@ class Grip(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What an iterate starts from: accelerations, and the friction of bodies by place."""
+    """What an iterate starts from: accelerations, the friction of bodies by place, that of lines."""
 
     guess: Guess
     grips: dict[int, Grip]
+    lines: LineGrip | None
 
 
 class Constrained(diffrax.AbstractSolver):
@@ -139,7 +153,10 @@ def kick(
     walked: set[str] = set()
     for k, path in enumerate(paths_of(model)):
         chain = chain_of(model, path, t, found, displacement, before, dt, ahead)
-        mine = _kick_path(model, chain, None if memory is None else memory[k], dt, ahead)
+        bed = bed_of(model, path, t, found, before, chain.spread.across)
+        mine = _kick_path(model, chain, bed, None if memory is None else memory[k], dt, ahead)
+        for line, force in mine.gripped.items():
+            found[line] = found[line]._replace(grip=force)
         middle, after = middle | mine.middle, after | mine.after
         carried, held = carried | mine.tension, held | mine.friction
         kept.append(mine.memory)
@@ -161,6 +178,7 @@ class Walked(NamedTuple):
     after: dict[str, Array]
     tension: dict[str, Array]
     friction: dict[str, Array]
+    gripped: dict[str, Array]
     memory: Memory
 
 
@@ -168,7 +186,7 @@ class _Iterate(NamedTuple):
     """An iterate: what the next starts from, what this one used, and the forces (N) that it found.
 
     `pull` are the tensions of the rods, `needed` the forces on bodies beyond the known ones, `driving`
-    those on places whose motion is given.
+    those on places whose motion is given, `gripped` the friction of lines on places (P, d).
     """
 
     memory: Memory
@@ -176,27 +194,39 @@ class _Iterate(NamedTuple):
     pull: Float[Array, " n"]
     needed: dict[int, Array]
     driving: dict[int, Array]
+    gripped: Float[Array, "P d"] | None
 
 
-def _kick_path(model: Model, chain: Chain, memory: Memory | None, dt, ahead) -> Walked:
+def _kick_path(
+    model: Model, chain: Chain, bed: Bed | None, memory: Memory | None, dt, ahead
+) -> Walked:
+    start = _first(model, chain, bed, memory)
+    d = chain.tangent.shape[0]
+    rates = chain.before[:, :d]
+
     def iterate(_, last: _Iterate) -> _Iterate:
-        guess, grips = last.memory
+        guess, grips, lines = last.memory
         pushes = {at: _push(model, chain, at, grip) for at, grip in grips.items()}
-        system = system_of(model, chain, guess, pushes, dt, ahead)
+        held = None if bed is None or lines is None else terms(bed, lines, rates, dt)
+        system = system_of(model, chain, guess, pushes, dt, ahead, held)
         x = solve_blocks(system.blocks, system.right, eliminated)
         found = {at: hub_gain(system, chain, at, pushes.get(at), x, dt) for at in chain.hubs}
         gains = {at: gain for at, (gain, _) in found.items()}
         needed = {at: force for at, (_, force) in found.items()}
         after = {at: _next_grip(chain, at, needed[at], gains[at], g, dt) for at, g in grips.items()}
         driving = {at: -system.pull(at, x) for at in chain.driven}
-        return _Iterate(Memory(Guess(x[:, :-1], gains), after), grips, x[1:, -1], needed, driving)
+        used = None
+        if bed is not None and lines is not None and start.memory.lines is not None:
+            lines, used = next_grip(bed, start.memory.lines, lines, rates, x[:, :d], dt)
+        now = Memory(Guess(x[:, :-1], gains), after, lines)
+        return _Iterate(now, grips, x[1:, -1], needed, driving, used)
 
-    start = _first(model, chain, memory)
-    last = jax.lax.fori_loop(0, FIRST_ITERATES if memory is None else ITERATES, iterate, start)
-    return _walked(model, chain, last, dt)
+    count = ITERATES if bed is None else GRIPPED_ITERATES
+    last = jax.lax.fori_loop(0, FIRST_ITERATES if memory is None else count, iterate, start)
+    return _walked(model, chain, bed, last, dt)
 
 
-def _first(model: Model, chain: Chain, memory: Memory | None) -> _Iterate:
+def _first(model: Model, chain: Chain, bed: Bed | None, memory: Memory | None) -> _Iterate:
     """What the first iterate starts from; a body slides where it moves, against the force of before."""
     guess = first_guess(chain) if memory is None else memory.guess
     grips = {}
@@ -207,10 +237,14 @@ def _first(model: Model, chain: Chain, memory: Memory | None) -> _Iterate:
             grips[at] = Grip(moving, force)
     none = {at: jnp.zeros_like(hub.v) for at, hub in chain.hubs.items()}
     still = {at: jnp.zeros_like(chain.before[0]) for at in chain.driven}
-    return _Iterate(Memory(guess, grips), grips, jnp.zeros_like(chain.spread.length), none, still)
+    lines = None
+    if bed is not None:
+        lines = first_grip(bed) if memory is None else memory.lines
+    start, pull = Memory(guess, grips, lines), jnp.zeros_like(chain.spread.length)
+    return _Iterate(start, grips, pull, none, still, None if lines is None else lines.force)
 
 
-def _walked(model: Model, chain: Chain, last: _Iterate, dt) -> Walked:
+def _walked(model: Model, chain: Chain, bed: Bed | None, last: _Iterate, dt) -> Walked:
     path, d = chain.path, chain.tangent.shape[0]
     guess = last.memory.guess
     ends = chain.before + dt * guess.places
@@ -231,7 +265,11 @@ def _walked(model: Model, chain: Chain, last: _Iterate, dt) -> Walked:
         if grip is not None:
             sticking = _level(chain, at) * last.needed[at]
             friction[name] = jnp.where(grip.sliding, grip.force, sticking)
-    return Walked(middle, after, to_segments(path, last.pull), friction, last.memory)
+    memory, gripped = last.memory, {}
+    if bed is not None and memory.lines is not None and last.gripped is not None:
+        memory = memory._replace(lines=remembered(bed, memory.lines, last.gripped))
+        gripped = on_lines(path, last.gripped)
+    return Walked(middle, after, to_segments(path, last.pull), friction, gripped, memory)
 
 
 def _push(model: Model, chain: Chain, at: int, grip: Grip) -> Push:

@@ -15,17 +15,25 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.line import Line
-from lumpedcable.physics.seabed import Seabed
+from lumpedcable.physics.seabed import Seabed, SlopingSeabed
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.physics.weight import Weight
 
-__all__ = ["draped_line", "rest_level", "resting_line", "seabed_of"]
+__all__ = [
+    "draped_line",
+    "laid_on_slope",
+    "lifted",
+    "rest_level",
+    "resting_line",
+    "seabed_of",
+    "slope_under",
+]
 
 LEAST = 1e-6  # share of the line's weight below which a horizontal tension counts as none
 
 
 def seabed_of(line: Line) -> Seabed | None:
-    """The seabed under a line, None where the scene has none."""
+    """The flat seabed under a line, None where the scene has none."""
     return next((load for load in line.loads if isinstance(load, Seabed)), None)
 
 
@@ -130,6 +138,42 @@ def draped_line(
     steps = away * way + bed.up[:, None] * change
     laid = jnp.concatenate([path[:, :1], path[:, :1] + jnp.cumsum(steps, axis=1)], axis=1)
     return laid if from_start else laid[:, ::-1]
+
+
+def slope_under(line: Line) -> SlopingSeabed | None:
+    """The seabed under a line if it has a profile, None where it is flat or there is none."""
+    return next((load for load in line.loads if isinstance(load, SlopingSeabed)), None)
+
+
+def laid_on_slope(
+    bed: SlopingSeabed, free: Float[Array, "d nodes"], from_start: bool
+) -> Float[Array, "d nodes"]:
+    """Positions (m) of a line that hangs from one end, the rest of it laid along a bed with a profile.
+
+    What would lie below the bed goes on along it, the way that the line was led, or downhill. A first
+    shape: the bed's slope is taken where a segment begins.
+    """
+    path = free if from_start else free[:, ::-1]
+
+    def go(at, step):
+        slope = bed.depth.slope(bed.x_of(at))
+        led, size = jnp.dot(step, bed.across), jnp.sqrt(jnp.sum(step**2))
+        hangs = jnp.abs(led) < 1e-6 * size
+        way = jnp.where(hangs, jnp.where(slope < 0.0, -1.0, 1.0), jnp.sign(led))
+        along = (bed.across - bed.up * slope) / jnp.sqrt(1.0 + slope**2)
+        lain = at + way * along * size
+        ahead = jnp.where(bed.level(at + step) > jnp.dot(bed.up, at + step), lain, at + step)
+        return ahead, ahead
+
+    _, after = jax.lax.scan(go, path[:, 0], (path[:, 1:] - path[:, :-1]).T)
+    laid = jnp.concatenate([path[:, :1], after.T], axis=1)
+    return laid if from_start else laid[:, ::-1]
+
+
+def lifted(bed: SlopingSeabed, path: Float[Array, "d nodes"]) -> Float[Array, "d nodes"]:
+    """The same positions (m), with what lies below a bed with a profile put upon it."""
+    under = bed.level(path) - bed.up @ path
+    return path + bed.up[:, None] * jnp.maximum(under, 0.0)
 
 
 def rest_level(line: Line, bed: Seabed) -> tuple[Float[Array, ""], Float[Array, ""]]:

@@ -189,11 +189,13 @@ def first_guess(chain: Chain) -> Guess:
 
 
 def system_of(
-    model: Model, chain: Chain, guess: Guess, pushes: dict[int, Push], dt, ahead
-) -> System:
+    model: Model, chain: Chain, guess: Guess, pushes: dict[int, Push], dt, ahead,
+    held: tuple[Array, Array] | None = None,
+) -> System:  # fmt: skip
     """The system of an iterate that starts from the accelerations of the one before.
 
-    `pushes` are the forces on bodies beside their own, and their pinned coordinates, by place.
+    `pushes` are the forces on bodies beside their own, and their pinned coordinates, by place; `held`
+    what friction adds to the inertia (P, d, d) and to the force (P, d) of places.
     """
     (places, size), d = chain.before.shape, chain.tangent.shape[0]
     own, between = ROD_SHARES
@@ -218,6 +220,10 @@ def system_of(
             mass = mass + here[:, None, None] * junction.mass * jnp.eye(size, dtype=mass.dtype)
         if junction.load is not None:
             right = right + here[:, None] * jnp.pad(junction.load, (0, size - d))
+    if held is not None:
+        wide = (0, size - d)
+        mass = mass + jnp.pad(held[0], ((0, 0), wide, wide))
+        right = right + jnp.pad(held[1], ((0, 0), wide))
     if size > d:
         mass = mass + _padded_places(chain, size, d)
 
@@ -292,7 +298,13 @@ def _hub_weight(chain: Chain, guess: Guess, at: int, push: Push | None, dt):
     gains = jax.vmap(lambda column: solve_small(only, free * column))(turn)  # (d, m)
     drift = _rate(hub, guess.bodies[at], side, dt)[1]
     vector = gains @ known - gains @ (hub.mass @ stop) + turn @ stop + drift
-    return gains @ turn.T, jnp.eye(size), vector, known
+    more = (0, size - turn.shape[0])
+    return (
+        jnp.pad(gains @ turn.T, (more, more)),
+        jnp.eye(size),
+        jnp.pad(vector, more),
+        known,
+    )
 
 
 def pinned_of(hub: Hub, push: Push | None) -> Float[Array, " m"]:
@@ -311,7 +323,7 @@ def hub_gain(
         gain, on = x[at, :m], pull[:m]
     else:
         ((_, turn),) = hub.turns.items()
-        on = turn.T @ pull
+        on = turn.T @ pull[: turn.shape[0]]
         pinned = pinned_of(hub, push)
         free, stop = 1.0 - pinned, -pinned * hub.v / dt
         only = hub.mass * jnp.outer(free, free) + jnp.diag(pinned)

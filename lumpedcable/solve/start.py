@@ -18,7 +18,15 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
-from lumpedcable.solve.resting import draped_line, rest_level, resting_line, seabed_of
+from lumpedcable.solve.resting import (
+    draped_line,
+    laid_on_slope,
+    lifted,
+    rest_level,
+    resting_line,
+    seabed_of,
+    slope_under,
+)
 from lumpedcable.solve.statics import (
     Equilibrium,
     equilibrium,
@@ -179,9 +187,11 @@ def _pull(model: Model, end: tuple[str, int]) -> Float[Array, " d"]:
 
 def _lay_out(line: Line, model: Model, outer, joints) -> Float[Array, "d nodes"]:
     start, end = (_place(model, side, joints) for side in outer)
-    bed = seabed_of(line)
+    bed, slope = seabed_of(line), slope_under(line)
     if start is not None and end is not None:
         path = spanning_line(line, start, end)
+        if slope is not None:
+            return lifted(slope, path)
         return path if bed is None else resting_line(line, bed, start, end, path)
     from_start = start is not None or end is None
     anchor = next(
@@ -193,6 +203,7 @@ def _lay_out(line: Line, model: Model, outer, joints) -> Float[Array, "d nodes"]
     if load is not None:
         path = hanging_line(line, anchor, pull, from_start, load)
     path = path if bed is None else draped_line(line, bed, path, from_start)
+    path = path if slope is None else laid_on_slope(slope, path, from_start)
     return _stiffened(line, path, pull, from_start)
 
 

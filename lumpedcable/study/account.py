@@ -141,7 +141,9 @@ def balance(
     rest = status != Status.STATICS_NOT_CONVERGED
     with np.errstate(invalid="ignore", over="ignore"):  # a run that blew up has such energies
         residual = stored - stored[:, :1] - work + lost
-        moved = account.energy["kinetic"] + lost
+        # what thrusters and winches have put in was released as well
+        given = np.minimum(account.energy.get("lost_control", zero), 0.0)
+        moved = account.energy["kinetic"] + lost - given
         usable = np.isfinite(residual) & ~(times >= when[:, None])
         usable[:, 0] = True
         released = np.nanmax(np.where(usable, moved, 0.0), axis=1)

@@ -104,6 +104,11 @@ class TestRecorded:
             )
             np.testing.assert_array_equal(velocity_of(self.path, jnp.asarray(t)), 0.0)
 
+    def test_moves_at_the_record_s_own_slope_at_its_points(self):
+        slopes = np.gradient(np.asarray(self.path.record), np.asarray(self.path.time), axis=0)
+        for t, slope in zip(self.path.time, slopes, strict=True):
+            np.testing.assert_allclose(velocity_of(self.path, t), slope, atol=1e-12)
+
     def test_has_no_jumps_in_velocity_inside(self):
         for t in self.path.time[1:-1]:
             before, after = (velocity_of(self.path, t + h) for h in (-1e-9, 1e-9))

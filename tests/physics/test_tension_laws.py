@@ -113,12 +113,12 @@ def test_a_table_passes_through_its_points_and_never_falls():
 
 def test_a_table_is_the_hermite_cubic_of_its_slopes():
     law = LAWS["table"]
-    spline = CubicHermiteSpline(STRAINS, TENSIONS, law.slopes)
+    spline = CubicHermiteSpline(STRAINS, TENSIONS, law.curve.slopes)
     fine = np.linspace(0.0, 0.35, 501)
     np.testing.assert_allclose(law.tension(jnp.asarray(fine)), spline(fine), rtol=1e-10, atol=1e-6)
     # at an inner point the slope is the weighted harmonic mean of the secants (equal widths: plain)
     even = Table(jnp.array([0.0, 1.0, 2.0]), jnp.array([0.0, 1.0, 4.0]))
-    assert float(even.slopes[1]) == pytest.approx(2.0 * 1.0 * 3.0 / (1.0 + 3.0))
+    assert float(even.curve.slopes[1]) == pytest.approx(2.0 * 1.0 * 3.0 / (1.0 + 3.0))
 
 
 def test_a_table_goes_on_straight():

@@ -1,0 +1,170 @@
+"""The least value of a number of a scene with which its results keep within limits, by derivatives."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumpedcable.fitting.parameters import numbers_of
+from lumpedcable.fitting.sensitivity import Scalar, read_scalar, scalar_slopes
+from lumpedcable.scene import Study
+from lumpedcable.scene.units import UnitError, parse_quantity
+from lumpedcable.status import MEANING, Status
+
+__all__ = ["Design", "Limit", "Trial", "least_design", "next_number", "read_limit"]
+
+MOST_TRIALS = 30
+CLOSE = 1e-7  # relative change of the number at which the search ends
+STRIDE = 2.0  # by which factor a trial may differ from the one before
+_LIMIT = re.compile(r"(.+?)\s*(<=|>=)\s*(.+)")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A scalar of a run and the most (`sign` 1) or least (-1) that it may be (SI)."""
+
+    scalar: Scalar
+    sign: float
+    bound: float
+
+    def excess(self, value: float) -> float:
+        """How far a value is beyond the bound (SI), negative within it."""
+        return self.sign * (value - self.bound)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A value of the number (SI), what it makes of the limited scalars, and their derivatives by it."""
+
+    number: float
+    values: tuple[float, ...]
+    slopes: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Design:
+    """What the search came to: its trials, the last of which is the answer, and which limit decides."""
+
+    key: str
+    unit: str
+    limits: tuple[Limit, ...]
+    trials: tuple[Trial, ...]
+    decides: int
+
+    @property
+    def value(self) -> float:
+        """The least value of the number that keeps within all limits (SI)."""
+        return self.trials[-1].number
+
+
+def read_limit(text: str, study: Study, run: int = 0) -> Limit:
+    """The limit that a text means: "last position at rod.end in x <= 190 m".
+
+    Raises:
+        ValueError: it means none; the message says what was expected.
+    """
+    match = _LIMIT.fullmatch(text.strip())
+    if match is None:
+        raise ValueError(
+            f'expected a limit such as "max tension at chain.start <= 400 kN", found "{text}"'
+        )
+    words, sense, bound = match.groups()
+    scalar = read_scalar(words, study.runs[run])
+    try:
+        value = parse_quantity(bound, scalar.unit)
+    except UnitError as error:
+        raise ValueError(f"expected a bound ({scalar.unit}) after {sense}, found {error}") from None
+    return Limit(scalar, 1.0 if sense == "<=" else -1.0, value)
+
+
+def least_design(
+    study: Study, key: str, limits: tuple[Limit, ...], run: int = 0, along: tuple[str, ...] = ()
+) -> Design:
+    """The least value of the number `key` with which a run keeps within all limits.
+
+    Newton's method on the limits: each, taken as the straight line of its derivative, allows the
+    numbers on one side of where it meets its bound; the least that all allow is tried next. The
+    derivatives are those of the discrete model, through its stop where it has one. Numbers `along`
+    stay in proportion to `key`, an anchor's volume to its mass.
+
+    Args:
+        study: scene and sweep, of which one `run` is taken.
+        key: path of the number; its value in the scene is the first trial.
+        limits: one or more.
+        run: which run.
+        along: paths of numbers that change with it.
+
+    Raises:
+        ValueError: there is no such number, a run fails, no value keeps within all limits, or the
+            search does not end.
+    """
+    if not limits:
+        raise ValueError("expected a limit, found none")
+    names = tuple(_number(study, k) for k in (key, *along))
+    keys = tuple(n.key for n in names)
+    start = np.array([study.runs[run].numbers()[k] for k in keys])
+    if start[0] == 0.0:
+        raise ValueError(f"{key}: expected a number to begin with, found 0")
+    trials: list[Trial] = []
+    number = float(start[0])
+    while len(trials) < MOST_TRIALS:
+        trial = _tried(study, limits, keys, start, number, run)
+        trials.append(trial)
+        after, decides = next_number(trial, limits)
+        if abs(after - number) <= CLOSE * abs(number):
+            return Design(key, names[0].kind.unit, limits, tuple(trials), decides)
+        number = float(np.clip(after, number / STRIDE, number * STRIDE))
+    raise ValueError(f"{key}: expected an end of the search within {MOST_TRIALS} runs, found none")
+
+
+def _number(study: Study, key: str):
+    found, wrong = numbers_of(study, key)
+    if len(found) != 1:
+        told = wrong if isinstance(wrong, str) else getattr(wrong, "message", "")
+        raise ValueError(f"{key}: {told or 'expected the path of one number of the scene'}")
+    return found[0]
+
+
+def _tried(study, limits, keys, start, number: float, run: int) -> Trial:
+    scale = start / start[0]
+    values, slopes = [], []
+    for limit in limits:
+        value, status, slope = scalar_slopes(study, limit.scalar, keys, number * scale, run)
+        if status is not Status.OK:
+            raise ValueError(f"{keys[0]} = {number:g}: {MEANING[status]}")
+        values.append(value)
+        slopes.append(float(slope @ scale))
+    return Trial(number, tuple(values), tuple(slopes))
+
+
+def next_number(trial: Trial, limits: tuple[Limit, ...]) -> tuple[float, int]:
+    """The least number that the limits allow as straight lines, and which of them asks for it.
+
+    Raises:
+        ValueError: they allow none, or any however small.
+    """
+    low, high, decides = -np.inf, np.inf, -1
+    for k, limit in enumerate(limits):
+        slope = limit.sign * trial.slopes[k]
+        excess = limit.excess(trial.values[k])
+        if slope == 0.0:
+            if excess > 0.0:
+                raise ValueError(
+                    f"expected a number that {limit.scalar} depends on, found one that it does not"
+                )
+            continue
+        meets = trial.number - excess / slope
+        if slope < 0.0 and meets > low:
+            low, decides = meets, k
+        elif slope > 0.0:
+            high = min(high, meets)
+    if decides < 0:
+        raise ValueError("expected a limit that keeps the number from falling, found none")
+    if low > high * (1.0 + 1e-9):
+        raise ValueError(
+            f"expected limits that one number can keep, found that {limits[decides].scalar} asks for "
+            f"{low:.6g} or more (SI), and another for {high:.6g} or less"
+        )
+    return float(low), decides

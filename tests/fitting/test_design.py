@@ -1,0 +1,117 @@
+"""The lightest thing that stops in time: against Coulomb's closed form, derivatives through a stop."""
+
+import pytest
+from engine_runs import study_of
+
+from lumpedcable.fitting.design import Limit, Trial, least_design, next_number, read_limit
+from lumpedcable.fitting.sensitivity import Scalar, scalar_slopes
+from lumpedcable.status import Status
+
+G, MU, SPEED, VOLUME = 9.81, 0.4, 1.0, 0.4
+BLOCK = f"""
+gravity = {G}
+[water]
+density = 1000
+[seabed]
+height = -5                                     # the line hangs above it
+stiffness = "100 kPa"
+[materials.stiff]
+law = "inextensible"
+[lines.tow]
+material = "stiff"
+length = "1 m"
+segments = 1
+mass = "1 g/m"
+diameter = "1 mm"
+start = "block.face"
+end = "free"
+[bodies.block]
+mass = "1 t"
+volume = {VOLUME}
+position = [0, 0, 0]
+velocity = [{SPEED}, 0, 0]
+points = {{ face = [0, 0, 0] }}
+free = ["x"]
+friction = {MU}
+[solver]
+step = "2 ms"
+[output]
+duration = "1.2 s"
+every = "20 ms"
+stop = "block"
+"""
+KEY = "bodies.block.mass"
+WAY = "last position at tow.start in x"
+
+
+@pytest.mark.slow
+def test_the_lightest_block_that_stops_in_time(tmp_path):
+    # v^2 m / (2 mu g (m - rho V)) = d: what water carries of a lighter block lets it slide farther
+    study = study_of(tmp_path, BLOCK)
+    limit = read_limit(f"{WAY} <= 0.18 m", study)
+    found = least_design(study, KEY, (limit,))
+    share = 2.0 * MU * G * 0.18 / SPEED**2
+    # a stop is found at the end of a step: an error of the second order
+    assert found.value == pytest.approx(share * 1000 * VOLUME / (share - 1.0), rel=1e-5)
+    assert found.trials[-1].values[0] == pytest.approx(0.18, abs=1e-6)
+    # derivatives through the stop against central differences; farther apart they meet another step
+    at, slope = found.trials[-1].number, found.trials[-1].slopes[0]
+    errors = []
+    for h in (1e-1, 1e-2, 1e-3):
+        ends = [scalar_slopes(study, limit.scalar, (KEY,), [at + s * h]) for s in (1, -1)]
+        assert all(status is Status.OK for _, status, _ in ends)
+        errors.append(abs((ends[0][0] - ends[1][0]) / (2.0 * h) / slope - 1.0))
+    assert min(errors) < 1e-6
+
+
+def limits(*bounds):
+    scalar = Scalar("max", "tension", "tow.start", None, "N")
+    return tuple(Limit(scalar, sign, bound) for sign, bound in bounds)
+
+
+def test_the_least_number_that_straight_lines_allow():
+    # 10 - x / 2 <= 3 from x = 4 on asks for 14; 2 x + 1 <= 50 allows 24.5
+    trial = Trial(4.0, (8.0, 9.0), (-0.5, 2.0))
+    assert next_number(trial, limits((1.0, 3.0), (1.0, 50.0))) == (14.0, 0)
+    # the same said as "at least"
+    trial = Trial(4.0, (2.0,), (0.5,))
+    assert next_number(trial, limits((-1.0, 7.0))) == (14.0, 0)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "slopes", "words"),
+    [
+        (((1.0, 3.0), (1.0, 20.0)), (-0.5, 2.0), "14 or more"),
+        (((1.0, 20.0),), (2.0,), "keeps the number from falling"),
+        (((1.0, 3.0),), (0.0,), "does not"),
+    ],
+)
+def test_limits_that_no_number_keeps_are_told(bounds, slopes, words):
+    trial = Trial(4.0, (8.0, 9.0)[: len(slopes)], slopes)
+    with pytest.raises(ValueError, match=words):
+        next_number(trial, limits(*bounds))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("max tension at tow.start", "<= 400 kN"),
+        ("max tension at tow.start <= 3 m", "N"),
+        ("max tension at row.start <= 3 N", None),
+    ],
+)
+def test_limits_that_cannot_be_read_are_told(tmp_path, text, words):
+    study = study_of(tmp_path, BLOCK)
+    if words is None:
+        with pytest.raises(ValueError, match="row"):
+            least_design(study, KEY, (read_limit(text, study),))
+        return
+    with pytest.raises(ValueError, match=words):
+        read_limit(text, study)
+
+
+def test_a_number_that_there_is_not_is_told(tmp_path):
+    study = study_of(tmp_path, BLOCK)
+    limit = read_limit(f"{WAY} <= 0.18 m", study)
+    with pytest.raises(ValueError, match=r"bodies\.block\.mas"):
+        least_design(study, "bodies.block.mas", (limit,))

@@ -1,0 +1,197 @@
+"""Lines that stick to the bed and slide on it, by Coulomb's law: against closed forms."""
+
+import numpy as np
+import pytest
+from engine_runs import run_text, scene_of
+
+from lumpedcable.scene import SceneError
+
+G, MASS, MU = 10.0, 100.0, 0.5  # m/s2, kg/m, -
+SHARE = MU * MASS * G  # N per m of line that slides
+BED = f"""
+gravity = {G}
+[seabed]
+height = 0
+stiffness = "1 MPa"
+damping = "5 kPa s"
+friction = {MU}
+"""
+ELASTIC = '[materials.wire]\nlaw = "linear"\nEA = {EA}\n'
+RODS = '[materials.wire]\nlaw = "inextensible"\n[solver]\nstep = "2 ms"\n'
+LINE = """
+[lines.wire]
+material = "wire"
+length = {length}
+segments = {segments}
+mass = {mass}
+start = {start}
+end = {end}
+"""
+OUTPUT = """
+[output]
+duration = {duration}
+every = {every}
+quantities = ["position", "velocity", "tension", "energy"]
+"""
+
+
+def line(length, segments, start, end, mass=MASS):
+    return LINE.format(length=length, segments=segments, mass=mass, start=start, end=end)
+
+
+def test_what_is_pulled_slides_as_far_as_friction_asks(tmp_path):
+    # pulled slowly by u, the line slides over s with T = EA u' falling by mu w per metre:
+    # u = mu w s^2 / (2 EA), T(x) = mu w (x - 50 m) where it slides; held there, it stays as it is
+    EA, far, slid = 1e7, 100.0, 50.0
+    pulled = SHARE * slid**2 / (2 * EA)
+    times = [*np.linspace(0.0, 6.25, 26).tolist(), 6.5, 6.75, 9.0]
+    places = [[float(far + x), 0.0, 0.0] for x in [*np.linspace(0.0, pulled, 26), *3 * [pulled]]]
+    text = BED + ELASTIC.format(EA=EA)
+    moved = f"{{ motion = {{ time = {times}, position = {places} }} }}"
+    text += line(far, 50, "{ fixed = [0, 0, 0] }", moved)
+    ran = run_text(tmp_path, text + OUTPUT.format(duration=9, every=0.25))
+    assert ran.statuses == ["OK"]
+    assert ran.outcomes[0].energy_closure < 1e-4
+    tension = ran["tension"][0]
+    middles = np.arange(1.0, 100.0, 2.0)
+    exact = SHARE * np.maximum(middles - slid, 0.0)
+    print(np.max(np.abs(tension[25] - exact)))
+    # half a metre's share: lumps, and what inertia adds
+    assert tension[25] == pytest.approx(exact, abs=0.5 * SHARE)
+    assert np.ptp(tension[-6:], axis=0) == pytest.approx(0.0, abs=1e-6)
+    assert np.all(ran["velocity"][0, -6:, 1:-1, 0] == 0.0)
+
+
+PULLED = (
+    BED
+    + RODS
+    + """
+[bodies.sled]
+mass = "100 kg"
+position = [20, 0, 0]
+points = { eye = [0, 0, 0] }
+free = ["x"]
+control = { force = [1, 0, 0] }
+"""
+)
+
+
+def test_rods_hold_up_to_their_friction_and_no_further(tmp_path):
+    # up to mu w L nothing moves; beyond it (F - mu w L) / (M + m L), and T falls along the line
+    whole = SHARE * 19.0  # the node at the sled, a metre of it, is carried
+    text = PULLED + line(20.0, 10, '"free"', '"sled.eye"') + OUTPUT.format(duration=2, every=0.1)
+    text += f'[sweep]\n"bodies.sled.control.force.0" = [{0.95 * whole}, {1.5 * whole}]\n'
+    ran = run_text(tmp_path, text)
+    assert ran.statuses == ["OK", "OK"]
+    x = ran.bodies["sled"]["position"][:, :, 0]
+    # what sticks gives a little, F dt^2 / (1e4 m), and does not creep
+    assert 0.0 < x[0, -1] - x[0, 0] < 1e-8
+    assert np.ptp(x[0, 10:]) < 1e-13
+    assert np.sum(ran["tension"][0, -1, -1]) == pytest.approx(-0.95 * whole, rel=1e-3)
+    mass, dt = 100.0 + 20.0 * MASS, 2e-3
+    gain = 0.5 * whole / mass
+    # a step late at most
+    assert x[1] - x[1, 0] == pytest.approx(gain * ran.time**2 / 2, abs=gain * 2.0 * dt)
+    middles = np.arange(1.0, 20.0, 2.0)
+    behind = SHARE * middles + gain * MASS * middles
+    print(-ran["tension"][1, -1] - behind)
+    assert -ran["tension"][1, -1] == pytest.approx(behind, abs=5.0)
+    lost = ran.energy["lost_friction"][1, -1]
+    assert lost == pytest.approx(whole * (x[1, -1] - x[1, 0]), rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_line_that_is_let_go_coasts_as_far_as_friction_lets_it(tmp_path):
+    # towed at v with T falling by mu w per metre, then cut loose: its middle goes on by v^2 / (2 mu g)
+    speed, length, EA = 2.0, 20.0, 1e8
+    moved = f"{{ motion = {{ position = [0, 0, 0], velocity = [{-speed}, 0, 0], ramp = 1 }} }}"
+    text = (
+        BED + ELASTIC.format(EA=EA) + 'damping = "200 kN s"\n' + line(length, 10, moved, '"free"')
+    )
+    text += '[events.cut]\nbreaks = "wire.start"\ntime = 0\nstart = 2.5\n[solver]\ncourant = 0.45\n'
+    ran = run_text(tmp_path, text + OUTPUT.format(duration=3.25, every=0.25))
+    assert ran.statuses == ["OK"]
+    assert ran.outcomes[0].energy_closure < 1e-3
+    cut = 9
+    behind = SHARE * (length - np.arange(1.0, length, 2.0))
+    assert ran["tension"][0, cut] == pytest.approx(behind, abs=0.1 * SHARE)
+    middle = ran["position"][0, :, :, 0] @ (np.r_[0.5, np.ones(9), 0.5] / 10.0)
+    way = speed * 0.25 + speed**2 / (2.0 * MU * G)
+    # it shortens by mu w L^2 / (2 EA) = 1 mm meanwhile
+    assert middle[cut] - middle[-1] == pytest.approx(way, abs=3e-3)
+    assert np.all(ran["velocity"][0, -1, :, 0] == 0.0)
+
+
+SLOPE = 0.5  # tan a, from x = 10 m on; level before
+COS, SIN = 1.0 / np.hypot(1.0, SLOPE), SLOPE / np.hypot(1.0, SLOPE)
+BANK = BED.replace(
+    "height = 0", "height = 0\nprofile = {{ x = [0, 10, 30, 100], depth = [0, 5, 15, 50] }}"
+).replace("friction = 0.5", "friction = {friction}")
+TOP = "{ fixed = [10, 0, -5] }"
+
+
+def hanging(x, z, tension):
+    """What a line at rest on the slope must have, without friction: its places and tensions.
+
+    T = w sin a per metre, and the bed carries w cos a along its normal, which is w cos^2 a upwards; that
+    is how deep it sinks, with half the blend, which is at 9.80665 m/s2.
+    """
+    middles = np.arange(1.0, 20.0, 2.0)
+    assert tension == pytest.approx(MASS * G * SIN * (20.0 - middles), rel=1e-3)
+    sunk = (MASS * G * COS**2 + 0.1 * MASS * 9.80665) / 1e6
+    assert -SLOPE * x - z == pytest.approx(sunk, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_rods_rest_on_a_slope(tmp_path):
+    text = BANK.format(friction=0.3) + RODS + line(20.0, 10, TOP, '"free"')
+    ran = run_text(tmp_path, text + OUTPUT.format(duration=0.2, every=0.1))
+    assert ran.statuses == ["OK"]
+    for k in (0, -1):
+        hanging(*ran["position"][0, k, 3:].T[[0, 2]], ran["tension"][0, k])
+
+
+def test_a_line_slides_down_where_the_slope_is_steeper_than_its_friction(tmp_path):
+    # cut loose at the top: g (sin a - mu cos a) if tan a > mu, else it stays; at first it shortens by
+    # w sin a L^2 / (2 EA) = 0.9 mm, and is given a push by it
+    text = BANK.format(friction=0.3) + ELASTIC.format(EA=1e8) + 'damping = "200 kN s"\n'
+    text += line(20.0, 10, TOP, '"free"') + '[events.cut]\nbreaks = "wire.start"\ntime = 0\n'
+    text += OUTPUT.format(duration=1.0, every=0.1) + '[sweep]\n"seabed.friction" = [0.3, 0.6]\n'
+    ran = run_text(tmp_path, text)
+    assert ran.statuses == ["OK", "OK"]
+    hanging(*ran["position"][0, 0, 3:].T[[0, 2]], ran["tension"][0, 0])
+    along = ran["position"] @ [COS, 0.0, -SIN]
+    slides, stays = along @ (np.r_[0.5, np.ones(9), 0.5] / 10.0)
+    gain = G * (SIN - 0.3 * COS)
+    assert np.diff(slides, 2)[3:] == pytest.approx(gain * 0.1**2, rel=1e-4)
+    assert 0.0 < stays[-1] - stays[0] < 0.9e-3
+    assert np.max(np.abs(ran["velocity"][1, -3:] @ [COS, 0.0, -SIN])) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("friction = 0.5", "friction = -0.5", "seabed.friction", "non-negative"),
+        (
+            "friction = 0.5",
+            "profile = { x = [0, 1], depth = [2] }",
+            "seabed.profile.depth",
+            "found 1",
+        ),
+        (
+            "friction = 0.5",
+            "profile = { x = [0, 2, 1], depth = [2, 2, 2] }",
+            "seabed.profile.x.2",
+            "more than 2 m",
+        ),
+        ('step = "2 ms"', 'method = "rk4"', "seabed.friction", '"rk4"'),
+        ("friction = 0.5", "profile = { x = [0, 50], depth = [0, -20] }", "bodies.sled", "8 m"),
+    ],
+)
+def test_a_bed_that_cannot_be_is_told(tmp_path, old, new, key, words):
+    text = PULLED + line(20.0, 10, '"free"', '"sled.eye"') + OUTPUT.format(duration=2, every=0.1)
+    assert old in text
+    with pytest.raises(SceneError) as error:
+        scene_of(tmp_path, text.replace(old, new))
+    assert key in str(error.value)
+    assert words in str(error.value)
