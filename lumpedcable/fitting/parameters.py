@@ -11,9 +11,10 @@ from pydantic_core import PydanticCustomError
 
 from lumpedcable.fitting.language import Free
 from lumpedcable.scene import Scene, Study, TanhMaterial, format_quantity
+from lumpedcable.scene.labels import label_of
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.quantities import Count, Quantity
-from lumpedcable.scene.sweep import label_of, swept_number
+from lumpedcable.scene.sweep import swept_number
 from lumpedcable.scene.tree import Spot, is_open_list, numeric, spot_at
 
 __all__ = ["Number", "Parameter", "numbers_of", "read_parameters"]

@@ -13,21 +13,12 @@ from pydantic_core import PydanticCustomError
 
 from lumpedcable.scene.draws import METHODS, spread, unit_draws
 from lumpedcable.scene.entries import DRAW, RANGE, Entry
-from lumpedcable.scene.motions import FREEDOMS
+from lumpedcable.scene.labels import label_of
 from lumpedcable.scene.part import Path, Problem, did_you_mean, either
 from lumpedcable.scene.quantities import Count, Quantity, found
 from lumpedcable.scene.runs import Axis, Factor
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.tree import (
-    Absent,
-    Spot,
-    is_broken,
-    is_drawn,
-    is_open_list,
-    numeric,
-    paths,
-    spot_at,
-)  # fmt: skip
+from lumpedcable.scene.tree import Absent, Spot, is_broken, is_drawn, numeric, paths, spot_at
 from lumpedcable.scene.validate import SECTIONS
 
 MAX_RUNS = 10_000_000
@@ -371,21 +362,6 @@ def _is_swept(root: Spot, path: Path) -> bool:
         and numeric(spot) is not None
         and not is_drawn(root, path)
     )
-
-
-def label_of(root: Spot, key: str) -> str:
-    """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2.
-
-    Of a freedom of a ship "receiver heave period".
-    """
-    words = key.split(".")
-    vector = spot_at(root, tuple(words[:-1]))
-    if vector is not None and isinstance(vector.value, list):
-        component = words[-1] if is_open_list(vector) else "xyz"[int(words[-1])]
-        words[-2:] = [f"{words[-2]} {component}"]
-    if len(words) > 2 and words[-2] in FREEDOMS:
-        words[-2:] = [f"{words[-2]} {words[-1]}"]
-    return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]
 
 
 def _distinct(factors: list[Factor]) -> list[Factor]:

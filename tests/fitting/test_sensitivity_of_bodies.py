@@ -36,6 +36,7 @@ every = {QUARTER / 10!r}
 """
 
 
+@pytest.mark.slow
 def test_shares_of_the_travel_of_a_mass_on_a_spring(tmp_path):
     # x = v sqrt(M L / EA) sin(t / sqrt(M L / EA)), at its largest at the last output time
     study = study_of(tmp_path, SLIDER)
