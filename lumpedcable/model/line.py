@@ -171,7 +171,7 @@ class Line(eqx.Module):
             if self.waves is not None and ends is not None:
                 correction, viscosity, ghosted = self.waves.terms(
                     tension, stiffness, rate, shape.tangent, self.segment_length, self.mass, ends, dt,
-                    self.tension_only, None if over is None else over.ghosted,
+                    self.tension_only, None if over is None else over.ghosted, self.damping,
                 )  # fmt: skip
                 if ghosted.tension is not None:
                     tension = ghosted.tension[1:-1]

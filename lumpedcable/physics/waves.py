@@ -99,10 +99,11 @@ class ReleaseWaves(eqx.Module):
       0 where the rate varies smoothly, 1 at an extremum (Christensen's limited viscosity). Where D is
       rounding, of some 1000 eps c, phi is 1: else its sign would decide ahead of a front.
     - viscosity Q = m b D f (N), b = min(0.1 c + 0.5 |D|, 0.4 (1 - nu^2)(3 - nu^2) l / (6 dt)) (m/s);
-      the second bound keeps a viscosity lagging by half a step stable. Where a tension-only
-      line is slack, b = l / (4 dt), or 0.3 (1 - nu^2) l / dt with the nu of the segments beside it if
-      that is less: nothing else would send back a node that has overshot, and it would keep its
-      speed and run into its neighbours.
+      the second bound keeps a viscosity lagging by half a step stable. Material damping k (N s) is a
+      viscosity already: what it does, k / (m l), is taken off b. Where a tension-only line is slack,
+      b = l / (4 dt), or 0.3 (1 - nu^2) l / dt with the nu of the segments beside it if that is less:
+      nothing else would send back a node that has overshot, and it would keep its speed and run into
+      its neighbours.
     - the correction is switched off where f says shock, (1 - f) C, except at a released end.
 
     1/12 and the end factors are derived; 0.1, 0.5, 0.4, 0.3 and the square are choices. Without a
@@ -123,6 +124,7 @@ class ReleaseWaves(eqx.Module):
         dt: Float[Array, ""] | None,
         tension_only: bool,
         over: Ghosted | None = None,
+        damping: Float[Array, ""] | None = None,
     ) -> tuple[Float[Array, " n"] | None, Float[Array, " n"], Ghosted]:
         """The correction C (None if not asked for) and the viscous tension Q (N) of each segment.
 
@@ -146,8 +148,10 @@ class ReleaseWaves(eqx.Module):
             nu2 = stiff * ((dt / length) ** 2 / mass)
             limit = (1.0 - nu2) * (3.0 - nu2) * (VISCOSITY_SHARE_OF_LIMIT / 6.0 * length / dt)
             b = least(b, most(limit, 0.0))
-            if tension_only:
-                b = jnp.where(tension > 0.0, b, _slack_share(nu2, jump) * (length / dt))
+        if damping is not None:
+            b = most(b - damping / (mass * length), 0.0)
+        if dt is not None and tension_only:
+            b = jnp.where(tension > 0.0, b, _slack_share(nu2, jump) * (length / dt))
         viscous = mass * b * jump * f
         if ghosted.tension is None:
             return None, viscous, ghosted
