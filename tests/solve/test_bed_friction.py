@@ -55,7 +55,6 @@ def test_what_is_pulled_slides_as_far_as_friction_asks(tmp_path):
     tension = ran["tension"][0]
     middles = np.arange(1.0, 100.0, 2.0)
     exact = SHARE * np.maximum(middles - slid, 0.0)
-    print(np.max(np.abs(tension[25] - exact)))
     # half a metre's share: lumps, and what inertia adds
     assert tension[25] == pytest.approx(exact, abs=0.5 * SHARE)
     assert np.ptp(tension[-6:], axis=0) == pytest.approx(0.0, abs=1e-6)
