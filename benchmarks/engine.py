@@ -96,8 +96,9 @@ class Runner:
         done = 0
         while done < count:
             now = min(most or plan.outputs, count - done)
+            # numbers of the kind that `seconds` gives, or the program is compiled twice
             state, samples = advance_batch(
-                model, plan, numbers, state, jnp.asarray(done), jnp.asarray(now)
+                model, plan, numbers, state, np.asarray(done), np.asarray(now)
             )
             yield state, samples, now
             done += now
