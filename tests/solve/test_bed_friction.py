@@ -149,6 +149,7 @@ def test_rods_rest_on_a_slope(tmp_path):
         hanging(*ran["position"][0, k, 3:].T[[0, 2]], ran["tension"][0, k])
 
 
+@pytest.mark.slow
 def test_a_line_slides_down_where_the_slope_is_steeper_than_its_friction(tmp_path):
     # cut loose at the top: g (sin a - mu cos a) if tan a > mu, else it stays; at first it shortens by
     # w sin a L^2 / (2 EA) = 0.9 mm, and is given a push by it
