@@ -105,6 +105,7 @@ every = "1 ms"
 """
 
 
+@pytest.mark.slow
 def test_what_a_result_depends_on(tmp_path):
     # T = EA (s/L - 1): dT/dEA = e, dT/ds = EA/L, dT/dL = -EA s/L^2, none by the mass; at rest
     (tmp_path / "scene.toml").write_text(SPRING)

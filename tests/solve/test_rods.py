@@ -73,6 +73,7 @@ def ends_exactly(times):
     return np.concatenate([first, first + L2 * np.stack([np.sin(b), -np.cos(b)], axis=1)], axis=1)
 
 
+@pytest.mark.slow
 def test_a_double_pendulum_moves_as_its_equations_say(tmp_path):
     errors, drifts, closures = [], [], []
     for step in ("5 ms", "2.5 ms", "1.25 ms"):

@@ -274,6 +274,7 @@ def test_without_a_bed_there_is_none(tmp_path):
     assert found.model.lines["chain"].resistances == ()
 
 
+@pytest.mark.slow
 def test_all_runs_of_a_sweep_find_their_bed(tmp_path):
     sweep = '\n[sweep]\n"seabed.height" = [-30, -25, -1000]\n'
     scene = text((0, 0, 0), (160, 0, 20), 180, 1e8, 400, height=-30.0) + sweep

@@ -176,7 +176,7 @@ def test_no_equilibrium_is_said(tmp_path, scene):
     assert not bool(found.converged)
 
 
-@pytest.mark.parametrize("bending", [False, True])
+@pytest.mark.parametrize("bending", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_derivatives_of_an_equilibrium(tmp_path, bending):
     # the implicit function theorem against central differences
     changes = {
