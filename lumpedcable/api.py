@@ -17,67 +17,22 @@ import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.reader import open_result
 from lumpedcable.scene import SceneError, Study, load_study
+from lumpedcable.shown import Drawn, Figures, Page
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.figure import Figure
 
 __all__ = ["Figures", "OutputError", "Page", "Result", "ResultError", "SceneError", "open", "run"]
 
 
-class Page:
-    """A page that shows itself in a notebook, and can be written to a file."""
-
-    def __init__(self, text: str, height: int = 640) -> None:
-        self.text: str = text
-        self.height: int = height
-
-    def _repr_html_(self) -> str:
-        import html
-
-        return (
-            f'<iframe srcdoc="{html.escape(self.text, quote=True)}" '
-            f'style="width: 100%; height: {self.height}px; border: 0"></iframe>'
-        )
-
-    def save(self, path: str | Path) -> Path:
-        """Write it as one HTML file that works offline.
-
-        Raises:
-            OutputError: it cannot be written there.
-        """
-        from lumpedcable.page.document import save
-
-        save(self.text, Path(path))
-        return Path(path)
-
-
-class Figures(dict[str, "Figure"]):
-    """Figures by name, which a notebook shows one below the other."""
-
-    def _repr_html_(self) -> str:
-        import base64
-        import html
-        import io
-
-        shown = []
-        for name, figure in self.items():
-            picture = io.BytesIO()
-            figure.savefig(picture, format="png", dpi=110)
-            data = base64.b64encode(picture.getvalue()).decode()
-            words = html.escape(name, quote=True)
-            shown.append(f'<img alt="{words}" src="data:image/png;base64,{data}">')
-        return "<br>".join(shown)
-
-
-class Result:
+class Result(Drawn):
     """A results file.
 
     Attributes:
@@ -179,37 +134,20 @@ class Result:
             self._known("recoiling end", end, self._ends)
         return self._opened("summary" if end is None else f"summary/{end}")
 
-    @overload
-    def plot(self, folder: None = None, formats: Sequence[str] = ("png",)) -> Figures: ...
-    @overload
-    def plot(self, folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]: ...
-    def plot(
-        self, folder: str | Path | None = None, formats: Sequence[str] = ("png",)
-    ) -> Figures | list[Path]:
-        """The figures that `lumpedcable plot` draws.
-
-        Args:
-            folder: where to write them; None gives them back instead, as a notebook shows them.
-            formats: any of "png", "pdf", "svg".
-
-        Returns:
-            The paths written, or the matplotlib figures by name.
+    def figures(self) -> Figures:
+        """The figures that `lumpedcable plot` draws, by name.
 
         Raises:
             ResultError: there is nothing to draw.
-            OutputError: they cannot be written there.
         """
-        if folder is not None:
-            from lumpedcable.view import plot_result
-
-            return plot_result(self.path, folder, formats)
-        return self.figures()
-
-    def figures(self) -> Figures:
-        """The figures that `lumpedcable plot` draws, by name."""
         from lumpedcable.view import figures_of
 
         return Figures(figures_of(self.path))
+
+    def _drawn(self, folder: Path, formats: Sequence[str]) -> list[Path]:
+        from lumpedcable.view import plot_result
+
+        return plot_result(self.path, folder, formats)
 
     def view(self, run: int | None = None) -> Page:
         """The moving scene as a page: a notebook shows it, `.save("page.html")` writes it.

@@ -14,16 +14,19 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.api import Figures, changed_study
+from lumpedcable.api import changed_study
+from lumpedcable.shown import Drawn, Figures
 
 if TYPE_CHECKING:
     from lumpedcable.fitting.run import Fitted
     from lumpedcable.fitting.sensitivity import Sensitivity as Slopes
+    from lumpedcable.scene import Study
+    from lumpedcable.view.fit import FitPictures
 
 __all__ = ["Dependence", "Fit", "FoundNumber", "Sensitivity", "fit", "fit_ropes", "sensitivity"]
 
@@ -47,7 +50,7 @@ class FoundNumber(NamedTuple):
     at_bound: bool
 
 
-class Fit:
+class Fit(Drawn):
     """What a fit has found.
 
     Attributes:
@@ -124,30 +127,22 @@ class Fit:
             warnings.warn(f"the fitted scene cannot be run as it is: {message}", stacklevel=2)
         return made
 
-    @overload
-    def plot(self, folder: None = None, formats: Sequence[str] = ("png",)) -> Figures: ...
-    @overload
-    def plot(self, folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]: ...
-    def plot(
-        self, folder: str | Path | None = None, formats: Sequence[str] = ("png",)
-    ) -> Figures | list[Path]:
-        """The figures of `lumpedcable fit`: data and model, what is left, correlations, laws, profiles.
+    def figures(self) -> Figures:
+        """The figures of `lumpedcable fit`: data and model, correlations, laws, profiles."""
+        from lumpedcable.view import fit_figures
 
-        Args:
-            folder: where to write them; None gives them back instead, as a notebook shows them.
-            formats: any of "png", "pdf", "svg".
+        return Figures(fit_figures(self._pictures()))
 
-        Raises:
-            OutputError: they cannot be written there.
-        """
+    def _drawn(self, folder: Path, formats: Sequence[str]) -> list[Path]:
+        from lumpedcable.view import plot_fit
+
+        return plot_fit(self._pictures(), folder, formats)
+
+    def _pictures(self) -> FitPictures:
         from lumpedcable.fitting.write import pictures_of
-        from lumpedcable.view import fit_figures, plot_fit
         from lumpedcable.view.fit import pictures_from
 
-        pictures = pictures_from(pictures_of(self._fitted))
-        if folder is None:
-            return Figures(fit_figures(pictures))
-        return plot_fit(pictures, Path(folder), formats)
+        return pictures_from(pictures_of(self._fitted))
 
     def _others(self) -> dict[str, Fitted]:
         return {name: other._fitted for name, other in self.choices.items()}
@@ -222,7 +217,7 @@ class Dependence(NamedTuple):
     share: float
 
 
-class Sensitivity:
+class Sensitivity(Drawn):
     """What one scalar of a run depends on.
 
     Attributes:
@@ -276,28 +271,17 @@ class Sensitivity:
         write_numbers(target, slopes_contents(self.title, self._found))
         return [target]
 
-    @overload
-    def plot(self, folder: None = None, formats: Sequence[str] = ("png",)) -> Figures: ...
-    @overload
-    def plot(self, folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]: ...
-    def plot(
-        self, folder: str | Path | None = None, formats: Sequence[str] = ("png",)
-    ) -> Figures | list[Path]:
-        """The bars of `lumpedcable sensitivity`.
-
-        Args:
-            folder: where to write them; None gives the figure back, as a notebook shows it.
-            formats: any of "png", "pdf", "svg".
-
-        Raises:
-            OutputError: they cannot be written there.
-        """
-        from lumpedcable.view import plot_sensitivity, sensitivity_bars
+    def figures(self) -> Figures:
+        """The bars of `lumpedcable sensitivity`."""
+        from lumpedcable.view import sensitivity_bars
 
         words, found = f"{self.title}: {self.result}", self._found
-        if folder is None:
-            return Figures(sensitivity=sensitivity_bars(words, found.labels, found.shares))
-        stem = Path(folder) / "sensitivity"
+        return Figures(sensitivity=sensitivity_bars(words, found.labels, found.shares))
+
+    def _drawn(self, folder: Path, formats: Sequence[str]) -> list[Path]:
+        from lumpedcable.view import plot_sensitivity
+
+        words, found, stem = f"{self.title}: {self.result}", self._found, folder / "sensitivity"
         return plot_sensitivity(words, found.labels, found.shares, stem, formats)
 
     def __repr__(self) -> str:
@@ -330,6 +314,15 @@ def sensitivity(
     study = changed_study(scene, changes, more)
     if not 0 <= run < len(study.runs):
         raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run}")
+    return study_sensitivity(study, of, run)
+
+
+def study_sensitivity(study: Study, of: str | None, run: int) -> Sensitivity:
+    """The same of a run of a study that is loaded.
+
+    Raises:
+        ValueError: the scene has no such scalar.
+    """
     from lumpedcable.fitting.sensitivity import read_scalar, sensitivity_of, usual_scalar
     from lumpedcable.study.modes_report import heading
 

@@ -76,6 +76,46 @@ every = "1 ms"
 """
 
 
+def sliding_block(
+    *, speed, end='"free"', line=1e-3, face=0.5, volume=None, step, duration, every, more=""
+):
+    """A block (1 t) that slides along x with friction 0.4, a rod of `line` (kg) at its face.
+
+    Speed in m/s, the face's distance in m, a volume in m^3 where the block is in water.
+    """
+    water = "" if volume is None else "[water]\ndensity = 1000\n"
+    wet = "" if volume is None else f"volume = {volume}"
+    return f"""
+gravity = 9.81
+{water}[seabed]
+height = -5                                     # the line hangs above it
+stiffness = "100 kPa"
+[materials.stiff]
+law = "inextensible"
+[lines.tow]
+material = "stiff"
+length = "1 m"
+segments = 1
+mass = "{line} kg/m"
+diameter = "1 mm"
+start = "block.face"
+end = {end}
+[bodies.block]
+mass = "1 t"
+position = [0, 0, {face}]
+velocity = [{speed}, 0, 0]
+points = {{ face = [{face}, 0, 0] }}
+free = ["x"]
+friction = 0.4
+{wet}
+[solver]
+step = "{step}"
+[output]
+duration = "{duration}"
+every = "{every}"
+{more}"""
+
+
 @dataclass(frozen=True)
 class Ran:
     """A finished study: outcomes, and histories with the run first (run, time, ...)."""

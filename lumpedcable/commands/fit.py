@@ -118,18 +118,14 @@ def sensitivity(
     """
     study = study_of(scene, set_, run_)
 
-    from lumpedcable.fits import Sensitivity
-    from lumpedcable.fitting.sensitivity import read_scalar, sensitivity_of, usual_scalar
-    from lumpedcable.study.modes_report import heading
+    from lumpedcable.fits import study_sensitivity
 
-    folder, mine = output or Path(scene.stem), study.runs[run_]
+    folder = output or Path(scene.stem)
     with told():
         try:
-            scalar = usual_scalar(mine) if of is None else read_scalar(of, mine)
-            slopes = sensitivity_of(study, scalar, run_)
+            found = study_sensitivity(study, of, run_)
         except ValueError as error:
             fail(f"--of: {error}")
-        found = Sensitivity(heading(study, run_), slopes)
         made = found.plot(folder, tuple(format_ or ["png"])) + found.save(folder)
     found.report()
     for path in made:

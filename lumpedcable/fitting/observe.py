@@ -14,6 +14,7 @@ from lumpedcable.model.assemble import segment_lengths
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
+from lumpedcable.physics.vectors import root
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.part import did_you_mean
@@ -142,9 +143,7 @@ def _of_body(model: Model, seen: Sample, what: Watched) -> Float[Array, " d"]:
 
 def _size(vector: Float[Array, " d"]) -> Float[Array, ""]:
     """Euclidean norm whose derivative at zero is zero."""
-    square = jnp.sum(vector**2)
-    zero = square == 0.0
-    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
+    return root(jnp.sum(vector**2))
 
 
 def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, ...]:

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.line import Line, node_tangent
 from lumpedcable.physics.load import Shape
-from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.vectors import dot, root
 
 __all__ = ["Frame", "acceleration", "drag_force", "end_matrices", "frame", "kick", "kinetic_energy"]
 
@@ -57,10 +57,7 @@ def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Fr
 
 
 def _norm(vector: Float[Array, "d *nodes"]) -> Float[Array, "*nodes"]:
-    # the derivative of a norm at zero is taken as zero, not as NaN
-    square = dot(vector, vector)
-    zero = square == 0.0
-    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
+    return root(dot(vector, vector))
 
 
 def drag_force(nodes: Frame, velocity: Float[Array, "d nodes"]) -> Float[Array, "d nodes"] | None:

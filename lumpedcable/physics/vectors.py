@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["dot", "least", "most"]
+__all__ = ["dot", "least", "most", "root"]
 
 
 def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
@@ -12,6 +12,12 @@ def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
     Written out: a reduction would be a loop of its own, between loops that could be one.
     """
     return sum((a[k] * b[k] for k in range(1, a.shape[0])), a[0] * b[0])
+
+
+def root(square: Float[Array, "..."]) -> Float[Array, "..."]:
+    """The root of a square that is not negative; its derivative at zero is zero, not NaN."""
+    zero = square == 0.0
+    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
 
 
 def least(a: Float[Array, "..."] | float, b: Float[Array, "..."] | float) -> Float[Array, "..."]:

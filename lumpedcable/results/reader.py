@@ -124,17 +124,19 @@ class ResultFile:
     @property
     def axes(self) -> list[Axis]:
         """The swept numbers, slowest first; empty without a sweep."""
-        found = []
+        found: list[tuple[int, str, h5py.Dataset]] = []
         for name, item in self._file.items():
             if isinstance(item, h5py.Dataset) and "key" in item.attrs:
-                unit = _text(item.attrs.get("units", ""))
-                axis = Axis(
-                    name, _text(item.attrs["key"]), unit if unit != "1" else "", item[()], ""
-                )
-                found.append((int(item.attrs.get("axis", len(found))), axis))
-        axes = [axis for _, axis in sorted(found, key=lambda pair: pair[0])]
-        words = axes_words([axis.key for axis in axes])
-        return [axis._replace(words=own) for axis, own in zip(axes, words, strict=True)]
+                found.append((int(item.attrs.get("axis", len(found))), name, item))
+        found.sort(key=lambda entry: entry[0])
+        keys = [_text(item.attrs["key"]) for _, _, item in found]
+        units = [_text(item.attrs.get("units", "")) for _, _, item in found]
+        return [
+            Axis(name, key, unit if unit != "1" else "", item[()], words)
+            for (_, name, item), key, unit, words in zip(
+                found, keys, units, axes_words(keys), strict=True
+            )
+        ]
 
     @property
     def cases(self) -> list[str]:

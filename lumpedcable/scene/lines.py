@@ -29,6 +29,7 @@ from lumpedcable.scene.quantities import (
     fault,
     found,
 )
+from lumpedcable.scene.records import times_fault
 from lumpedcable.scene.units import format_quantity
 
 
@@ -136,21 +137,15 @@ class RecordedMotion(Part):
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the record."""
         where: Path = ("file",) if self.file else ("time",)
-        if len(self.time) < 2:
-            yield Problem(where, f"expected at least 2 times, found {len(self.time)}")
-        elif len(self.position) != len(self.time):
+        message = times_fault(self.time)
+        if len(self.time) >= 2 and len(self.position) != len(self.time):
             where = where if self.file else ("position",)
             yield Problem(
                 where,
                 f"expected {len(self.time)} places, one per time, found {len(self.position)}",
             )
-        else:
-            for before, after in zip(self.time, self.time[1:], strict=False):
-                if after <= before:
-                    yield Problem(
-                        where, f"expected times that increase, found {after:g} s after {before:g} s"
-                    )
-                    return
+        elif message:
+            yield Problem(where, message)
 
 
 _MOTION = "a table with position, or with file"

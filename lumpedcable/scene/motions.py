@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
@@ -30,13 +30,20 @@ from lumpedcable.scene.quantities import (
     fault,
     found,
 )
+from lumpedcable.scene.records import gap_fault, times_fault
 
 SHIFTS = ("surge", "sway", "heave")
 TURNS = ("roll", "pitch", "yaw")
 FREEDOMS = (*SHIFTS, *TURNS)
 """The six motions of a ship: along and about its x, y and z axes."""
-# a record is torn where a step of time is so many times the usual one, be it irregular or even
-GAP, EVEN_GAP = 10.0, 1.5
+
+
+class ByFreedom(Part):
+    """Something for any of the six freedoms, each under its name."""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the freedoms that it names."""
+        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
 
 
 class Shift(Part):
@@ -61,7 +68,7 @@ class Turn(Part):
     """Phase in rad at t = 0."""
 
 
-class HarmonicBody(Part):
+class HarmonicBody(ByFreedom):
     """Harmonic motions of a body about its mean place, one for each freedom that it names."""
 
     surge: Shift | None = None
@@ -79,12 +86,8 @@ class HarmonicBody(Part):
     ramp: PositiveTime | None = None
     """Time in s over which the motion grows from rest. Absent: at once."""
 
-    def names(self) -> tuple[str, ...]:
-        """Return the freedoms that it names."""
-        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
 
-
-class RecordedBody(Part):
+class RecordedBody(ByFreedom):
     """Motions at times, from a CSV file or written out; a cubic spline between them."""
 
     FILE: ClassVar[tuple[str, ...]] = ("file", "time", *FREEDOMS)
@@ -106,10 +109,6 @@ class RecordedBody(Part):
     yaw: tuple[Angle, ...] | None = None
     """About z at those times in rad."""
 
-    def names(self) -> tuple[str, ...]:
-        """Return the freedoms that it names."""
-        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
-
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the record."""
         where: Path = ("file",) if self.file else ("time",)
@@ -123,28 +122,9 @@ class RecordedBody(Part):
                     f"expected {len(self.time)} values of {name}, one per time, "
                     f"found {len(values)}",
                 )
-        message = record_fault(self.time)
+        message = times_fault(self.time) or gap_fault(self.time)
         if message:
             yield Problem(where, message)
-
-
-def record_fault(time: Sequence[float]) -> str | None:
-    """Return what is wrong with the times (s) of a record of a ship's motion, or None."""
-    if len(time) < 2:
-        return f"expected at least 2 times, found {len(time)}"
-    steps = [after - before for before, after in pairwise(time)]
-    for before, step in zip(time, steps, strict=False):
-        if step <= 0:
-            return f"expected times that increase, found {before + step:g} s after {before:g} s"
-    usual = sorted(steps)[len(steps) // 2]
-    even = sum(abs(step - usual) <= 0.01 * usual for step in steps) >= 0.8 * len(steps)
-    for before, step in zip(time, steps, strict=False):
-        if step > (EVEN_GAP if even else GAP) * usual:
-            return (
-                f"expected a record without gaps, a value about every {usual:g} s, found none "
-                f"between {before:g} s and {before + step:g} s"
-            )
-    return None
 
 
 class SeaBody(Part):
@@ -215,7 +195,7 @@ class Heel(Part):
     """Phase in rad at t = 0."""
 
 
-class HarmonicWaves(Part):
+class HarmonicWaves(ByFreedom):
     """Harmonic forces and moments of waves on a free body, one for each freedom that it names."""
 
     surge: Push | None = None
@@ -233,15 +213,9 @@ class HarmonicWaves(Part):
     ramp: PositiveTime | None = None
     """Time in s over which the forces grow from nothing. Absent: at once."""
 
-    def names(self) -> tuple[str, ...]:
-        """Return the freedoms that it names."""
-        return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
-
 
 class SeaWaves(SeaBody):
     """Forces and moments of the waves of [sea] on a free body, by its load RAOs."""
-
-    FILE: ClassVar[tuple[str, ...]] = ("rao", "omega", "response")
 
     rao: Text | None = None
     """CSV file with columns omega (rad/s), NAME (N or N m per m of wave) and NAME_phase (rad)."""

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from lumpedcable.scene.lines import MovingEnd, RecordedMotion
-from lumpedcable.scene.motions import RecordedBody, record_fault
+from lumpedcable.scene.motions import RecordedBody
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.records import gap_fault
 from lumpedcable.scene.units import format_quantity
 
 __all__ = ["record_problems"]
@@ -34,9 +35,9 @@ def record_problems(
                 path: Path = ("lines", name, side, "motion")
                 rows = [[place[k] for place in end.motion.position] for k in range(3)]
                 yield from _covers(path, end.motion, rows, duration)
-                if end.motion.file and all(len(row) == len(end.motion.time) for row in rows):
-                    message = record_fault(end.motion.time)
-                    if message and "gaps" in message:
+                if end.motion.file and next(end.motion.problems(), None) is None:
+                    message = gap_fault(end.motion.time)
+                    if message:
                         yield Problem((*path, "file"), message)
 
 

@@ -29,6 +29,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.paths import paths_of
 from lumpedcable.model.rods import to_lines, to_segments
 from lumpedcable.model.state import State
+from lumpedcable.physics.vectors import root
 from lumpedcable.solve.blocks import solve_blocks
 from lumpedcable.solve.grips import (
     Bed,
@@ -310,6 +311,4 @@ def _next_grip(chain: Chain, at: int, needed, gain, grip: Grip, dt) -> Grip:
 
 def _length(vector: Float[Array, " m"]) -> Float[Array, ""]:
     """Euclidean norm whose derivative at zero is zero."""
-    square = jnp.sum(vector**2)
-    zero = square == 0.0
-    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
+    return root(jnp.sum(vector**2))

@@ -16,7 +16,7 @@ from lumpedcable.model.grip import grip_limit
 from lumpedcable.model.model import Model
 from lumpedcable.model.paths import Path
 from lumpedcable.model.rods import along_path, forces_along_path, to_lines
-from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.vectors import dot, root
 from lumpedcable.solve.matrices import at_first, at_last
 
 __all__ = [
@@ -127,6 +127,4 @@ def on_lines(path: Path, used: Float[Array, "P d"]) -> dict[str, Float[Array, "d
 
 
 def _sizes(vectors: Float[Array, "P d"]) -> Float[Array, " P"]:
-    square = dot(vectors.T, vectors.T)
-    zero = square == 0.0
-    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
+    return root(dot(vectors.T, vectors.T))

@@ -1,45 +1,17 @@
 """The lightest thing that stops in time: against Coulomb's closed form, derivatives through a stop."""
 
 import pytest
-from engine_runs import study_of
+from engine_runs import sliding_block, study_of
 
 from lumpedcable.fitting.design import Limit, Trial, least_design, next_number, read_limit
 from lumpedcable.fitting.sensitivity import Scalar, scalar_slopes
 from lumpedcable.status import Status
 
 G, MU, SPEED, VOLUME = 9.81, 0.4, 1.0, 0.4
-BLOCK = f"""
-gravity = {G}
-[water]
-density = 1000
-[seabed]
-height = -5                                     # the line hangs above it
-stiffness = "100 kPa"
-[materials.stiff]
-law = "inextensible"
-[lines.tow]
-material = "stiff"
-length = "1 m"
-segments = 1
-mass = "1 g/m"
-diameter = "1 mm"
-start = "block.face"
-end = "free"
-[bodies.block]
-mass = "1 t"
-volume = {VOLUME}
-position = [0, 0, 0]
-velocity = [{SPEED}, 0, 0]
-points = {{ face = [0, 0, 0] }}
-free = ["x"]
-friction = {MU}
-[solver]
-step = "2 ms"
-[output]
-duration = "1.2 s"
-every = "20 ms"
-stop = "block"
-"""
+BLOCK = sliding_block(
+    speed=SPEED, face=0, volume=VOLUME, step="2 ms", duration="1.2 s", every="20 ms",
+    more='stop = "block"\n',
+)  # fmt: skip
 KEY = "bodies.block.mass"
 WAY = "last position at tow.start in x"
 

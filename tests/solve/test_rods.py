@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import order_of, run_text, scene_of
+from engine_runs import order_of, run_text, scene_of, sliding_block
 from scipy.integrate import solve_ivp
 
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
@@ -144,42 +144,12 @@ def test_derivatives_through_the_constraints_are_those_of_differences(tmp_path):
     assert jax.grad(end)(G) == pytest.approx(float(difference), rel=1e-6)
 
 
-BLOCK = """
-gravity = 9.81
-{more}
-[seabed]
-height = -5                                     # the line hangs above it
-stiffness = "100 kPa"
-[materials.stiff]
-law = "inextensible"
-[lines.tow]
-material = "stiff"
-length = "1 m"
-segments = 1
-mass = "{line} kg/m"
-diameter = "1 mm"
-start = "block.face"
-end = {end}
-[bodies.block]
-mass = "1 t"
-position = [0, 0, "0.5 m"]
-velocity = [{speed}, 0, 0]
-points = {{ face = [0.5, 0, 0] }}
-free = ["x"]
-friction = 0.4
-{volume}
-[solver]
-step = "1 ms"
-[output]
-duration = "1 s"
-every = "1 ms"
-quantities = ["position", "energy"]
-"""
-
-
-def slid(folder, end, line, speed=0.0, more="", volume=""):
+def slid(folder, end, line, speed=0.0, volume=None):
     """The run, and the places (m) of a block with a line of `line` (kg) at its face."""
-    text = BLOCK.format(end=end, line=line, speed=speed, more=more, volume=volume)
+    text = sliding_block(
+        speed=speed, end=end, line=line, volume=volume, step="1 ms", duration="1 s", every="1 ms",
+        more='quantities = ["position", "energy"]',
+    )  # fmt: skip
     ran = run_text(folder, text)
     assert ran.statuses == ["OK"]
     return ran, ran.bodies["block"]["position"][0, :, 0]
@@ -187,8 +157,7 @@ def slid(folder, end, line, speed=0.0, more="", volume=""):
 
 def test_a_sliding_block_stops_where_coulomb_says_and_stays(tmp_path):
     # in water: (m - rho V) g on the bed, and friction of 0.4 of it; a gram of line hangs from it
-    more, volume = "[water]\ndensity = 1000\n", "volume = 0.4"
-    ran, x = slid(tmp_path, '"free"', 1e-3, speed=1.0, more=more, volume=volume)
+    ran, x = slid(tmp_path, '"free"', 1e-3, speed=1.0, volume=0.4)
     slow = 0.4 * (1000 - 1000 * 0.4) * G / 1000
     stop = 1.0 / slow
     moving = ran.time < stop

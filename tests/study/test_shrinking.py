@@ -2,41 +2,18 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text
+from engine_runs import run_text, sliding_block
 
 from lumpedcable.study import shrinking
 
-SLIDING = """
-gravity = 9.81
-[seabed]
-height = -5                                     # the line hangs above it
-stiffness = "100 kPa"
-[materials.stiff]
-law = "inextensible"
-[lines.tow]
-material = "stiff"
-length = "1 m"
-segments = 1
-mass = 0.001
-start = "block.face"
-end = "free"
-[bodies.block]
-mass = "1 t"
-position = [0, 0, "0.5 m"]
-velocity = [1, 0, 0]
-points = { face = [0.5, 0, 0] }
-free = ["x"]
-friction = 0.4
-[solver]
-step = "2 ms"
-[output]
-duration = "1.2 s"
-every = "40 ms"
-stop = "block"
+SLIDING = sliding_block(
+    speed=1, step="2 ms", duration="1.2 s", every="40 ms",
+    more="""stop = "block"
 quantities = ["position", "energy"]
 [sweep]
 "bodies.block.velocity.0" = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3, 4]
-"""
+""",
+)  # fmt: skip
 SPEEDS = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3.0, 4.0])
 
 

@@ -1,0 +1,33 @@
+"""What can be wrong with the times of a record."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+__all__ = ["gap_fault", "times_fault"]
+
+# a record is torn where a step of time is so many times the usual one, be it irregular or even
+GAP, EVEN_GAP = 10.0, 1.5
+
+
+def times_fault(time: Sequence[float]) -> str | None:
+    """Return what is wrong with the number or the order of times (s), or None."""
+    if len(time) < 2:
+        return f"expected at least 2 times, found {len(time)}"
+    for before, after in pairwise(time):
+        if after <= before:
+            return f"expected times that increase, found {after:g} s after {before:g} s"
+    return None
+
+
+def gap_fault(time: Sequence[float]) -> str | None:
+    """Return where times (s) that increase leave a gap, or None."""
+    steps = [after - before for before, after in pairwise(time)]
+    usual = sorted(steps)[len(steps) // 2]
+    even = sum(abs(step - usual) <= 0.01 * usual for step in steps) >= 0.8 * len(steps)
+    for before, step in zip(time, steps, strict=False):
+        if step > (EVEN_GAP if even else GAP) * usual:
+            return (
+                f"expected a record without gaps, a value about every {usual:g} s, found none "
+                f"between {before:g} s and {before + step:g} s"
+            )
+    return None
