@@ -16,10 +16,12 @@ from lumpedcable.model.ends import Attached, solve_small
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.place import place_at_end
+from lumpedcable.physics.vectors import dot
 
 __all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "start_velocities"]
 
 NODES = (0, -1)
+SLIDES = 2  # times that N, which depends a little on how a body slides, is found
 
 
 class BodyGain(NamedTuple):
@@ -128,10 +130,46 @@ def _gain_at(
         vector = vector + active * (turn.T @ force)
         parts[line, node] = (turn, mass, force)
     gain = _solved(matrix, vector, body.free)
+    if body.friction is not None:
+        gain, found.held[name] = _held_back(body, matrix, vector, v, dt)
     if isinstance(body, Winch):
         gain = body.limited(v, gain, dt)
     pulls = {end: mass @ (turn @ gain) - force for end, (turn, mass, force) in parts.items()}
     return BodyGain(gain, pulls)
+
+
+def _held_back(
+    body: AbstractBody, matrix: Array, vector: Array, v: Array, dt
+) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+    """The gain of a body on a bed, and the friction on it (N), each (m,).
+
+    Friction takes what would stop the body in this kick, or mu N where that is less, against it: a body
+    that it stops does not creep. N is what holds up the body in its motion. At an instant (dt None) a
+    body at rest is held, and one that moves is pushed against its motion.
+    """
+    friction = body.friction
+    assert friction is not None
+    more = (0, v.shape[0] - friction.up.shape[0])
+    up = jnp.pad(friction.up, more)
+    level = jnp.pad((jnp.abs(friction.up) < 0.5).astype(v.dtype), more)
+    free = jnp.ones_like(v) if body.free is None else body.free
+    stop = jnp.zeros_like(v) if dt is None else -level * free * v / dt
+    still = stop + _solved(matrix, vector - matrix @ stop, free * (1.0 - level))
+    needed = level * free * (matrix @ still - vector)
+    against, moving = needed, False
+    if dt is None:
+        rate = level * free * v
+        moving = jnp.any(rate != 0.0)
+        against = jnp.where(moving, -rate, needed)
+    square = dot(against, against)
+    way = against / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+    gain, force = still, needed
+    for _ in range(SLIDES):
+        limit = friction.coefficient * jnp.maximum(jnp.dot(up, matrix @ gain - vector), 0.0)
+        slides = moving | (dot(needed, needed) > limit**2)
+        force = jnp.where(slides, limit * way, needed)
+        gain = jnp.where(slides, _solved(matrix, vector + limit * way, free), still)
+    return gain, force
 
 
 def _solved(matrix: Array, vector: Array, free: Array | None) -> Array:

@@ -91,15 +91,18 @@ def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | No
 class Found(dict[str, Any]):
     """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches.
 
-    `drawn` is that pull (N), `payouts` what comes of it with the winch's control.
+    `drawn` is that pull (N), `payouts` what comes of it with the winch's control; `held` the friction
+    on bodies on the bed (N), once a kick has found it.
     """
 
     pulls: tuple[Pull, ...] = ()
     drawn: dict[str, Float[Array, ""]]
     payouts: dict[str, Float[Array, " m"]]
+    held: dict[str, Float[Array, " m"]]
 
     def add_couplings(self, model, t, displacement: Values, velocity: Values | None) -> None:
         """Work out what couplings and winches do, and add it to the forces of the lines."""
+        self.held = {}
         self.pulls = tuple(
             _pull(model, coupled, t, self, displacement, velocity) for coupled in model.couplings
         )

@@ -98,16 +98,16 @@ def powers(
 
     `before` and `after` are the velocities half a step to either side of a kick of length dt (s); an
     integrator without steps of its own gives accelerations (m/s2) as `after` and dt None. `friction`
-    are the forces (N) on bodies that rest on a bed and, by inextensible line, the power (W) of what
-    moves its ends.
+    are the forces (N) on bodies that rest on a bed, where `found` does not have them, and, by
+    inextensible line, the power (W) of what moves its ends.
     """
-    result = {}
+    result, friction = {}, found.held | (friction or {})
     for name in model.lines:
         line = live_line(model, name, displacement, middle)
         e, v = found[name], middle[name]
         if line.inextensible:
             result[name] = _rod_powers(line, e, v, dt)
-            moved = (friction or {}).get(name, jnp.zeros((), v.dtype))
+            moved = friction.get(name, jnp.zeros((), v.dtype))
             result[name]["ends"] = result[name]["ends"] + moved
             continue
         kinds = works_of(line, dt is not None)
@@ -140,7 +140,7 @@ def powers(
         q, v = body.reference + displacement[key], middle[key]
         forces = body.resisting(q, v, t)
         power = {kind: WORKS[kind][0] * jnp.dot(f, v) for kind, f in forces.items()}
-        if friction is not None and name in friction:
+        if name in friction:
             power["friction"] = -jnp.dot(friction[name], v)
         gain = after[key] if dt is None else (after[key] - before[key]) / dt
         result[key] = power | body_powers(model, name, found, displacement, middle, gain)

@@ -69,7 +69,10 @@ SUMMARIES = {
     "energy_closure": ("1", "largest energy residual over released energy"),
     "released_energy": ("J", "energy turned into motion or lost"),
     "static_imbalance": ("1", "largest force left by statics over the largest force"),
-    "peak_tension": ("N", "largest tension of any segment, at the output times"),
+    "peak_tension": (
+        "N",
+        "largest tension of any segment, at the output times; of inextensible lines at any step",
+    ),
     "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
     "stop_time": ("s", "when the body of output.stop came to rest"),
     "stop_distance": ("m", "distance of that body from its start when it did"),
@@ -213,7 +216,7 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         "energy_closure": energy.closure,
         "released_energy": energy.released,
         "static_imbalance": np.asarray(ready.imbalance, float)[:lived],
-        "peak_tension": _largest(account.largest["tension"], good),
+        "peak_tension": _peak_tension(account, good),
         "stop_time": account.stopped,
         "stop_distance": gone,
         "peak_kinetic_energy": _largest(account.largest["kinetic"], good),
@@ -230,6 +233,15 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         found = _recoil(contents, part, ready, account, recoil, index, status, when)
         for name, values in found.items():
             table[f"summary/{recoil_name(recoil)}/{name}"][rows] = values
+
+
+def _peak_tension(account: Account, good: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The largest tension (N) of each run: at any step where steps were looked at and none went wrong."""
+    peak = _largest(account.largest["tension"], good)
+    if not account.complete or not account.peaks:
+        return peak
+    steps = np.max([np.max(tension, axis=1) for tension in account.peaks.values()], axis=0)
+    return np.where(good.all(axis=1), np.fmax(peak, steps), peak)
 
 
 def _largest(history: NDArray[np.float64], good: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text, scene_of
+from engine_runs import run_text, scene_of, sliding_block
 
 from lumpedcable.scene import SceneError
 
@@ -59,6 +59,44 @@ def test_what_is_pulled_slides_as_far_as_friction_asks(tmp_path):
     assert tension[25] == pytest.approx(exact, abs=0.5 * SHARE)
     assert np.ptp(tension[-6:], axis=0) == pytest.approx(0.0, abs=1e-6)
     assert np.all(ran["velocity"][0, -6:, 1:-1, 0] == 0.0)
+
+
+def slid(folder, EA, end, line, speed=0.0):
+    """The run, and the places (m) of a block of 1 t with an elastic line of `line` (kg)."""
+    text = sliding_block(
+        speed=speed, end=end, line=line, step="0.5 ms", duration="0.5 s", every="1 ms",
+        more='quantities = ["position", "energy"]',
+    )  # fmt: skip
+    ran = run_text(folder, text.replace('"inextensible"', f'"linear"\nEA = {EA}'))
+    assert ran.statuses == ["OK"]
+    return ran, ran.bodies["block"]["position"][0, :, 0]
+
+
+def test_a_block_with_an_elastic_line_stops_where_coulomb_says_and_stays(tmp_path):
+    ran, x = slid(tmp_path, 10.0, '"free"', 1e-3, speed=1.0)
+    slow = 0.4 * 9.81
+    stop = 1.0 / slow
+    moving = ran.time < stop
+    exact = np.where(moving, ran.time - slow * ran.time**2 / 2, stop / 2)
+    assert x == pytest.approx(exact, abs=5e-6)  # the line, and half of dt^2 slow as it stops
+    assert np.all(np.diff(x[~moving][2:]) == 0.0)
+    assert ran.energy["lost_friction"][0, -1] == pytest.approx(500.0, rel=1e-4)
+    assert ran.outcomes[0].energy_closure < 1e-5
+
+
+@pytest.mark.parametrize("share", [0.999, 1.5])
+def test_a_block_holds_up_to_its_friction_and_no_further(tmp_path, share):
+    # f cos a = mu (W + w - f sin a) at the limit, with w the weight of the line, 1 kg
+    weight = 1001 * 9.81
+    force = share * 0.4 * weight / (0.8 + 0.4 * 0.6)
+    end = f"{{ held = {{ pretension = {force}, direction = [0.8, 0, 0.6] }} }}"
+    ran, x = slid(tmp_path, 2e5, end, 1.0)
+    if share < 1.0:
+        assert np.all(x == x[0])
+        return
+    gain = (force * 0.8 - 0.4 * (weight - force * 0.6)) / 1001
+    # the line, a thousandth of the mass, stretches and swings as it starts
+    assert x - x[0] == pytest.approx(gain * ran.time**2 / 2, rel=2e-3, abs=1e-5)
 
 
 PULLED = (
