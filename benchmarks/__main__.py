@@ -38,6 +38,7 @@ GUESTS = {
     "chain": "benchmarks.peers.moordyn_chain",
     "fit": "benchmarks.fitting",
     "page": "benchmarks.page",
+    "rods": "benchmarks.rods",
 }
 ROOT = Path(__file__).parents[1]
 PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"

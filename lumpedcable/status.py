@@ -48,7 +48,7 @@ ADVICE = {
     ),
     Status.STEP_BOUND_BROKEN: (
         "strains left the range that the step was chosen for: raise max_strain of the material, "
-        "or lower solver.courant"
+        "or lower solver.courant; of inextensible lines on a bed, lower solver.step"
     ),
     Status.LINE_REVERSED: (
         "what happens after this time is a pile-up that no line model resolves: use the results "

@@ -12,6 +12,8 @@ from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.contact import read
 from lumpedcable.physics.coupling import Trolley
+from lumpedcable.physics.load import Shape
+from lumpedcable.physics.seabed import AbstractSeabed
 from lumpedcable.physics.tension import stiffness_bound
 
 __all__ = ["courant_number", "line_step_bound", "step_bound"]
@@ -25,7 +27,8 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
     needs omega dt <= 2. Damping that lags by half a step, of rate g = 2 zeta omega (1/s), lowers
     that to 2 (sqrt(1 + zeta^2) - zeta) (Belytschko, Liu & Moran 2000, section 6.2.4), which is
     dt <= 4 / (g + sqrt(g^2 + 4 omega^2)). Material damping has g = 4 c / (m l^2), c in N s;
-    resistances add theirs.
+    resistances add theirs. Of the spread mass of rods a third moves where their ends go against each
+    other, so that what loads and resistances add counts three times.
     """
     stiff = 0.0 if line.inextensible else stiffness_bound(line.law, line.max_strain)
     square = 4.0 * stiff / (line.mass * line.segment_length**2)
@@ -36,6 +39,8 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
         rate = 4.0 * line.damping / (line.mass * line.segment_length**2)
     for resistance in line.resistances:
         rate = rate + resistance.rate(line.mass, line.segment_length)
+    if line.inextensible:
+        square, rate = 3.0 * square, 3.0 * rate
     return jnp.min(4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square)))
 
 
@@ -114,8 +119,15 @@ def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:
 
 
 def courant_number(
-    line: Line, stiffness: Float[Array, " n"], dt: Float[Array, ""]
+    line: Line, stiffness: Float[Array, " n"], dt: Float[Array, ""], shape: Shape
 ) -> Float[Array, ""]:
-    """Largest sqrt(T'/m) dt / l over the segments (-); leapfrog is stable below 1."""
+    """Largest sqrt(T'/m) dt / l over the segments (-); leapfrog is stable below 1.
+
+    Of rods, whose step a scene gives, dt over the step that the bed under them allows; 0 above it.
+    """
+    if line.inextensible:
+        beds = [load for load in line.loads if isinstance(load, AbstractSeabed)]
+        lying = sum((jnp.max(bed.contact(shape)) for bed in beds), jnp.zeros_like(dt))
+        return lying * dt / line_step_bound(line)
     stiff = jnp.maximum(jnp.max(stiffness / line.segment_length**2), 0.0)
     return jnp.sqrt(stiff / line.mass) * dt

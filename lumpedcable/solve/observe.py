@@ -168,7 +168,7 @@ def sample(
         )
         back |= _reversed(line, e.shape.strain, e.shape.tangent)
         if dt is not None:
-            courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt))
+            courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
     stored = energies(model, found, y.displacement, y.velocity)
     none = jnp.full((), jnp.nan)  # without a line that has nodes
     most = [jnp.max(whole) for whole in tensions.values()]

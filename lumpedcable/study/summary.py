@@ -236,7 +236,7 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
 
 
 def _peak_tension(account: Account, good: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """The largest tension (N) of each run: at any step where steps were looked at and none went wrong."""
+    """The largest tension (N) of each run: at any step, if it was looked at and the run went well."""
     peak = _largest(account.largest["tension"], good)
     if not account.complete or not account.peaks:
         return peak

@@ -232,3 +232,19 @@ def test_a_bed_that_cannot_be_is_told(tmp_path, old, new, key, words):
         scene_of(tmp_path, text.replace(old, new))
     assert key in str(error.value)
     assert words in str(error.value)
+
+
+@pytest.mark.slow
+def test_rods_on_a_bed_tell_of_a_step_that_it_does_not_bear(tmp_path):
+    # ends of rods that bounce against each other move a third of the mass: omega^2 = 3 k / m, and
+    # leapfrog bears omega dt = 2
+    most = 2.0 / np.sqrt(3.0 * 1e6 / MASS)
+    bed = BED.replace('damping = "5 kPa s"\n', "").replace(f"friction = {MU}\n", "")
+    text = bed + RODS + line(20.0, 20, "{ fixed = [0, 0, 0.1] }", '"free"')
+    text += OUTPUT.format(duration=4, every=0.2)
+    ended = [run_text(tmp_path, text, f"solver.step={s * most}") for s in (0.95, 1.05)]
+    assert [ran.statuses for ran in ended] == [["OK"], ["STEP_BOUND_BROKEN"]]
+    # the one bounces as little as at its start, the other as much as leapfrog makes it
+    low, high = (np.max(np.abs(np.diff(ran["velocity"][0, :, 1:, 2], axis=1))) for ran in ended)
+    assert low < 1e-3
+    assert not high < 1.0
