@@ -248,3 +248,12 @@ def test_rods_on_a_bed_tell_of_a_step_that_it_does_not_bear(tmp_path):
     low, high = (np.max(np.abs(np.diff(ran["velocity"][0, :, 1:, 2], axis=1))) for ran in ended)
     assert low < 1e-3
     assert not high < 1.0
+
+
+def test_a_method_that_knows_no_friction_of_bodies_is_told(tmp_path):
+    text = sliding_block(speed=1.0, step="1 ms", duration="1 s", every="1 s")
+    text = text.replace('"inextensible"', '"linear"\nEA = 10')
+    text = text.replace('step = "1 ms"', 'step = "1 ms"\nmethod = "rk4"')
+    with pytest.raises(SceneError, match=r"bodies\.block\.friction") as error:
+        scene_of(tmp_path, text)
+    assert '"leapfrog"' in str(error.value)
