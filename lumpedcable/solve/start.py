@@ -14,6 +14,7 @@ from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.motion import Still
+from lumpedcable.physics.tension import AbstractTensionLaw, Linear, TensionOnly
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
@@ -38,7 +39,7 @@ from lumpedcable.solve.statics import (
 
 __all__ = ["start_of"]
 
-STAGES = 5  # of growing stiffness, to the final one, in which an inextensible line finds its shape
+STAGES = 5  # of growing stiffness, to the final one, in which a stretched-out line finds its shape
 
 
 def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
@@ -73,7 +74,7 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     if is_carried(model):
         return carried_equilibrium(model, tolerance, scene.statics.max_iterations)
     held = _held_joints(model, given)
-    found = _stiffening(held, tolerance, scene.statics.max_iterations)
+    found = _stiffening(held, tolerance, scene.statics.max_iterations, bool(given))
     return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
 
 
@@ -94,13 +95,20 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
     return given
 
 
-def _stiffening(model: Model, tolerance: Float[Array, ""], max_iterations: int) -> Equilibrium:
+def _stiffening(
+    model: Model, tolerance: Float[Array, ""], max_iterations: int, given: bool
+) -> Equilibrium:
     """Equilibrium; of inextensible lines in stages of growing stiffness, each from the one before.
 
     Newton's method does not find a chain that lies stretched out on the bed from a guess that is
-    wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does.
+    wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does. So it is
+    with steel between joints whose places are `given`.
     """
-    stiff = [name for name, line in model.lines.items() if line.inextensible]
+    stiff = [
+        name
+        for name, line in model.lines.items()
+        if line.inextensible or (given and isinstance(_uncut(line.law), Linear))
+    ]
     if not stiff:
         return equilibrium(model, tolerance, max_iterations)
 
@@ -120,6 +128,11 @@ def _stiffening(model: Model, tolerance: Float[Array, ""], max_iterations: int) 
     lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
     there = eqx.tree_at(lambda m: m.lines, model, lines)
     return Equilibrium(there, imbalance[-1], converged[-1], jnp.sum(iterations))
+
+
+def _uncut(law: AbstractTensionLaw) -> AbstractTensionLaw:
+    """A law without its cut at zero."""
+    return law.law if isinstance(law, TensionOnly) else law
 
 
 def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[int]):
