@@ -24,7 +24,7 @@ def _step(rods: int) -> dict[str, Any]:
     runner = Runner(load_study(SCENE, (f"lines.line.segments={rods}",)).runs[0])
     assert bool(runner.ready.converged[0])
     steps = max(10, WORK // (rods * OUTPUTS))
-    numbers = runner.numbers(steps * runner.scene.solver.step, steps)
+    numbers = runner.numbers(steps * runner.every / runner.steps, steps)
     seconds = advance_time(runner.ready.model, runner, numbers, OUTPUTS)
     return {"rods": rods, "step": seconds / (OUTPUTS * steps), "steps": OUTPUTS * steps}
 
