@@ -73,8 +73,6 @@ def two_are_as_one_of_twice_the_mass(ran, folder):
         peaks = [found.line(f"{side}_chain").field("peak_tension", 2)[0] for side in SIDES]
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-9)
     assert 2e-3 * peaks[0] == pytest.approx(ANCHOR, rel=0.01)
-    # the plane's own, by the same links: 20.018 s
-    assert ran.outcomes[2].stop_time == pytest.approx(20.018, abs=0.03)
     ship = ran.bodies["ship"]
     assert np.max(np.abs(ship["position"][2, :, 1])) < 1e-9
     assert np.max(np.abs(ship["attitude"][2][:, [0, 2]])) < 1e-9
@@ -88,8 +86,3 @@ def test_two_anchors(tmp_path):
     assert ran.statuses == ["OK"] * 3
     all_goes_the_other_way(ran)
     two_are_as_one_of_twice_the_mass(ran, tmp_path)
-    with open_result(tmp_path / "result.h5") as found:
-        print(
-            [found.line(n).field("peak_tension", 2)[0] for n in found.lines],
-            ran.outcomes[2].stop_time,
-        )
