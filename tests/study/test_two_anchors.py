@@ -73,6 +73,8 @@ def two_are_as_one_of_twice_the_mass(ran, folder):
         peaks = [found.line(f"{side}_chain").field("peak_tension", 2)[0] for side in SIDES]
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-9)
     assert 2e-3 * peaks[0] == pytest.approx(ANCHOR, rel=0.01)
+    # rigid links in the plane: 20.018 s
+    assert ran.outcomes[2].stop_time == pytest.approx(20.018, abs=0.03)
     ship = ran.bodies["ship"]
     assert np.max(np.abs(ship["position"][2, :, 1])) < 1e-9
     assert np.max(np.abs(ship["attitude"][2][:, [0, 2]])) < 1e-9
