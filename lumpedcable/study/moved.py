@@ -1,4 +1,4 @@
-"""What a run need not compute but a picture shows: moved ships, straight cables, a bed with a profile."""
+"""What a run need not compute but a picture shows: moved ships, straight cables, a sloping bed."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.carried_checks import anchor
 from lumpedcable.scene.moved import MovedBody
+from lumpedcable.study import compiled  # noqa: F401 - for float64
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
