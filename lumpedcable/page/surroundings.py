@@ -68,8 +68,9 @@ def _bed(bed: Mapping[str, Any]) -> float | dict[str, Any] | None:
         return height
     from lumpedcable.study.moved import bed_of
 
-    x, depth = ([_number(value) for value in profile.get(key, ())] for key in ("x", "depth"))
-    if len(x) < 2 or len(x) != len(depth) or None in (*x, *depth):
+    told = [profile.get("x", ()), profile.get("depth", ())]
+    x, depth = ([n for n in map(_number, values) if n is not None] for values in told)
+    if len(x) < 2 or [len(x), len(depth)] != [len(values) for values in told]:
         return None
     curve = bed_of(height, x, depth)
     return {"x": curve.x.tolist(), "z": curve.z.tolist(), "slopes": list(curve.slopes)}
