@@ -66,6 +66,15 @@ def test_the_room_stands_on_a_bed_with_a_profile(browser, tmp_path):
     assert at["50"][1] - at["10"][1] == pytest.approx(12.0 * metre, rel=0.05)
 
 
+def test_a_scene_at_rest_has_no_time_to_run_through(browser, tmp_path):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, times=np.zeros(1))
+    with visit(browser, write_recorded(path, tmp_path / "page.html").as_uri()) as page:
+        assert page.locator(".transport").is_hidden()
+        assert page.get_by_label("History", exact=True).is_hidden()
+        assert page.get_by_label("Quantity along the line", exact=True).is_visible()
+        assert text_of(page, "lines/rope/length") != ""
+
+
 def test_scrubbing_shows_the_file_s_values(browser, url, file):
     with open_result(file) as result:
         position = result.line("rope").position(2)
