@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .highline import SHOWN, Highline, Part, hold, positive
-from .roots import STEP, Values, bracketed, widened
+from .roots import Values, bracketed, met, widened
 
 __all__ = [
     "StraightHighline",
@@ -31,9 +31,6 @@ __all__ = [
     "straight_from_length",
     "straight_from_tension",
 ]
-
-_TRIES = 30
-_NEAR = 1e-12  # a step that is rounding
 
 Meets = Callable[[Values, Values], Values]
 """H (N) and the slope at A to the x (m) at which the first part ends."""
@@ -120,25 +117,13 @@ class _Pair:
             end = line.parts[0].drop + line.parts[1].drop - self.drop
             return np.array([end, miss(line)])
 
-        with np.errstate(all="ignore"):
-            hung = self.load + (self.weights[0] + self.weights[1]) * self.span
-            at = np.array([x, np.real(self.drop / self.span + 0.5 * hung / np.exp(x))])
-            if np.iscomplexobj(off(*at)):
-                return None
-            before = np.full(np.shape(x), np.inf)
-            for _ in range(_TRIES):
-                by_H, by_slope = off(at[0] + 1j * STEP, at[1]), off(at[0], at[1] + 1j * STEP)
-                (a, c), (b, d) = np.imag(by_H) / STEP, np.imag(by_slope) / STEP
-                end, known = np.real(by_H)
-                step = np.array([b * known - d * end, c * end - a * known]) / (a * d - b * c)
-                step[0] = np.clip(step[0], -1.0, 1.0)
-                at = at + step
-                size = np.max(np.abs(step) / (1.0 + np.abs(at)), axis=0)
-                if np.all((size == 0.0) | (size < _NEAR) & (size >= 0.5 * before)):  # rounding
-                    branch = np.all(c - a * d / b > 0.0) or not rises
-                    return self.line(np.exp(at[0]), at[1]) if branch else None
-                before = size
-        return None
+        hung = np.real(self.load + (self.weights[0] + self.weights[1]) * self.span)
+        slope = np.real(self.drop / self.span) + 0.5 * hung / np.exp(x)
+        found = met(off, x, slope)
+        if found is None:
+            return None
+        (x, slope), ((a, b), (c, d)) = found
+        return self.line(np.exp(x), slope) if not rises or np.all(c - a * d / b > 0.0) else None
 
     def _of_log(self, value: Callable[[Highline], Values]) -> Callable[[Values], Values]:
         return lambda x: value(self.closed(np.exp(x)))
