@@ -222,9 +222,9 @@ def plot(
     Parameters
     ----------
     result
-        Results file (HDF5), finished or .partial.
+        Results file (HDF5), finished or .partial, or the folder of a study.
     output
-        Folder for the pictures; the file's name without .h5 if not given.
+        Folder for the pictures; the file's name without .h5, or the folder of the study, if not given.
     format_
         png (default), svg or pdf; may be given several times.
     """

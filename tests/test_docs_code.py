@@ -6,6 +6,7 @@ import runpy
 import shlex
 import subprocess
 import sys
+import tomllib
 from contextlib import chdir
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from command_line import say
 
 from lumpedcable.cli import app
+from lumpedcable.scene import load_study
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -123,6 +125,10 @@ def test_the_gallery_has_every_scene(tmp_path, monkeypatch):
              for p in (ROOT / "configs").rglob("*.toml")}  # fmt: skip
     assert named == set(scenes)
     assert {*gallery["PICKED"], *gallery["LESS"]} <= named
+    for name, path in scenes.items():
+        if "lines" in tomllib.loads(path.read_text()):
+            study = load_study(gallery["part_of"](path, tmp_path, name))
+            assert len(study.runs) <= 500, f"{name}: too many runs for a picture"
     title, words = gallery["about"](scenes["snapback"])
     assert title == "Nylon line parting under water"
     assert words.startswith("A nylon mooring line parts under water: the eight runs of Zhu")

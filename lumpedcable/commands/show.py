@@ -27,13 +27,14 @@ def view(
     Parameters
     ----------
     file
-        Results file (HDF5), finished or .partial, or scene file (TOML).
+        Results file (HDF5), finished or .partial, the folder of a study, or scene file (TOML).
     output
         Of a results file: HTML file to write instead; it has everything in it and works offline.
     set_
         Of a scene: KEY=VALUE, another value for any key.
     run_
-        Which run of a sweep, from 0: the one at rest, or the one that a results file opens with.
+        Which run, from 0: the one at rest, or the one that a results file opens with; the first if not
+        given.
     port
         Of this machine's own address 127.0.0.1; a free one if not given.
     browser
@@ -73,13 +74,13 @@ def animate(
     Parameters
     ----------
     result
-        Results file (HDF5), finished or .partial.
+        Results file (HDF5), finished or .partial, or the folder of a study.
     output
         File to write, *.gif or (with the extra video) *.mp4; the results' name with .gif if not given.
     run_
         Which run, from 0.
     seconds
-        How long the film lasts.
+        How long the film lasts, in s.
     fps
         Frames in a second.
     """
@@ -104,7 +105,7 @@ def export(
     Parameters
     ----------
     result
-        Results file (HDF5), finished or .partial.
+        Results file (HDF5), finished or .partial, or the folder of a study.
     to
         vtkhdf (ParaView), gltf (Blender, browsers), csv (histories), moordyn (text tables).
     output

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .highline import SHOWN, Highline, Part, hold, positive
-from .roots import Values, bracketed, widened
+from .roots import Values, bracketed, met, widened
 
 __all__ = [
     "StraightHighline",
@@ -71,14 +71,24 @@ class _Pair:
         sag = np.sqrt(np.maximum(np.real(known - self.span) * np.real(known + self.span), 1e-300))
         weight = np.real(self.load + self.weights[0] * self.span)
         start = np.log(np.real(0.25 * weight * self.span) / sag)
+        line = self._at_once(lambda line: length(line) - known, start)
+        if line is not None:
+            return line
         miss = self._of_log(lambda line: known - length(line))
         x = bracketed(miss, *widened(miss, start, 0.25 + 0.0 * start))
-        return _found(self.closed(np.exp(x)))
+        line = self.closed(np.exp(x))
+        hold(np.real(np.abs(length(line) / known - 1.0)) < 1e-9, "found no line of this length")
+        return _found(line)
 
     def of_tension(
         self, tension: Callable[[Highline], Values], known: Values, name: str
     ) -> Highline:
         """The taut line with a known tension (N) at one end; there H is at most that."""
+        hung = np.real(self.load + (self.weights[0] + self.weights[1]) * self.span)
+        start = 0.5 * np.log(np.maximum(np.real(known) ** 2 - 0.25 * hung**2, 1e-300))
+        line = self._at_once(lambda line: tension(line) - known, start, rises=True)
+        if line is not None:
+            return line
         miss = self._of_log(lambda line: tension(line) - known)
         top = np.log(np.real(known)) + 1e-12
         low, least = _turning(lambda x: np.real(miss(x)), top)
@@ -91,6 +101,29 @@ class _Pair:
             np.real(known),
         )
         return _found(self.closed(np.exp(bracketed(miss, low, top))))
+
+    def _at_once(
+        self, miss: Callable[[Highline], Values], x: Values, rises: bool = False
+    ) -> Highline | None:
+        """The line that ends at B and for which `miss` is 0: Newton's method for both, from log H = x.
+
+        Tens of times as quick as one root inside another, to which it leaves what it does not find:
+        None where it comes to no line, where `miss` should rise with H and falls, and where the
+        numbers carry derivatives.
+        """
+
+        def off(x: Values, slope: Values) -> Values:
+            line = self.line(np.exp(x), slope)
+            end = line.parts[0].drop + line.parts[1].drop - self.drop
+            return np.array([end, miss(line)])
+
+        hung = np.real(self.load + (self.weights[0] + self.weights[1]) * self.span)
+        slope = np.real(self.drop / self.span) + 0.5 * hung / np.exp(x)
+        found = met(off, x, slope)
+        if found is None:
+            return None
+        (x, slope), ((a, b), (c, d)) = found
+        return self.line(np.exp(x), slope) if not rises or np.all(c - a * d / b > 0.0) else None
 
     def _of_log(self, value: Callable[[Highline], Values]) -> Callable[[Values], Values]:
         return lambda x: value(self.closed(np.exp(x)))

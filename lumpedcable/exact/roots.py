@@ -99,6 +99,41 @@ def widened(
     return np.minimum(near, far) + nan, np.maximum(near, far) + nan
 
 
+def met(
+    f: Callable[[Values, Values], Values], x: ArrayLike, y: ArrayLike, tries: int = 30
+) -> tuple[Values, Values] | None:
+    """Return where two functions of x and y are both zero, to rounding: Newton's method from x, y.
+
+    Args:
+        f: both functions, (2, ...), analytic and elementwise in real x and y.
+        x, y: where to begin; x moves by 1 at most in a step.
+        tries: most steps.
+
+    Returns:
+        The place (2, ...) and the derivatives (2, 2, ...), of each function by x and y; None where it
+        does not come to rest, and where f carries complex steps of its own.
+    """
+    with np.errstate(all="ignore"):
+        at = np.array(np.broadcast_arrays(x, y), float)
+        if np.iscomplexobj(f(*at)):
+            return None
+        before = np.full(at.shape[1:], np.inf)
+        for _ in range(tries):
+            by_x, by_y = f(at[0] + 1j * STEP, at[1]), f(at[0], at[1] + 1j * STEP)
+            slopes = np.stack([np.imag(by_x), np.imag(by_y)], axis=1) / STEP
+            (a, b), (c, d) = slopes
+            p, q = np.real(by_x)
+            step = np.array([b * q - d * p, c * p - a * q]) / (a * d - b * c)
+            step[0] = np.clip(step[0], -1.0, 1.0)
+            at = at + step
+            size = np.max(np.abs(step) / (1.0 + np.abs(at)), axis=0)
+            # small steps that no longer shrink are rounding
+            if np.all((size == 0.0) | ((size < 1e-12) & (size >= 0.5 * before))):
+                return at, slopes
+            before = size
+    return None
+
+
 def derivatives(f: Callable[..., Any], **numbers: ArrayLike) -> Mapping[str, Any]:
     """Return the derivatives of f(**numbers) with respect to each number.
 

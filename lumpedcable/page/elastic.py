@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.controls import Control, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
+from lumpedcable.page.surroundings import surroundings, tables
 from lumpedcable.scene import Body, Scene, Study
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.quantities import Quantity
@@ -61,12 +62,20 @@ def elastic_model(study: Study, run: int = 0) -> Model:
             "points": _bodies(scene, lines, bodies) + _ships(scene, ships),
             "numbers": [row for name, line in lines.items() for row in _numbers(name, line)],
             "equations": [],
+            **_around(scene),
         }
 
     def toml(values: dict[str, float]) -> str:
         return to_toml(resting.scene.with_numbers(changed(values)))
 
     return Model("scene", "This scene, elastic", controls, solve, toml)
+
+
+def _around(scene: Scene) -> dict[str, Any]:
+    """Bed and surface of a scene that has a bed, which the sliders move."""
+    if scene.seabed is None:
+        return {}
+    return {"surroundings": surroundings(tables(to_toml(scene)))}
 
 
 def _kinds(study: Study, scene: Scene) -> dict[str, Quantity]:

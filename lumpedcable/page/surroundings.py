@@ -27,8 +27,9 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
         scene: tables of the scene in SI numbers.
 
     Returns:
-        {"water": bool, "surface": height or None, "bed": height or None, "points": [...]}, each
-        point {"name", "mass" in kg or None, "line", "at_end"}.
+        {"water": bool, "surface": height or None, "bed": height, curve or None, "points": [...]}. A
+        curve is {"x", "z", "slopes"} (m, m, -): heights at places, and the slopes before and beyond
+        them. A point is {"name", "mass" in kg or None, "line", "at_end"}.
     """
     water, bed = scene.get("water"), scene.get("seabed")
     surface = None
@@ -42,10 +43,7 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "water": isinstance(water, dict),
         "surface": surface,
-        # a bed with a profile is not drawn: no one height says where it is
-        "bed": _number(bed.get("height"))
-        if isinstance(bed, dict) and "profile" not in bed
-        else None,
+        "bed": _bed(bed) if isinstance(bed, dict) else None,
         "points": _points(scene),
     }
 
@@ -61,6 +59,21 @@ def _points(scene: Mapping[str, Any]) -> list[dict[str, Any]]:
                 mass = _number(bodies[body].get("mass"))
                 found[body] = {"name": body, "mass": mass, "line": name, "at_end": side == "end"}
     return list(found.values())
+
+
+def _bed(bed: Mapping[str, Any]) -> float | dict[str, Any] | None:
+    """How high the bed is (m), or its curve."""
+    height, profile = _number(bed.get("height")), bed.get("profile")
+    if height is None or profile is None:
+        return height
+    from lumpedcable.study.moved import bed_of
+
+    told = [profile.get("x", ()), profile.get("depth", ())]
+    x, depth = ([n for n in map(_number, values) if n is not None] for values in told)
+    if len(x) < 2 or [len(x), len(depth)] != [len(values) for values in told]:
+        return None
+    curve = bed_of(height, x, depth)
+    return {"x": curve.x.tolist(), "z": curve.z.tolist(), "slopes": list(curve.slopes)}
 
 
 def _number(value: Any) -> float | None:

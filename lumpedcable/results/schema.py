@@ -75,6 +75,7 @@ class Variable:
         fill: what unwritten values read as; by default NaN, 0 or "".
         counted: whether a time counts as written only when this is there too; False for what is
             worked out when a run has ended.
+        places: whether it tells where the others of its group are, as a coordinate does.
     """
 
     path: str
@@ -85,6 +86,7 @@ class Variable:
     attributes: Mapping[str, Any] = field(default_factory=dict)
     fill: float | int | None = None
     counted: bool = True
+    places: bool = False
 
 
 @dataclass(frozen=True)

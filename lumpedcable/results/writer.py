@@ -225,8 +225,10 @@ class ResultWriter:
         auxiliary = {path: c for path, c in coordinates.items() if path not in self._dims}
         for path, coordinate in auxiliary.items():
             self._place(path, coordinate)
+        places = {path: v.dims for path, v in self._variables.items() if v.places}
+        places |= {path: coordinate.dims or () for path, coordinate in auxiliary.items()}
         for variable in self._variables.values():
-            self._declare(variable, auxiliary)
+            self._declare(variable, {} if variable.places else places)
         if self._counted:
             self._declare(Variable("written", ("run",), "i4", "1", "saved times written"), {})
 
@@ -242,7 +244,7 @@ class ResultWriter:
             self._attach(dataset, path, dims)
         _describe(dataset, coordinate.units, coordinate.long_name, coordinate.attributes)
 
-    def _declare(self, variable: Variable, auxiliary: Mapping[str, Coordinate]) -> None:
+    def _declare(self, variable: Variable, places: Mapping[str, tuple[str, ...]]) -> None:
         text = variable.dtype == "str"
         dtype = _TEXT if text else np.dtype(variable.dtype)
         fill = variable.fill
@@ -262,8 +264,8 @@ class ResultWriter:
         group = group_of(variable.path)
         beside = [
             path.rpartition("/")[2]
-            for path, coordinate in auxiliary.items()
-            if group_of(path) == group and set(coordinate.dims or ()) <= set(variable.dims)
+            for path, dims in places.items()
+            if group_of(path) == group and set(dims) <= set(variable.dims)
         ]
         if beside:  # the CF way of naming coordinates that are not dimensions
             dataset.attrs["coordinates"] = " ".join(beside)

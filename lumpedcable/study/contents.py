@@ -15,12 +15,12 @@ import jax
 import numpy as np
 
 from lumpedcable import __version__
-from lumpedcable.model.assemble import assemble, segment_lengths, wave_scheme
+from lumpedcable.model.assemble import assemble, wave_scheme
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import body_works
 from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
-from lumpedcable.scene import CHECKED, Scene
+from lumpedcable.scene import CHECKED
 from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import MEANING, Status
@@ -30,7 +30,7 @@ from lumpedcable.study.carried import (
     carried_variables,
     rider_fields,
 )
-from lumpedcable.study.laying import Laid
+from lumpedcable.study.laying import Laid, node_places
 from lumpedcable.study.plan import fields_of
 from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
@@ -62,6 +62,12 @@ STORED = {
     "contact": "energy stored where trolleys touch their lines",
     "hydrostatic": "energy of hulls that heave, roll or pitch",
     "control": "what holds ships at their places, as if it were stored",
+}
+
+
+PLACES = {
+    "unstretched_position": "unstretched distance from the start of the line",
+    "unstretched_segment": "the same, segment middles",
 }
 
 
@@ -105,11 +111,14 @@ class Contents:
         layouts = [structure.layout for structure in laid.structures]
         self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
         self.fields = fields_of(self.scene)
+        pieces = [p for s in laid.structures for p in s.layout.pieces]
         self.histories = self.scene.output.keep != "summaries"
         self.riders = carried_bodies(self.scene)
         rigid = [n for n, b in self.scene.bodies.items() if isinstance(b, Body) and b.rigid]
         self.bodies = [*rigid, *self.riders] if self.histories else []
-        pieces = [p for s in laid.structures for p in s.layout.pieces]
+        # lines whose lengths targets choose
+        chosen = {target.line for target in self.scene.targets.values()}
+        self.chosen = [p.name for p in pieces if p.line in chosen] if self.histories else []
         laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
         self.rigid = [name for name, law in laws.items() if law == "inextensible"]
         kept = self.histories and "energy" in self.scene.output.quantities
@@ -164,6 +173,10 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
+        for name in dict.fromkeys(self.chosen):
+            for (quantity, text), place in zip(PLACES.items(), ("node", "segment"), strict=True):
+                path, dims = f"lines/{name}/{quantity}", ("run", place)
+                found.append(Variable(path, dims, "f8", "m", text, counted=False, places=True))
         for name in self.rigid:
             path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
             found.append(Variable(path, ("run", "segment"), "f8", "N", text))
@@ -208,7 +221,7 @@ class Contents:
             names = np.array([runs.name(int(run)) for run in self.runs], object)
             found["case"] = Coordinate(names, "1", "name of the case", ("run",))
         for name in self.segments if self.histories else ():
-            found |= self._places(name)
+            found |= self._places(name) if name not in self.chosen else {}
         for reference, part in self.scene.references.items():
             for quantity, values in part.values.items():
                 if self.ends:
@@ -242,12 +255,10 @@ class Contents:
         nodes = nodes[rows.ravel()] if rows.size else nodes[0]
         middle = 0.5 * (nodes[..., 1:] + nodes[..., :-1])
         dims = ("run",) * (nodes.ndim - 1)
-        texts = ("unstretched distance from the start of the line", "the same, segment middles")
+        rows = zip(PLACES.items(), (nodes, middle), ("node", "segment"), strict=True)
         return {
-            f"lines/{name}/unstretched_position": Coordinate(nodes, "m", texts[0], (*dims, "node")),
-            f"lines/{name}/unstretched_segment": Coordinate(
-                middle, "m", texts[1], (*dims, "segment")
-            ),
+            f"lines/{name}/{quantity}": Coordinate(values, "m", text, (*dims, place))
+            for (quantity, text), values, place in rows
         }
 
     def attributes(self) -> dict[str, Any]:
@@ -371,19 +382,6 @@ def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]
             turned = turned * coordinates.normal
         found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
     return found
-
-
-def node_places(scene: Scene, layout, name: str) -> NDArray[np.float64]:
-    """Unstretched distances (m) of a piece's nodes from the start of the scene's line."""
-    piece = next(p for p in layout.pieces if p.name == name)
-    lengths = np.broadcast_to(segment_lengths(scene, piece, np), (piece.segments,))
-    begin = 0.0
-    for other in layout.of_line(piece.line):
-        if other.name == name:
-            break
-        own = np.broadcast_to(segment_lengths(scene, other, np), (other.segments,))
-        begin += float(own.sum())
-    return begin + np.concatenate([[0.0], np.cumsum(lengths)])
 
 
 def _padded(table: NDArray[Any], size: int) -> NDArray[Any]:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumpedcable.model.assemble import segment_lengths
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import cut_keys, cuts_of
 from lumpedcable.scene import Scene, SceneError, Study
@@ -15,7 +16,7 @@ from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure
 from lumpedcable.study.plan import batch_sizes, common_coordinates, output_count, structure_of
 
-__all__ = ["Laid", "lay_out"]
+__all__ = ["Laid", "lay_out", "node_places"]
 
 MOST_SCENES = 1000  # looked at for the coordinates that all runs lie in
 # numbers that place nothing: however many values they take, the coordinates are the same
@@ -150,3 +151,16 @@ def _placing_scenes(study: Study) -> list[Scene]:
         between = np.linspace(0, len(found) - 1, MOST_SCENES).astype(int)
         found = found[sorted({*map(int, ends), *between.tolist()})]
     return [runs[int(run)] for run in found]
+
+
+def node_places(scene: Scene, layout, name: str) -> NDArray[np.float64]:
+    """Unstretched distances (m) of a piece's nodes from the start of the scene's line."""
+    piece = next(p for p in layout.pieces if p.name == name)
+    lengths = np.broadcast_to(segment_lengths(scene, piece, np), (piece.segments,))
+    begin = 0.0
+    for other in layout.of_line(piece.line):
+        if other.name == name:
+            break
+        own = np.broadcast_to(segment_lengths(scene, other, np), (other.segments,))
+        begin += float(own.sum())
+    return begin + np.concatenate([[0.0], np.cumsum(lengths)])

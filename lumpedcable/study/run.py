@@ -27,7 +27,7 @@ from lumpedcable.study.plan import (
     plan_of,
     rounded_steps,
 )
-from lumpedcable.study.rest import write_rest
+from lumpedcable.study.rest import write_chosen, write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
@@ -240,7 +240,9 @@ def _run_part(
     contents.write(writer, rows, sample, start, 0)
     if scene.output.static:
         mine = [contents.study.runs[int(k)] for k in part.runs]
-        write_rest(writer, mine, rows, rows_of(ready, np.arange(lived)), start, sample.ends)
+        rest = rows_of(ready, np.arange(lived))
+        write_rest(writer, mine, rows, rest, start, sample.ends)
+        write_chosen(writer, contents.chosen, mine, rows, rest, start)
     timings.mark("begin")
     batch = Batch(part, ready, run)
     done = 0

@@ -101,4 +101,4 @@ def _title(result: ResultFile, case: list[str], axes: list[Axis], run: int) -> s
         return name
     time = float(result.status_time[run])
     when = f" at {quantity(time, 's')}" if np.isfinite(time) else ""
-    return "\n".join(filter(None, [name, f"{status}{when}"]))
+    return "\n".join(filter(None, [name, f"{status.replace('_', ' ')}{when}"]))

@@ -168,6 +168,36 @@ def test_a_line_dragged_across(load):
     assert (float(x[0]), float(z[0])) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
+def test_a_heavy_traction_cable():
+    # the long slack of both hangs deep; no root inside another finds it
+    line = dragged_from_length(105.0, -6.0, 10.0, 101.0, 32.0, 78.0)
+    assert [float(part.length) for part in line.parts] == pytest.approx([101.0, 78.0], rel=1e-12)
+    assert sum(float(part.reach) for part in line.parts) == pytest.approx(105.0, rel=1e-12)
+    assert sum(float(part.drop) for part in line.parts) == pytest.approx(-6.0, rel=1e-10)
+    assert all(part.reach > 0.0 for part in line.parts)
+    first, second = line.parts
+    assert float(first.end_angle) == pytest.approx(float(second.angle), rel=1e-12)  # no load there
+    with pytest.raises(ValueError, match="found no line of this length"):
+        dragged_from_length(105.0, -6.0, 10.0, 101.0, 32.0, 78.0 + 1e-30j)
+
+
+def test_two_ways_to_a_line_agree():
+    """Both unknowns at once, and one root inside another, as numbers with derivatives have it."""
+    draw = np.random.default_rng(1)
+    l, x = draw.uniform(20.0, 120.0, 20), draw.uniform(0.02, 0.98, 20)
+    c, q, G = draw.uniform(-20.0, 20.0, 20), 10.0 ** draw.uniform(0.5, 2.5, 20), 20e3
+    S = np.hypot(l, c) * (1.0 + 10.0 ** draw.uniform(-4.0, 0.0, 20))
+    p, F = 10.0 ** draw.uniform(0.0, 2.0, 20), 3.0 * (G + 100.0 * q)
+    for find, numbers in (
+        (loaded_from_length, (l, c, q, G, x * l, S)),
+        (loaded_from_tension, (l, c, q, G, x * l, F)),
+        (dragged_from_tension, (l, c, q, 0.9 * x * l, p, 30.0 * (p + q) * l)),
+    ):
+        quick, slow = find(*numbers), find(*numbers[:-1], numbers[-1] + 0j)
+        for symbol, value in quick.numbers().items():
+            assert value == pytest.approx(np.real(slow.numbers()[symbol]), rel=1e-10), symbol
+
+
 def test_the_least_tension():
     beta, least = least_tension(*LINE)
     assert beta == pytest.approx(1.2156, abs=0.5e-4)

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-# graphics without a graphics card
-OPTIONS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-           "--ignore-gpu-blocklist", "--disable-dev-shm-usage"]  # fmt: skip
+from benchmarks.page import BROWSERS, OPTIONS
+
 LAPTOP, PHONE = (1366, 768), (390, 844)
 
 
@@ -17,9 +15,9 @@ LAPTOP, PHONE = (1366, 768), (390, 844)
 def chromium():
     """A browser; the test is skipped where there is none."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    found = next(filter(None, map(shutil.which, NAMES)), None)
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
     if found is None:
-        pytest.skip(f"no browser: none of {', '.join(NAMES)} is installed")
+        pytest.skip(f"no browser: none of {', '.join(BROWSERS)} is installed")
     with playwright.sync_playwright() as started:
         browser = started.chromium.launch(executable_path=found, args=OPTIONS)
         try:

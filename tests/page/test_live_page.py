@@ -15,7 +15,7 @@ from lumpedcable.page.live import live_page
 from lumpedcable.page.stages import highline_of
 from lumpedcable.scene import load_study
 from lumpedcable.study import resting
-from lumpedcable.study.resting import Resting
+from lumpedcable.study.resting import AtRest, Resting, RestingLine
 
 HIGHLINE = """\
 title = "Highline with cargo"
@@ -313,3 +313,18 @@ def test_targets_are_followed_step_by_step():
     again = model.solve({"targets.cargo.x": 30.0, "targets.winch.tension": 84e3})
     lengths = [row["value"] for row in again["numbers"] if row["key"].endswith("/length")]
     assert sum(lengths) == pytest.approx(told["before/length"] + told["after/length"], rel=1e-9)
+
+
+def test_the_bed_goes_with_its_sliders(tmp_path, monkeypatch):
+    nodes = np.array([[0.0, 0.0, 0.0], [50.0, 0.0, -5.0], [100.0, 0.0, 0.0]])
+    line = RestingLine(nodes, np.ones(2), np.zeros(2), np.ones(2))
+    monkeypatch.setattr(Resting, "solve", lambda self, numbers: AtRest({"wire": line}, {}))
+    path = tmp_path / "scene.toml"
+    bed = "[seabed]\nheight = -30\nstiffness = 1e5\nprofile = { x = [0, 100], depth = [0, 5] }\n"
+    path.write_text(CATENARY + bed)
+    model = elastic_model(load_study(path))
+    assert {"seabed.height", "seabed.profile.depth.1"} <= {c.key for c in model.controls}
+    answer = model.solve({"seabed.height": -40.0, "seabed.profile.depth.1": 8.0})
+    around = answer["surroundings"]["bed"]
+    assert (around["x"][0], around["z"][0]) == (0.0, -40.0)
+    assert (around["x"][-1], around["z"][-1]) == (100.0, pytest.approx(-48.0))

@@ -47,6 +47,34 @@ def test_it_draws_and_needs_nothing(browser, url, tmp_path, scheme, size):
         assert wide <= size[0]
 
 
+def test_the_room_stands_on_a_bed_with_a_profile(browser, tmp_path):
+    scene = "[seabed]\nheight = -4\nprofile = { x = [0, 20, 40, 60], depth = [0, 0, 12, 12] }"
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, scene=scene)
+    page_of = write_recorded(path, tmp_path / "page.html").as_uri()
+    with visit(browser, f"{page_of}#t=0&view=side") as page:
+        page.wait_for_timeout(300)
+        labels = {
+            label.inner_text().replace("−", "-"): label.bounding_box()
+            for label in page.locator(".labels span").all()
+            if label.is_visible()
+        }
+        at = {text: (box["x"], box["y"]) for text, box in labels.items()}
+    # numbers stand on the bed: as deep at 10 m as at 20 m, and 12 m deeper from 40 m on
+    metre = (at["50"][0] - at["10"][0]) / 40.0
+    assert at["20"][1] == pytest.approx(at["10"][1], abs=0.5 * metre)
+    assert at["60"][1] == pytest.approx(at["50"][1], abs=0.5 * metre)
+    assert at["50"][1] - at["10"][1] == pytest.approx(12.0 * metre, rel=0.05)
+
+
+def test_a_scene_at_rest_has_no_time_to_run_through(browser, tmp_path):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, times=np.zeros(1))
+    with visit(browser, write_recorded(path, tmp_path / "page.html").as_uri()) as page:
+        assert page.locator(".transport").is_hidden()
+        assert page.get_by_label("History", exact=True).is_hidden()
+        assert page.get_by_label("Quantity along the line", exact=True).is_visible()
+        assert text_of(page, "lines/rope/length") != ""
+
+
 def test_scrubbing_shows_the_file_s_values(browser, url, file):
     with open_result(file) as result:
         position = result.line("rope").position(2)

@@ -118,6 +118,7 @@ def test_a_large_file_is_thinned(file, monkeypatch):
         ("[water]\ndensity = 1025.0\n[seabed]\nheight = -20.0", 0.0, -20.0),
         ('[water.current]\nprofile = "power"\nsurface = 2.5', 2.5, None),
         ("[seabed]\nheight = -3", None, -3.0),
+        ("[seabed]\nheight = -3\nprofile = { x = [0, 'far'], depth = [1, 2] }", None, None),
         ("not TOML", None, None),
     ],
 )
@@ -125,6 +126,24 @@ def test_surface_and_bed_are_the_scene_s(tmp_path, scene, surface, bed):
     path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, scene=scene)
     around = recorded(path)["surroundings"]
     assert (around["surface"], around["bed"]) == (surface, bed)
+
+
+def test_a_bed_with_a_profile_is_a_curve(tmp_path):
+    x, depth = [0.0, 10.0, 20.0, 40.0], [1.0, 2.0, 8.0, 10.0]
+    scene = f"[seabed]\nheight = -3\nprofile = {{ x = {x}, depth = {depth} }}"
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, scene=scene)
+    bed = recorded(path)["surroundings"]["bed"]
+    places, heights = np.array(bed["x"]), np.array(bed["z"])
+    assert heights[np.isin(places, x)] == pytest.approx(-3.0 - np.array(depth), abs=1e-12)
+    # it falls from point to point, and as the first and the last two beyond them
+    assert (np.diff(places) > 0.0).all()
+    assert (np.diff(heights) < 0.0).all()
+    assert bed["slopes"] == pytest.approx([-0.1, -0.1])
+    # Hermite's cubic at the middle of 10 to 20 m: the mean, and (left - right) slope by an eighth;
+    # there these are harmonic means of 0.1 and 0.6 (equal steps), and of 0.6 and 0.1 with 4/9 and 5/9
+    left, right = -2.0 / (1 / 0.1 + 1 / 0.6), -1.0 / ((4 / 9) / 0.1 + (5 / 9) / 0.6)
+    middle = 0.5 * (-5.0 - 11.0) + 10.0 / 8.0 * (left - right)
+    assert np.interp(15.0, places, heights) == pytest.approx(middle, abs=1e-12)
 
 
 def test_a_title_cannot_break_out_of_the_page():

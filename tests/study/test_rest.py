@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 from command_line import say
 from highline_numbers import (
     DROP,
@@ -57,6 +58,22 @@ def test_the_file_holds_the_numbers_of_the_cable(delivery):
     assert numbers["start_tension"] == pytest.approx(ends)
     assert numbers["length"] == pytest.approx(62.5)
     assert numbers["joint_x"] == pytest.approx([10.0, 30.0])
+
+
+def test_places_along_a_line_are_those_of_the_length_that_was_found(delivery):
+    with open_result(delivery[0] / "d.h5") as result:
+        joints = result.rest("before+after")["joint_length"]
+        for run in (0, 1):
+            before, after = (
+                result.line(name).unstretched_position(run) for name in result.lines[::-1]
+            )
+            assert (before[0], after[0]) == (0.0, 0.0)
+            assert before[-1] == pytest.approx(joints[run])
+            assert before[-1] + after[-1] == pytest.approx(62.5, rel=1e-9)
+            middles = result.line("before").unstretched_segment(run)
+            assert middles == pytest.approx(0.5 * (before[1:] + before[:-1]))
+    with xarray.open_dataset(delivery[0] / "d.h5", engine="h5netcdf", group="lines/before") as line:
+        assert "unstretched_position" in line.coords
 
 
 def test_the_table_stands_beside_the_closed_forms(delivery):

@@ -1,7 +1,8 @@
 // The room around the lines: a floor with a metre grid, a height scale, water surface and bed.
 
 import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, PlaneGeometry, Vector3 } from "three";
+  MeshBasicMaterial, Vector3 } from "three";
+import { Bed } from "./bed.js";
 import { css, el } from "./dom.js";
 import { tickText, ticks } from "./format.js";
 
@@ -25,25 +26,27 @@ export class Frame {
     this.made = [];
     this.texts = [];
     const { low, high } = this.box;
-    const floor = this.surroundings.bed ?? low[2];
+    const { bed, surface } = this.surroundings;
+    // what one stands on: the bed, or the bottom of the room
+    const ground = new Bed(bed ?? low[2]), floor = ground.range(low[0], high[0])[0];
     const wide = Math.max(high[0] - low[0], high[1] - low[1]);
     const { step } = ticks(0, wide, 8);
     const x = steps(low[0], high[0], step), y = steps(low[1], high[1], step);
     const ends = [low[0], high[0], low[1], high[1]];
     const lines = [];
-    for (const at of x) lines.push([at, ends[2], floor], [at, ends[3], floor]);
-    for (const at of y) lines.push([ends[0], at, floor], [ends[1], at, floor]);
+    for (const at of x) lines.push([at, ends[2], ground.at(at)], [at, ends[3], ground.at(at)]);
+    for (const at of y) lines.push(...along(ground, ends, at));
     this.add(lines, "--grid");
-    this.outline(ends, floor, "--grid");
+    this.outline(ends, ground, "--grid");
     const heights = ticks(Math.min(low[2], floor), high[2], 4);
     this.corners = [[ends[0], ends[2]], [ends[0], ends[3]], [ends[1], ends[2]], [ends[1], ends[3]]];
-    this.scale = { x, y, z: heights.at.filter((z) => z >= floor - 1e-9), floor, ends, step,
+    this.scale = { x, y, z: heights.at.filter((z) => z >= floor - 1e-9), floor, ground, ends, step,
       zStep: heights.step };
-    const { bed, surface } = this.surroundings;
-    if (bed != null) this.plane(ends, bed, "--bed", 0.45);
+    if (bed != null) this.sheet(ends, ground, "--bed", 0.45);
     if (surface != null && surface <= high[2] + (high[2] - low[2])) {
-      this.plane(ends, surface, "--water", 0.16);
-      this.outline(ends, surface, "--water-edge");
+      const level = new Bed(surface);
+      this.sheet(ends, level, "--water", 0.16);
+      this.outline(ends, level, "--water-edge");
     }
     for (const axis of ["x", "y", "z"]) {
       const at = this.scale[axis], each = axis === "z" ? this.scale.zStep : step;
@@ -64,18 +67,25 @@ export class Frame {
     return thing;
   }
 
-  plane([x0, x1, y0, y1], z, colour, opacity) {
-    const thing = new Mesh(new PlaneGeometry(x1 - x0, y1 - y0), new MeshBasicMaterial({
+  sheet(ends, ground, colour, opacity) {
+    const across = ends.slice(2), flat = [], index = [];
+    ground.places(ends[0], ends[1]).forEach((x, k) => {
+      for (const y of across) flat.push(x, y, ground.at(x) * this.rise);
+      if (k) index.push(2 * k - 2, 2 * k, 2 * k - 1, 2 * k, 2 * k + 1, 2 * k - 1);
+    });
+    const shape = new BufferGeometry().setAttribute("position",
+      new BufferAttribute(new Float32Array(flat), 3)).setIndex(index);
+    const thing = new Mesh(shape, new MeshBasicMaterial({
       color: css(colour), transparent: true, opacity, side: 2, depthWrite: false }));
-    thing.position.set((x0 + x1) / 2, (y0 + y1) / 2, z * this.rise);
     thing.renderOrder = -1;
+    thing.frustumCulled = false;
     this.group.add(thing);
     this.made.push(thing);
   }
 
-  outline([x0, x1, y0, y1], z, colour) {
-    const c = [[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]];
-    this.add([0, 1, 1, 2, 2, 3, 3, 0].map((k) => c[k]), colour);
+  outline(ends, ground, colour) {
+    const sides = ends.slice(0, 2).flatMap((x) => ends.slice(2).map((y) => [x, y, ground.at(x)]));
+    this.add([...along(ground, ends, ends[2]), ...along(ground, ends, ends[3]), ...sides], colour);
   }
 
   label(text, axis, value) {
@@ -91,19 +101,20 @@ export class Frame {
       v.set(x, y, z * this.rise).project(camera);
       return [(v.x + 1) * width / 2, (1 - v.y) * height / 2, v.z];
     };
-    const { ends, floor, z } = this.scale;
+    const { ends, floor, ground, z } = this.scale;
     const middle = [(ends[0] + ends[1]) / 2, (ends[2] + ends[3]) / 2];
-    const lower = (a, b) => (seen(...a)[1] >= seen(...b)[1] ? a : b);
-    const edgeY = lower([middle[0], ends[2], floor], [middle[0], ends[3], floor])[1];
-    const edgeX = lower([ends[0], middle[1], floor], [ends[1], middle[1], floor])[0];
-    const corner = this.corners.reduce((best, at) =>
-      (seen(...at, floor)[0] < seen(...best, floor)[0] ? at : best));
+    const on = (x, y) => seen(x, y, ground.at(x));
+    const lower = (a, b) => (on(...a)[1] >= on(...b)[1] ? a : b);
+    const edgeY = lower([middle[0], ends[2]], [middle[0], ends[3]])[1];
+    const edgeX = lower([ends[0], middle[1]], [ends[1], middle[1]])[0];
+    const corner = this.corners.reduce((best, at) => (on(...at)[0] < on(...best)[0] ? at : best));
     const outX = 0.035 * (edgeX > middle[0] ? 1 : -1) * (ends[1] - ends[0]);
     const outY = 0.035 * (edgeY > middle[1] ? 1 : -1) * (ends[1] - ends[0]);
     const top = z.length ? z.at(-1) : floor;
     const spots = this.texts.map(({ axis, value }) => {
-      if (axis === "x") return seen(value ?? middle[0], edgeY + outY * (value == null ? 2.6 : 1), floor);
-      if (axis === "y") return seen(edgeX + outX * (value == null ? 2.6 : 1), value ?? middle[1], floor);
+      const out = value == null ? 2.6 : 1;
+      if (axis === "x") return on(value ?? middle[0], edgeY + outY * out);
+      if (axis === "y") return seen(edgeX + outX * out, value ?? middle[1], ground.at(edgeX));
       const [px, py, d] = seen(...corner, value ?? top);
       return value == null ? [px - 6, py - 18, d] : [px - 22, py, d];
     });
@@ -135,4 +146,10 @@ export class Frame {
     });
     to.needsUpdate = true;
   }
+}
+
+// pairs of points of a line on the ground along x
+function along(ground, [x0, x1], y) {
+  const points = ground.places(x0, x1).map((x) => [x, y, ground.at(x)]);
+  return points.slice(1).flatMap((point, k) => [points[k], point]);
 }

@@ -187,12 +187,14 @@ class Live {
       high[k] = Math.max(high[k], point.at[k] + half);
     }
     const size = Math.max(...high.map((v, k) => v - low[k]));
-    const fits = this.box && low.every((v, k) => v >= this.box.low[k] && high[k] <= this.box.high[k])
+    const around = this.answer.surroundings ?? this.head.surroundings, told = JSON.stringify(around);
+    const fits = this.box && told === this.around && low.every((v, k) => v >= this.box.low[k] && high[k] <= this.box.high[k])
       && size > 0.45 * Math.max(...this.box.high.map((v, k) => v - this.box.low[k]));
     if (fits) return;
+    this.around = told;
     const room = this.box ? 0.15 * size : 0.04 * size;
     this.box = { low: low.map((v) => v - room), high: high.map((v) => v + room) };
-    stage.setRoom(this.box, this.head.surroundings);
+    stage.setRoom(this.box, around);
     const solid = points.some((point) => point.size), across = high[1] - low[1] > high[0] - low[0];
     stage.look(stage.view ?? (solid ? "corner" : across ? "front" : "side"));
   }

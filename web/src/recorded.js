@@ -24,6 +24,8 @@ class Recorded {
     this.run = within(asked.get("run"), head.runs.length) ?? head.first;
     this.other = within(asked.get("with"), head.runs.length);
     this.line = this.scenery.lines[0].name;
+    this.still = this.scenery.time.length < 2; // a scene at rest has no time to run through
+    this.shell.transport.hidden = this.still;
     this.along = this.scenery.lines[0].tension ? "tension" : "speed";
     this.runPickers();
     this.panels();
@@ -37,7 +39,7 @@ class Recorded {
     const at = Number(asked.get("t"));
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches || asked.has("t");
     this.clock.go(Number.isFinite(at) ? at : 0);
-    if (!still && this.scenery.time.length > 1) this.clock.play();
+    if (!still && !this.still) this.clock.play();
   }
 
   // --- which run ----------------------------------------------------------------------------------
@@ -136,7 +138,7 @@ class Recorded {
       el("section.readouts", { "aria-label": "Values now" },
         linePicker && el("label.pick", {}, "Line ", linePicker), values(this.readouts, "now")),
       el("section.figure", {}, el("div.plothead", {}, this.alongBox), this.alongHost),
-      el("section.figure", {}, el("div.plothead", {}, this.historyBox, this.key), this.historyHost),
+      el("section.figure", { hidden: this.still }, el("div.plothead", {}, this.historyBox, this.key), this.historyHost),
       this.head.outputs.length > 0 && el("details.more", { open: true }, el("summary", {}, "Numbers of the run"), values(this.numbers, "run")),
       this.histories.some((h) => h.group === "energy")
         && el("details.more", {}, el("summary", {}, "Energies now"), values(this.energies, "now")));

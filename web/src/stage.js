@@ -4,6 +4,7 @@ import { BoxGeometry, BufferAttribute, BufferGeometry, Color, ColorManagement, G
   PerspectiveCamera, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
   EdgesGeometry, LineSegments, LineBasicMaterial } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { Bed } from "./bed.js";
 import { css, el } from "./dom.js";
 import { Frame } from "./frame.js";
 import { Tube } from "./tube.js";
@@ -215,7 +216,7 @@ const within = (value, half) => Math.min(Math.max(value, -half), half);
 function padded({ low, high }, { bed, surface }) {
   low = [...low];
   high = [...high];
-  if (bed != null) low[2] = Math.min(low[2], bed);
+  if (bed != null) low[2] = Math.min(low[2], new Bed(bed).range(low[0], high[0])[0]);
   const wide = Math.max(...high.map((value, k) => value - low[k]), 1e-3);
   if (surface != null && surface < high[2] + 0.5 * wide) high[2] = Math.max(high[2], surface);
   for (let k = 0; k < 3; k++) {
@@ -225,6 +226,10 @@ function padded({ low, high }, { bed, surface }) {
       high[k] += lack / 2;
     }
   }
-  if (bed != null) low[2] = Math.max(low[2], bed);
+  if (bed != null) {
+    const [lowest, highest] = new Bed(bed).range(low[0], high[0]);
+    low[2] = lowest;
+    high[2] = Math.max(high[2], highest);
+  }
   return { low, high };
 }
