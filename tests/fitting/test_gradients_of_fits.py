@@ -14,7 +14,8 @@ import pytest
 from engine_runs import study_of
 
 from lumpedcable.fitting.residual import run_group
-from lumpedcable.fitting.sensitivity import read_scalar, setting_of
+from lumpedcable.fitting.scalar import read_scalar
+from lumpedcable.fitting.sensitivity import setting_of
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE
 

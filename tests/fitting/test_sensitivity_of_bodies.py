@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from engine_runs import study_of
 
-from lumpedcable.fitting.sensitivity import Sensitivity, read_scalar, sensitivity_of
+from lumpedcable.fitting.scalar import read_scalar
+from lumpedcable.fitting.sensitivity import Sensitivity, sensitivity_of
 from lumpedcable.status import Status
 
 EA, LENGTH, WIRE, MASS, SPEED = 5e3, 2.0, 0.5, 40.0, 1.5  # N, m, kg/m, kg, m/s
