@@ -34,6 +34,7 @@ __all__ = ["Sensitivity", "scalar_slopes", "sensitivity_of", "setting_of"]
 Array = NDArray[np.float64]
 AT_ONCE = 32  # most directions that go through time together
 WILD = 1e4  # per cent per per cent from which a derivative tells of rounding alone
+SURROUNDINGS = ("water", "air", "sea", "seabed")  # whose numbers' labels do not say whose they are
 REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
 
 
@@ -122,7 +123,9 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
         if key.endswith(".max_strain"):
             continue  # it bounds the step and touches nothing else
         numbers, _ = numbers_of(study, key)
-        found += [(n.key, n.label, n.kind.unit) for n in numbers]
+        where = key.split(".")[0]
+        of = f"{where} " if where in SURROUNDINGS else ""
+        found += [(n.key, of + n.label, n.kind.unit) for n in numbers]
     labels = [label for _, label, _ in found]
     return [(k, k if labels.count(label) > 1 else label, u) for k, label, u in found]
 

@@ -20,7 +20,7 @@ from lumpedcable.fitting.sensitivity import setting_of
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE
 
-STEPS = (1e-4, 1e-5, 1e-6, 1e-7)  # of the number itself
+STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  # of the number itself
 
 BREAK = """
 gravity = 9.81
