@@ -34,7 +34,7 @@ PARAMETERS = (
     "materials.nylon.p1", "materials.nylon.p2", "materials.nylon.p3", "materials.nylon.p4",
     "lines.rope.mass", "lines.rope.end.held.pretension",
 )  # fmt: skip
-GRADIENT_OUTPUTS = 16
+GRADIENT_OUTPUTS = 100
 MEMORY = ((100, 1), (6400, 1), (100, 64), (100, 1024))  # segments, lanes
 ROOT = Path(__file__).parents[1]
 

@@ -58,9 +58,11 @@ class Draft:
     """The single parts that could be read, by key: gravity, water, solver, ..."""
     named: frozenset[str]
     """The single parts that the scene names, readable or not."""
+    sound: frozenset[int] = frozenset()
+    """Parts, by id, that are known to have nothing to say about themselves."""
 
     @classmethod
-    def of(cls, scene: Scene) -> Draft:
+    def of(cls, scene: Scene, sound: frozenset[int] = frozenset()) -> Draft:
         """Return the draft of a scene that could be read as a whole."""
         singles = {key: value for key, value in children(scene) if not isinstance(value, dict)}
         return cls(
@@ -72,6 +74,7 @@ class Draft:
             scene.targets,
             {str(key): value for key, value in singles.items()},
             frozenset(map(str, singles)),
+            sound,
         )
 
     @property
@@ -83,9 +86,9 @@ class Draft:
 def problems(draft: Draft) -> Iterator[Problem]:
     """Yield everything that is wrong in a draft."""
     for section in ("materials", "lines", "bodies", "measures", "events", "targets"):
-        yield from inside(getattr(draft, section), (section,))
+        yield from inside(getattr(draft, section), (section,), draft.sound)
     for key, part in draft.others.items():
-        yield from inside(part, (key,))
+        yield from inside(part, (key,), draft.sound)
     if "water" in draft.named and "air" in draft.named:
         yield Problem(("air",), "expected water or air, found both")
     if not draft.lines:
@@ -136,14 +139,24 @@ def problems(draft: Draft) -> Iterator[Problem]:
     yield from _at_rest(draft)
 
 
-def inside(value: Any, path: Path) -> Iterator[Problem]:
-    """Yield what the parts at and below a value say about themselves."""
+def inside(value: Any, path: Path, sound: frozenset[int] = frozenset()) -> Iterator[Problem]:
+    """Yield what the parts at and below a value say about themselves, but for `sound` ones (by id)."""
+    if id(value) in sound:
+        return
     if isinstance(value, Part):
         for problem in value.problems():
             yield Problem((*path, *problem.path), problem.message)
     if isinstance(value, Part | dict):
         for key, child in children(value):
-            yield from inside(child, (*path, key))
+            yield from inside(child, (*path, key), sound)
+
+
+def parts_of(value: Any) -> Iterator[Any]:
+    """Yield a value that has something below it, and all such values below it."""
+    if isinstance(value, Part | dict):
+        yield value
+        for _, child in children(value):
+            yield from parts_of(child)
 
 
 def _at_rest(draft: Draft) -> Iterator[Problem]:
@@ -281,7 +294,7 @@ def _point_of(path: Path, name: str, point: str, body: MovedBody) -> Iterator[Pr
 
 def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterator[Problem]:
     material = draft.materials.get(line.material)
-    if material is None or next(iter(inside(material, ())), None) is not None:
+    if material is None or next(inside(material, (), draft.sound), None) is not None:
         return
     reach = material.reach()
     if held.pretension > reach * (1 + 1e-12):
@@ -301,7 +314,7 @@ def _clamped(end: Any) -> bool:
 def _seabed(draft: Draft) -> Iterator[Problem]:
     """Yield the places where an end or a body starts below the bed."""
     seabed = draft.others.get("seabed")
-    if not isinstance(seabed, Seabed) or next(inside(seabed, ()), None) is not None:
+    if not isinstance(seabed, Seabed) or next(inside(seabed, (), draft.sound), None) is not None:
         return
     places: list[tuple[Path, tuple[float, ...]]] = []
     for name, line in draft.lines.items():

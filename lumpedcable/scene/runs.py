@@ -158,10 +158,15 @@ class Runs(Sequence[Scene]):
     def problem(self, run: int) -> str | None:
         """Return what is wrong with a run, or None."""
         try:
-            found = next(checks.problems(checks.Draft.of(self[run])), None)
+            found = next(checks.problems(checks.Draft.of(self[run], self._sound)), None)
         except ValidationError as error:
             return str(error.errors()[0]["msg"])
         return None if found is None else f"{dotted(found.path)}: {found.message}"
+
+    @cached_property
+    def _sound(self) -> frozenset[int]:
+        """The parts of the common scene, which was found right: runs that share one need not ask it."""
+        return frozenset(map(id, checks.parts_of(self._base)))
 
     def name(self, run: int) -> str:
         """Return the names of a run's rows, "" where they have none."""

@@ -189,6 +189,10 @@ def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> 
         after = Progress(y, state, seen, run.exhausted | failed, run.stopped, peaks)
         return after if plan.stop is None else _halted(model, plan, run, after, t0, dt)
 
+    if isinstance(numbers.steps, int):
+        # for reverse mode: the way back takes each step again, which is cheaper than to fetch from
+        # memory all that a step has worked out
+        return jax.lax.fori_loop(0, numbers.steps, jax.checkpoint(step, prevent_cse=False), run)
     return jax.lax.fori_loop(0, numbers.steps, step, run)
 
 

@@ -9,13 +9,10 @@ import jax.numpy as jnp
 
 __all__ = ["block_length", "scan_in_blocks"]
 
-# numbers that the way back keeps of a step, over those of a state
-KEPT_OF_A_STEP = 10
-
 
 def block_length(count: int, steps: int) -> int:
-    """Turns of `steps` steps in a block: the B that makes count/B + KEPT B steps least."""
-    return max(1, round(math.sqrt(count / (KEPT_OF_A_STEP * steps))))
+    """Turns of `steps` steps in a block: the B that makes count/B + B steps, the states kept, least."""
+    return max(1, round(math.sqrt(count / steps)))
 
 
 def scan_in_blocks(

@@ -130,10 +130,16 @@ def run_runs(
 
 
 class _Teller:
-    """Adds up finished outputs for whoever shows progress."""
+    """Adds up finished outputs for whoever shows progress; `pace` is how many to ask for at once."""
 
     def __init__(self, total: int, on_progress: Callable[[int, int], None]):
         self.total, self.done, self.on_progress = total, 0, on_progress
+        self.pace: int = FIRST_OUTPUTS
+
+    def took(self, seconds: float, most: int) -> None:
+        """Learn from a call how much to ask for next, also of the next part, at most `most`."""
+        if seconds < PACE:
+            self.pace = max(self.pace, min(2 * self.pace, most))
 
     def __call__(self, outputs: int) -> None:
         self.done += outputs
@@ -237,9 +243,10 @@ def _run_part(
         write_rest(writer, mine, rows, rows_of(ready, np.arange(lived)), start, sample.ends)
     timings.mark("begin")
     batch = Batch(part, ready, run)
-    done, pace = 0, min(FIRST_OUTPUTS, part.plan.outputs)
+    done = 0
     while done < account.count:
-        now, asked = min(pace, account.count - done), clock.perf_counter()
+        now = min(tell.pace, batch.plan.outputs, account.count - done)
+        asked = clock.perf_counter()
         samples: Any = batch.advance(numbers, done, now)
         timings.mark("advance")
         took = clock.perf_counter() - asked
@@ -261,7 +268,5 @@ def _run_part(
                 tell(left * lived)
                 break
             batch.shrink(took * left / now)
-        if took < PACE:
-            pace = min(2 * pace, batch.plan.outputs)
-        pace = min(pace, batch.plan.outputs)
+        tell.took(took, batch.plan.outputs)
     account.finish(batch.ends())

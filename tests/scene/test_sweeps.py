@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, lognorm, norm, qmc, truncnorm, uniform
 
-from lumpedcable.scene import CHECKED, SceneError, load_study
+from lumpedcable.scene import CHECKED, SceneError, load_study, run_checks
 from lumpedcable.scene.draws import spread, unit_draws
 
 PRETENSION = "lines.rope.end.held.pretension"
@@ -172,6 +172,18 @@ def test_ten_million_runs_are_rows_not_scenes(tmp_path, scenes_built):
     everywhere = study.runs.numbers(np.arange(10**6))
     assert everywhere[TIME][3200:6400].tolist() == everywhere[TIME][:3200].tolist()
     assert scenes_built[0] < 3 * CHECKED
+
+
+def test_every_run_of_a_large_sweep_is_asked_by_itself(tmp_path, monkeypatch):
+    # of zipped rows the extremes of each key are looked at when the file is read: not the third, whose
+    # tension falls with strain
+    monkeypatch.setattr(run_checks, "CHECKED", 1)
+    p1, p2 = "materials.nylon.p1", "materials.nylon.p2"
+    sweep = f'[[sweep.zip]]\n"{p1}" = [-27e4, 27e4, 1e4]\n"{p2}" = [-10.2, 10.2, -1]\n'
+    runs = study_of(tmp_path, sweep, ["materials.nylon.p4=300e3", f"{PRETENSION}=100e3"]).runs
+    said = [runs.problem(k) for k in range(3)]
+    assert said[:2] == [None, None]
+    assert "materials.nylon: expected a tension that rises" in said[2]
 
 
 def test_a_number_that_moves_others_moves_them_in_the_columns(tmp_path):

@@ -116,7 +116,7 @@ SOME_LATER = [
 
 
 @pytest.mark.parametrize(("text", "place"), SOME_LATER, ids=LATER.keys())
-@pytest.mark.parametrize("time", ["0 ms", "4 ms"])
+@pytest.mark.parametrize("time", [pytest.param("0 ms", marks=pytest.mark.slow), "4 ms"])
 def test_a_later_break_is_the_same_break_later(tmp_path, text, place, time):
     if place == "rope.start":  # what is left must be held by something else than a force
         text = text.replace(
