@@ -323,7 +323,8 @@ def study_sensitivity(study: Study, of: str | None, run: int) -> Sensitivity:
     Raises:
         ValueError: the scene has no such scalar.
     """
-    from lumpedcable.fitting.sensitivity import read_scalar, sensitivity_of, usual_scalar
+    from lumpedcable.fitting.scalar import read_scalar, usual_scalar
+    from lumpedcable.fitting.sensitivity import sensitivity_of
     from lumpedcable.study.modes_report import heading
 
     mine = study.runs[run]

@@ -199,7 +199,7 @@ def grouped(problem: Problem) -> list[list[Member]]:
 
 def seen_plan(plan: Plan) -> Plan:
     """A scene's plan with what is looked at here alone, and with derivatives."""
-    return replace(plan, quantities=SEEN, recoils=(), outputs=1, stop=None, sloped=True)
+    return replace(plan, quantities=SEEN, recoils=(), outputs=1, sloped=True)
 
 
 def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArrays]:

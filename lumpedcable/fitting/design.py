@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumpedcable.fitting.parameters import numbers_of
-from lumpedcable.fitting.sensitivity import Scalar, read_scalar, scalar_slopes
+from lumpedcable.fitting.scalar import Scalar, read_scalar
+from lumpedcable.fitting.sensitivity import scalar_slopes
 from lumpedcable.scene import Study
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.status import MEANING, Status

@@ -17,14 +17,17 @@ from lumpedcable.model.model import Model
 from lumpedcable.physics.vectors import root
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.lines import tie_of
 from lumpedcable.scene.part import did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.solve.observe import Sample
 
-__all__ = ["MEASURE", "UNITS", "Grid", "Watched", "grid_of", "look", "watched"]
+__all__ = ["MEASURE", "PEAK", "STOP", "UNITS", "Grid", "Watched", "grid_of", "look", "watched"]
 
 UNITS = {"tension": "N", "displacement": "m", "velocity": "m/s", "position": "m"}
 MEASURE = "measure"  # a number that the scene asks for: NaN while it does not count
+STOP = "stop"  # when the body of output.stop came to rest: NaN before
+PEAK = "peak"  # the largest tension of a rod so far, of every step
 MOST_OUTPUTS = 20_000  # of a grid that meets all times of a record
 ON_GRID = 1e-6  # of its spacing by which a time may miss a point of the grid
 _PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
@@ -33,8 +36,9 @@ _PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
 class Watched(NamedTuple):
     """One observed quantity, as far as it is structure.
 
-    `node` is 0 or -1 at an end of the piece; elsewhere None, and `after` the first of the two nodes
-    (of a tension: the two segments) that it lies between. Of a measure or a `body`, `piece` is its name.
+    `node` is 0 or -1 at an end of the piece (of a peak: the segment); elsewhere None, and `after` the
+    first of the two nodes (of a tension: the two segments) that it lies between. Of a measure or a
+    `body`, `piece` is its name.
     """
 
     quantity: str
@@ -56,8 +60,11 @@ def watched(
     match = _PLACE.fullmatch(at.strip())
     axis = None if component is None else "xyz".index(component)
     bodies = [n for n, b in scene.bodies.items() if isinstance(b, Body) and b.rigid]
-    if at.strip() in bodies:
-        if quantity == "tension":
+    force = quantity in ("tension", PEAK)
+    if force and (tied := _tied(scene, at.strip())) is not None:
+        match = _PLACE.fullmatch(tied)
+    elif at.strip() in bodies:
+        if force:
             raise ValueError(f'expected a place on a line for a tension, found the body "{at}"')
         return Watched(quantity, at.strip(), None, 0, axis, body=True), 0.0
     if match is None:
@@ -73,6 +80,11 @@ def watched(
     pieces = layout.of_line(line)
     if not pieces:
         raise ValueError(f'expected a line with nodes, found "{line}", which is ideal')
+    if quantity == PEAK and scene.materials[scene.lines[line].material].law != "inextensible":
+        raise ValueError(
+            f'expected a line that keeps its length for a peak of every step, found "{line}": '
+            "take max, with output.every the step"
+        )
     if side is not None:
         piece, node = (pieces[0], 0) if side == "start" else (pieces[-1], -1)
         return Watched(quantity, piece.name, node, 0, axis), 0.0
@@ -94,6 +106,9 @@ def watched(
         before += own.sum()
     nodes = np.concatenate([[0.0], np.cumsum(own)])
     points = 0.5 * (nodes[1:] + nodes[:-1]) if quantity == "tension" else nodes
+    if quantity == PEAK:
+        index = int(np.clip(np.searchsorted(nodes, place - before) - 1, 0, own.size - 1))
+        return Watched(quantity, piece.name, index, 0, axis), 0.0
     if points.size == 1:
         return Watched(quantity, piece.name, 0, 0, axis), 0.0
     index = int(np.clip(np.searchsorted(points, place - before) - 1, 0, points.size - 2))
@@ -101,10 +116,25 @@ def watched(
     return Watched(quantity, piece.name, None, index, axis), float(share)
 
 
+def _tied(scene: Scene, at: str) -> str | None:
+    """The end "LINE.start" or "LINE.end" of the one line that is tied to a body or to a point of it.
+
+    Raises:
+        ValueError: several lines are.
+    """
+    if at.split(".")[0] not in scene.bodies:
+        return None
+    sides = [(n, s, getattr(line, s)) for n, line in scene.lines.items() for s in ("start", "end")]
+    ends = [f"{name}.{side}" for name, side, end in sides if tie_of(end) == at]
+    if len(ends) > 1:
+        raise ValueError(f'expected the end of one line, found "{at}" with {", ".join(ends)}')
+    return ends[0] if ends else None
+
+
 def look(
     model: Model, coordinates: Coordinates, seen: Sample, what: Watched, share: Float[Array, ""]
 ) -> Float[Array, ""]:
-    """The value (SI) of an observed quantity at one output time.
+    """The value (SI) of an observed quantity at one output time, from what is sampled there.
 
     Between nodes (of a tension: the middles of segments) it is linear, an error of the second order
     in the segments' length.

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from lumpedcable.fitting.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
-from lumpedcable.fitting.observe import MEASURE, look
+from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, Watched, look
 from lumpedcable.fitting.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
 from lumpedcable.solve.bound import step_bound
-from lumpedcable.solve.integrate import Numbers, begin, cast, interval
+from lumpedcable.solve.integrate import Numbers, Progress, begin, cast, interval
 from lumpedcable.solve.observe import Sample, sample
 from lumpedcable.solve.reverse import scan_in_blocks
 from lumpedcable.solve.targets import rest_of
@@ -148,26 +148,30 @@ def history(
     plan = spec.plan
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
-    def seen(s: Sample):
-        picked = [
-            look(model, coordinates, s, what, shares[k]) for k, what in enumerate(spec.watched)
-        ]
-        values = jnp.stack(picked)
-        counts = jnp.array([what.quantity != MEASURE for what in spec.watched])
+    def pick(run: Progress, s: Sample, what: Watched, share):
+        if what.quantity == STOP:
+            return run.stopped
+        if what.quantity == PEAK:
+            return run.peaks[what.piece][what.node]
+        return look(model, coordinates, s, what, share)
+
+    def seen(run: Progress, s: Sample):
+        values = jnp.stack([pick(run, s, what, shares[k]) for k, what in enumerate(spec.watched)])
+        counts = jnp.array([what.quantity not in (MEASURE, STOP) for what in spec.watched])
         finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
         return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted])
 
     def body(run, k):
         run = interval(model, plan, numbers, run, k * numbers.every)
         t = (k + 1) * numbers.every
-        return run, seen(sample(model, t, run.y, plan.quantities, dt, run.exhausted))
+        return run, seen(run, sample(model, t, run.y, plan.quantities, dt, run.exhausted))
 
     run, first = begin(model, plan, numbers)
     if spec.steps is None:
         _, (values, wrong) = jax.lax.scan(body, run, jnp.arange(spec.count))
     else:  # for reverse mode
         _, (values, wrong) = scan_in_blocks(body, run, spec.count, spec.steps)
-    now, _ = seen(first)
+    now, _ = seen(run, first)
     finite, step, many = jnp.any(wrong, axis=0)
     # what is undefined was something else first
     status = jnp.where(finite, int(Status.NON_FINITE), int(Status.OK))

@@ -37,8 +37,8 @@ NUDGES, NUDGE, WORTH = 4, 1e-3, 1e-3
 SAMPLE, RESCUES, REACH = 64, 4, 3.0
 """Where a search ends badly: places tried, searches from the best of them, and the factor by which a
 number without bounds is at most changed."""
-SAME = 1e-3
-"""Relative difference of two losses that are one."""
+SAME, ALIKE = 1e-3, 3
+"""Relative difference of two losses that are one, and how many of one are believed to be the least."""
 UNLIKELY = 1e-3
 """Probability of such deviations by chance, below which the scene is in doubt."""
 POOR = 0.1
@@ -92,10 +92,9 @@ def seek(
     if problem.method.starts is not None or not bad_end(problem, spec, sought):
         return sought
     for start in _others(problem, spec, arrays):
-        before = sought.loss
         sought = go(start)
-        agreed = abs(sought.starts[-1].loss - before) <= SAME * before
-        if agreed or not bad_end(problem, spec, sought):
+        alike = [abs(s.loss - sought.loss) <= SAME * sought.loss for s in sought.starts]
+        if sum(alike) >= ALIKE or not bad_end(problem, spec, sought):
             break
     return sought._replace(sampled=SAMPLE)
 

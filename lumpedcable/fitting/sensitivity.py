@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import partial
 
@@ -13,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
-from lumpedcable.fitting.observe import MEASURE, UNITS, Watched, watched
+from lumpedcable.fitting.observe import MEASURE, STOP, Watched, watched
 from lumpedcable.fitting.parameters import numbers_of
 from lumpedcable.fitting.residual import group_start, run_group, run_models, started
+from lumpedcable.fitting.scalar import Scalar
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, Study
-from lumpedcable.scene.part import did_you_mean
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE, Structure, number
 from lumpedcable.study.plan import (
@@ -27,48 +26,16 @@ from lumpedcable.study.plan import (
     DEFAULT_RTOL,
     output_count,
     plan_of,
-    recoils_of,
     rounded_steps,
 )
-from lumpedcable.study.summary import recoil_name
 
-__all__ = [
-    "Scalar",
-    "Sensitivity",
-    "read_scalar",
-    "scalar_slopes",
-    "sensitivity_of",
-    "setting_of",
-    "usual_scalar",
-]
+__all__ = ["Sensitivity", "scalar_slopes", "sensitivity_of", "setting_of"]
 
 Array = NDArray[np.float64]
 AT_ONCE = 32  # most directions that go through time together
 WILD = 1e4  # per cent per per cent from which a derivative tells of rounding alone
+SURROUNDINGS = ("water", "air", "sea", "seabed")  # whose numbers' labels do not say whose they are
 REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
-REDUCTIONS = ("max", "min", "first", "last")
-_SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
-_MEASURE = re.compile(r"(\w+) ([A-Za-z][\w-]*)")
-
-
-@dataclass(frozen=True)
-class Scalar:
-    """One number of a run: the max, min, first or last of a quantity at a place, over the outputs.
-
-    Or of a measure of the scene, whose name is then `at`, over the outputs at which it counts.
-    """
-
-    reduction: str
-    quantity: str
-    at: str
-    component: str | None
-    unit: str
-
-    def __str__(self) -> str:
-        if self.quantity == MEASURE:
-            return f"{self.reduction} {self.at}"
-        part = "" if self.component is None else f" in {self.component}"
-        return f"{self.reduction} {self.quantity} at {self.at}{part}"
 
 
 @dataclass(frozen=True)
@@ -103,57 +70,6 @@ class Sensitivity:
         return said
 
 
-def read_scalar(text: str, scene: Scene) -> Scalar:
-    """The scalar that a text means: "max velocity at rope.end", "last position at rope.end in x".
-
-    Of a measure of the scene it is "min h_w".
-
-    Raises:
-        ValueError: it means none; the message says what was expected.
-    """
-    match = _SCALAR.fullmatch(" ".join(text.split()))
-    expected = 'expected "max velocity at LINE.end", "max displacement at BODY" or the like'
-    measure = _MEASURE.fullmatch(" ".join(text.split()))
-    if measure is not None and measure.group(1) in REDUCTIONS and scene.measures:
-        return _measure(scene, *measure.groups())
-    if match is None:
-        raise ValueError(f'{expected}, found "{text}"')
-    reduction, quantity, at, component = match.groups()
-    for word, known in ((reduction, REDUCTIONS), (quantity, tuple(UNITS))):
-        if word not in known:
-            raise ValueError(
-                f'expected one of {", ".join(known)}, found "{word}"{did_you_mean(word, known)}'
-            )
-    if component is not None and (component not in "xyz" or quantity == "tension"):
-        wanted = "none for a tension" if quantity == "tension" else "x, y or z"
-        raise ValueError(f'expected as component {wanted}, found "{component}"')
-    if component is None and quantity == "position":
-        raise ValueError(f'expected a component of the position, "{text} in x" or the like')
-    return Scalar(reduction, quantity, at, component, UNITS[quantity])
-
-
-def _measure(scene: Scene, reduction: str, name: str) -> Scalar:
-    """A scalar of a measure."""
-    if name not in scene.measures:
-        hint = did_you_mean(name, scene.measures)
-        raise ValueError(f'expected a measure of the scene, found "{name}"{hint}')
-    return Scalar(reduction, MEASURE, name, None, scene.measures[name].UNIT)
-
-
-def usual_scalar(scene: Scene) -> Scalar:
-    """The peak speed of the first end that breaks; else the scene's first measure at its worst; else
-    the largest tension at the first line's start.
-    """
-    recoils = recoils_of(make_layout(scene))
-    for recoil in recoils:
-        if recoil.line in scene.lines:
-            return Scalar("max", "velocity", recoil_name(recoil), None, UNITS["velocity"])
-    for name, measure in scene.measures.items():
-        return _measure(scene, "min" if measure.LEAST else "max", name)
-    at = f"{next(iter(scene.lines))}.start"
-    return Scalar("max", "tension", at, None, UNITS["tension"])
-
-
 def sensitivity_of(
     study: Study, scalar: Scalar, run: int = 0, reverse: bool | None = None
 ) -> Sensitivity:
@@ -174,10 +90,8 @@ def sensitivity_of(
     spec, arrays = setting_of(scene, scalar, keys, back)
     found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
     value = float(found)
-    if scalar.quantity == MEASURE and not np.isfinite(value) and int(status) == Status.OK:
-        raise ValueError(
-            f'expected a measure that counts, found "{scalar.at}", which never does here'
-        )
+    if not np.isfinite(value) and int(status) == Status.OK:
+        raise ValueError(scalar.never)
     shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
     order = np.lexsort((-np.abs(slopes), -np.abs(shares)))
     return Sensitivity(
@@ -195,6 +109,8 @@ def scalar_slopes(
     scene = scene.with_numbers(dict(zip(keys, map(float, values), strict=True)))
     spec, arrays = setting_of(scene, scalar, keys, back=False)
     found, status, slopes = _slopes(spec, arrays, np.asarray(values), scalar.reduction, False)
+    if not np.isfinite(found) and int(status) == Status.OK:
+        raise ValueError(scalar.never)
     return float(found), Status(int(status)), np.asarray(slopes)
 
 
@@ -207,7 +123,9 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
         if key.endswith(".max_strain"):
             continue  # it bounds the step and touches nothing else
         numbers, _ = numbers_of(study, key)
-        found += [(n.key, n.label, n.kind.unit) for n in numbers]
+        where = key.split(".")[0]
+        of = f"{where} " if where in SURROUNDINGS else ""
+        found += [(n.key, of + n.label, n.kind.unit) for n in numbers]
     labels = [label for _, label, _ in found]
     return [(k, k if labels.count(label) > 1 else label, u) for k, label, u in found]
 
@@ -215,8 +133,8 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
 def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
     """One run of a scene as a group of one, looked at at its own output times."""
     layout, coordinates = make_layout(scene), coordinates_of([scene])
-    what, share = Watched(MEASURE, scalar.at, None, 0, None), 0.0
-    if scalar.quantity != MEASURE:
+    what, share = Watched(scalar.quantity, scalar.at, None, 0, None), 0.0
+    if scalar.quantity not in (MEASURE, STOP):
         what, share = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
     plan = plan_of(scene, layout)
     plan = seen_plan(plan)

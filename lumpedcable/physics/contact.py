@@ -164,13 +164,12 @@ def contact(
 
     With a `hertz` contact the wheel sinks into the line as well, in series with the kink. The foot is
     where the energy T |G|^2 / (h d) is stationary along the line, so that a frictionless sheave feels
-    no force along it but that of the kink. It is found from the nearest node by Newton steps of at
-    most half a segment; the last one carries the derivative.
+    no force along it but that of the kink. It is found from the nearest node by Newton steps, all but
+    the last of at most half a segment.
     """
     all_nodes = extended(nodes)
     segments = nodes.shape[1] - 1
-    frozen, here = jax.lax.stop_gradient((all_nodes, place))
-    away = jnp.sum((frozen[:, 1:-1] - here[:, None]) ** 2, axis=0)
+    away = jnp.sum((all_nodes[:, 1:-1] - place[:, None]) ** 2, axis=0)
     s = jnp.argmin(away).astype(place.dtype)
 
     bend = None if EI is None else segment_length * jnp.sqrt(tension / EI)
@@ -183,21 +182,22 @@ def contact(
         if hertz is None:
             return jnp.ones_like(s)
         reading = read(s, segments, bend)
-        gap = here - _at(frozen, reading, reading.weights)
+        gap = place - _at(all_nodes, reading, reading.weights)
         size = jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
-        return jax.lax.stop_gradient(1.0 - hertz.depth_of(size, spring(reading)) / size)
+        return 1.0 - hertz.depth_of(size, spring(reading)) / size
 
-    def both(s):
+    def change(s):
+        """The Newton step."""
         bent = kinked(s)
-        return jax.jvp(
-            lambda at: _imbalance(at, frozen, here, bent, bend), (s,), (jnp.ones_like(s),)
+        value, slope = jax.jvp(
+            lambda at: _imbalance(at, all_nodes, place, bent, bend), (s,), (jnp.ones_like(s),)
         )
+        return value / slope
 
+    # nothing here is frozen: two steps from a node leave an error that derivatives would show
     for _ in range(NEWTON):
-        value, slope = both(s)
-        s = jnp.clip(s - jnp.clip(value / slope, -0.5, 0.5), 0.0, float(segments))
-    s, (_, slope) = jax.lax.stop_gradient((s, both(s)))
-    s = s - _imbalance(s, all_nodes, place, kinked(s), bend) / slope
+        s = jnp.clip(s - jnp.clip(change(s), -0.5, 0.5), 0.0, float(segments))
+    s = s - change(s)
     reading = read(s, segments, bend)
     gap = place - _at(all_nodes, reading, reading.weights)
     along = _at(all_nodes, reading, reading.slopes)

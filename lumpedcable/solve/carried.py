@@ -125,25 +125,26 @@ def carried_equilibrium(
         return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
 
     def unfinished(carry):
-        _, force, _, _, count = carry
+        _, force, _, count = carry
         return (count == 0) | ((worst(force) > goal) & (count < max_iterations))
 
     def step(carry):
         # the parts are taut: steps are Newton's own but where one of them goes wrong
-        x, force, _, share, count = carry
+        x, force, share, count = carry
         slope = jax.jacfwd(residual)(x)
         trial = x - share * jnp.linalg.solve(slope, force)
         after = residual(trial)
         better = norm(after) <= jnp.maximum(norm(force), goal)
         share = jnp.where(better, jnp.minimum(1.0, 2.0 * share), 0.25 * share)
-        return (jnp.where(better, trial, x), jnp.where(better, after, force), slope, share,
-                count + 1)  # fmt: skip
+        return jnp.where(better, trial, x), jnp.where(better, after, force), share, count + 1
 
     x = jnp.zeros(size)
-    start = (x, residual(x), jnp.eye(size), jnp.ones(()), jnp.zeros((), int))
+    start = (x, residual(x), jnp.ones(()), jnp.zeros((), int))
     found = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
-    x, force, slope, _, count = found
+    x, force, _, count = found
     left = worst(force)
+    # at the root itself: one step before it is not good enough for derivatives
+    slope = jax.lax.stop_gradient(jax.jacfwd(residual)(x))
     last = x - jnp.linalg.solve(slope, unknowns.residual(model, x))
     x = jnp.where(jnp.all(jnp.isfinite(last)), last, x)
     return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)

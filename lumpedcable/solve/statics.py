@@ -335,15 +335,25 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int)
     x, force, _, count = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
     found = worst(force) <= goal
     # the step that carries the derivative; it also polishes, where K is regular
-    polished = x + change_of(x, residual(model, x), jnp.zeros(()))
-    regular = jnp.all(jnp.isfinite(polished)) & (worst(frozen(polished)) <= 10.0 * goal)
-    x = jnp.where(regular, polished, x)
-    everything = net.spread(x.reshape(net.size, d))
-    lines = {
-        name: placed(line, line.reference + everything[name]) for name, line in model.lines.items()
+    # a first shape is not what the result depends on, and may have no derivative
+    known = net.spread(jnp.broadcast_to(held, (net.size, d)))
+    laid = {
+        name: jnp.where(known[name], line.reference, jax.lax.stop_gradient(line.reference))
+        for name, line in model.lines.items()
     }
-    there = eqx.tree_at(lambda m: m.lines, model, lines)
+    polished = x + change_of(x, residual(_placed(model, laid), x), jnp.zeros(()))
+    regular = jnp.all(jnp.isfinite(polished)) & (worst(frozen(polished)) <= 10.0 * goal)
+    where = {name: line.reference for name, line in model.lines.items()}
+    x, where = jax.tree.map(partial(jnp.where, regular), (polished, laid), (x, where))
+    everything = net.spread(x.reshape(net.size, d))
+    there = _placed(model, {name: where[name] + everything[name] for name in where})
     return Equilibrium(there, worst(force) / force_scale(model), found, count)
+
+
+def _placed(model: Model, places: Vectors) -> Model:
+    """The model with the references of its lines at other places (m)."""
+    lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
+    return eqx.tree_at(lambda m: m.lines, model, lines)
 
 
 def force_scale(model: Model) -> Float[Array, ""]:

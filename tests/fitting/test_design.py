@@ -4,7 +4,8 @@ import pytest
 from engine_runs import sliding_block, study_of
 
 from lumpedcable.fitting.design import Limit, Trial, least_design, next_number, read_limit
-from lumpedcable.fitting.sensitivity import Scalar, scalar_slopes
+from lumpedcable.fitting.scalar import Scalar
+from lumpedcable.fitting.sensitivity import scalar_slopes
 from lumpedcable.status import Status
 
 G, MU, SPEED, VOLUME = 9.81, 0.4, 1.0, 0.4

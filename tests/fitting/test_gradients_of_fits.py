@@ -12,13 +12,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from engine_runs import study_of
+from gradient_scenes import DRAGGED, FERRY, RODS
 
 from lumpedcable.fitting.residual import run_group
-from lumpedcable.fitting.sensitivity import read_scalar, setting_of
+from lumpedcable.fitting.scalar import read_scalar
+from lumpedcable.fitting.sensitivity import setting_of
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE
 
-STEPS = (1e-4, 1e-5, 1e-6, 1e-7)  # of the number itself
+STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  # of the number itself
 
 BREAK = """
 gravity = 9.81
@@ -179,6 +181,17 @@ CASES = {
         "seabed.damping", "seabed.height", "lines.chain.end.motion.amplitude.0",
         "lines.chain.end.motion.period", "lines.chain.end.motion.phase",
         "lines.chain.end.motion.position.2", "gravity"]),
+    "ideal cable, sheave, ship": (FERRY, "min h", [
+        "bodies.cargo.mass", "bodies.cargo.on.place", "bodies.cargo.on.speed",
+        "lines.highline.end.winch.tension", "bodies.ship.mass", "bodies.ship.size.0",
+        "bodies.ship.points.post.2", "bodies.ship.hull.above_keel",
+        "bodies.ship.control.stiffness.0", "bodies.ship.control.damping.2", "water.density",
+        "gravity"]),
+    "friction of the bed": (DRAGGED, "max tension at wire.start", [
+        "seabed.friction", "lines.wire.mass", "lines.wire.length", "materials.wire.EA"]),
+    "rods, sliding block": (RODS, "max tension at block.ring", [
+        "bodies.block.mass", "bodies.block.velocity.0", "bodies.block.friction",
+        "lines.upper.mass", "lines.lower.mass", "lines.lower.length", "gravity"]),
 }  # fmt: skip
 
 

@@ -10,7 +10,8 @@ from fit_files import fit_of
 
 from lumpedcable.fitting.observe import grid_of
 from lumpedcable.fitting.run import fit_problem
-from lumpedcable.fitting.sensitivity import read_scalar, sensitivity_of, usual_scalar
+from lumpedcable.fitting.scalar import read_scalar, usual_scalar
+from lumpedcable.fitting.sensitivity import sensitivity_of
 from lumpedcable.fitting.write import write_fit
 from lumpedcable.scene import Scene
 

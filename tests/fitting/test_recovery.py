@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from command_line import ROOT, say
 from engine_runs import nylon_rope
-from fit_files import NAMES, TRUTH, fit_of, free
+from fit_files import BENCH, NAMES, TRUTH, fit_of, free, write_bench
+from nylon_line import tension
 
 from benchmarks.fitting import begun
 from lumpedcable.fitting.arrays import arrays_of
@@ -33,11 +34,11 @@ observe = [
 """
 
 
-def breaks(folder, segments=10):
+def breaks(folder, segments=10, more=""):
     """A fit to four break tests whose data are still to be put in."""
     rows = "".join(f"{2 * k},1,1\n" for k in range(1, 51))
     (folder / "test.csv").write_text("t (ms),F,x\n" + rows)
-    text = 'scene = "scene.toml"\n' + free(TRUTH)
+    text = 'scene = "scene.toml"\n' + free(TRUTH) + more
     text += "".join(RECORD.format(pull=pull) for pull in PULLS)
     return fit_of(folder, text, nylon_rope(segments, "100 ms", "2 ms")).problem
 
@@ -80,6 +81,18 @@ def test_five_numbers_come_back_from_breaks_without_noise(clean, factor):
     # runs that cannot be pulled so far are counted on the way, and no more than that
     assert sum(start.failed for start in fitted.starts) > 0
     assert not fitted.failures
+
+
+@pytest.mark.slow
+def test_five_numbers_come_back_from_bench_and_breaks_of_fifty_segments(tmp_path):
+    strain = np.linspace(0.005, 0.32, 64)
+    write_bench(tmp_path, strain, tension(strain))
+    problem = breaks(tmp_path, 50, BENCH + 'noise = "1 %"\n')
+    problem = measured(problem, answers(problem), 0.01)
+    for factor in (0.5, 1.5):
+        fitted = fit_problem(begun(problem, factor * TRUTH))
+        assert fitted.converged
+        assert fitted.values == pytest.approx(TRUTH, rel=1e-6), factor
 
 
 def test_a_law_that_cannot_reach_a_pretension_is_told(clean):

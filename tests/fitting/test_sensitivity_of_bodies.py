@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from engine_runs import study_of
 
-from lumpedcable.fitting.sensitivity import Sensitivity, read_scalar, sensitivity_of
+from lumpedcable.fitting.scalar import read_scalar
+from lumpedcable.fitting.sensitivity import Sensitivity, sensitivity_of
 from lumpedcable.status import Status
 
 EA, LENGTH, WIRE, MASS, SPEED = 5e3, 2.0, 0.5, 40.0, 1.5  # N, m, kg/m, kg, m/s
@@ -59,11 +60,12 @@ def test_shares_of_the_travel_of_a_mass_on_a_spring(tmp_path):
 
 @pytest.mark.parametrize(
     ("of", "said"),
-    [("max tension at slider", 'a place on a line for a tension, found the body "slider"'),
-     ("max velocity at slidr", r'or a rigid body \(slider\), found "slidr"')],
+    [("max tension at sledge", 'a place on a line for a tension, found the body "sledge"'),
+     ("max velocity at slidr", r'or a rigid body \(slider, sledge\), found "slidr"')],
 )  # fmt: skip
 def test_a_scalar_that_a_body_does_not_have(tmp_path, of, said):
-    study = study_of(tmp_path, SLIDER)
+    alone = "[bodies.sledge]\nmass = 1\nsize = [1, 1, 1]\nposition = [9, 0, 0]\nfree = ['x']\n"
+    study = study_of(tmp_path, SLIDER + alone)
     with pytest.raises(ValueError, match=said):
         sensitivity_of(study, read_scalar(of, study.scene))
 
