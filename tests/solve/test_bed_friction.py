@@ -113,6 +113,7 @@ control = { force = [1, 0, 0] }
 )
 
 
+@pytest.mark.slow
 def test_rods_hold_up_to_their_friction_and_no_further(tmp_path):
     # up to mu w L nothing moves; beyond it (F - mu w L) / (M + m L), and T falls along the line
     whole = SHARE * 19.0  # the node at the sled, a metre of it, is carried

@@ -267,6 +267,7 @@ quantities = ["position", "energy", "tension"]
 """
 
 
+@pytest.mark.slow
 def test_rods_that_give_way_swing_as_a_spring(tmp_path):
     # M u'' = M g - EA u / l from u = 0, downwards; the rod's own mass is a hundred-thousandth
     errors = []

@@ -176,7 +176,8 @@ def test_no_equilibrium_is_said(tmp_path, scene):
     assert not bool(found.converged)
 
 
-@pytest.mark.parametrize("bending", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("bending", [False, True])
 def test_derivatives_of_an_equilibrium(tmp_path, bending):
     # the implicit function theorem against central differences
     changes = {
