@@ -1,5 +1,38 @@
-"""Scenes for derivatives: ideal cable, floating ship, friction of a bed, rods."""
+"""Scenes for derivatives: trolleys, ideal cable, floating ship, friction of a bed, rods."""
 
+# cargo with contact and friction on a whole cable, between a post and a winch on a moved ship
+TROLLEY = """
+gravity = 9.81
+[materials.steel]
+law = "linear"
+EA = "5 MN"
+damping = "1 kN s"
+[bodies.ship]
+position = [5, 0, 0]
+motion.surge = { amplitude = 0.2, period = "1.5 s", phase = 0.4 }
+points = { post = [0, 0, 0] }
+[bodies.cargo]
+mass = "1 t"
+height = -0.3
+on.line = "highline"
+on.place = 1.3
+on.speed = 1.1
+on.stop = 0.4
+on.friction = { coefficient = 0.02 }
+on.contact = { stiffness = 1e8, damping = "2 kN s/m", depth = 1e-3 }
+[lines.highline]
+material = "steel"
+length = 5
+segments = 12
+mass = 3
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = "ship.post", tension = "40 kN", inertia = 20, damping = "200 N s/m" } }
+[solver]
+waves = "plain"
+[output]
+duration = "0.4 s"
+every = "20 ms"
+"""
 # cargo on an ideal cable between a post and a ship that floats
 FERRY = """
 gravity = 9.81

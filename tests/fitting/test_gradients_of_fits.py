@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from engine_runs import study_of
-from gradient_scenes import DRAGGED, FERRY, RODS
+from gradient_scenes import DRAGGED, FERRY, RODS, TROLLEY
 
 from lumpedcable.fitting.residual import run_group
 from lumpedcable.fitting.scalar import read_scalar
@@ -181,6 +181,13 @@ CASES = {
         "seabed.damping", "seabed.height", "lines.chain.end.motion.amplitude.0",
         "lines.chain.end.motion.period", "lines.chain.end.motion.phase",
         "lines.chain.end.motion.position.2", "gravity"]),
+    "trolley, winch": (TROLLEY, "max velocity at highline@1.5m", [
+        "bodies.cargo.mass", "bodies.cargo.on.place", "bodies.cargo.on.speed",
+        "bodies.cargo.on.friction.coefficient", "bodies.cargo.on.contact.stiffness",
+        "bodies.cargo.on.contact.damping", "bodies.cargo.height", "materials.steel.EA",
+        "materials.steel.damping", "lines.highline.mass", "lines.highline.end.winch.tension",
+        "lines.highline.end.winch.inertia", "lines.highline.end.winch.damping",
+        "bodies.ship.motion.surge.amplitude", "gravity"]),
     "ideal cable, sheave, ship": (FERRY, "min h", [
         "bodies.cargo.mass", "bodies.cargo.on.place", "bodies.cargo.on.speed",
         "lines.highline.end.winch.tension", "bodies.ship.mass", "bodies.ship.size.0",
