@@ -20,7 +20,8 @@ from lumpedcable.scene import load_study
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [path for path in sorted(DOCS.glob("*.md")) if path.name != "gallery.md"]
-LONG = {"tutorial-benchmark.md"}  # meshes and a batch, four programs to compile
+# meshes and a batch, four programs to compile; a design, whose derivatives are
+LONG = {"tutorial-benchmark.md", "restraint.md"}
 COMMANDS = {"tutorial-rope.md"}  # pages whose commands leave what their code reads
 # code that reads a study of ten thousand runs, which is not made here; files of a changed package, which
 # test_docs_extending.py makes
