@@ -20,7 +20,7 @@ from lumpedcable.scene import load_study
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [path for path in sorted(DOCS.glob("*.md")) if path.name != "gallery.md"]
-# meshes and a batch, four programs to compile; a design, whose derivatives are
+# meshes and a batch, four programs to compile; a design, which is one program a limit
 LONG = {"tutorial-benchmark.md", "restraint.md"}
 COMMANDS = {"tutorial-rope.md"}  # pages whose commands leave what their code reads
 # code that reads a study of ten thousand runs, which is not made here; files of a changed package, which
