@@ -14,7 +14,7 @@ from lumpedcable.model.assemble import segment_lengths
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
-from lumpedcable.physics.vectors import root
+from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import tie_of
@@ -147,7 +147,7 @@ def look(
         return _between(seen.fields[what.piece]["tension"], what.after, share)
     here = _of_body(model, seen, what) if what.body else _of_line(model, seen, what, share)
     if what.component is None:
-        return _size(here)
+        return size(here)
     value = jnp.asarray(coordinates.axes)[what.component] @ here
     if what.quantity == "position":
         value = value + jnp.asarray(coordinates.origin)[what.component]
@@ -169,11 +169,6 @@ def _of_body(model: Model, seen: Sample, what: Watched) -> Float[Array, " d"]:
     if what.quantity == "velocity":
         return rate[:d]
     return q[:d] - model.bodies[what.piece].reference[:d] * (what.quantity == "displacement")
-
-
-def _size(vector: Float[Array, " d"]) -> Float[Array, ""]:
-    """Euclidean norm whose derivative at zero is zero."""
-    return root(jnp.sum(vector**2))
 
 
 def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, ...]:

@@ -149,9 +149,7 @@ def _held_back(
     """
     friction = body.friction
     assert friction is not None
-    more = (0, v.shape[0] - friction.up.shape[0])
-    up = jnp.pad(friction.up, more)
-    level = jnp.pad((jnp.abs(friction.up) < 0.5).astype(v.dtype), more)
+    level = friction.level(v)
     free = jnp.ones_like(v) if body.free is None else body.free
     stop = jnp.zeros_like(v) if dt is None else -level * free * v / dt
     still = stop + _solved(matrix, vector - matrix @ stop, free * (1.0 - level))
@@ -165,7 +163,7 @@ def _held_back(
     way = against / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
     gain, force = still, needed
     for _ in range(SLIDES):
-        limit = friction.coefficient * jnp.maximum(jnp.dot(up, matrix @ gain - vector), 0.0)
+        limit = friction.limit(matrix @ gain - vector)
         slides = moving | (dot(needed, needed) > limit**2)
         force = jnp.where(slides, limit * way, needed)
         gain = jnp.where(slides, _solved(matrix, vector + limit * way, free), still)

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.line import Line, node_tangent
 from lumpedcable.physics.load import Shape
-from lumpedcable.physics.vectors import dot, root
+from lumpedcable.physics.vectors import dot, size
 
 __all__ = ["Frame", "acceleration", "drag_force", "end_matrices", "frame", "kick", "kinetic_energy"]
 
@@ -56,10 +56,6 @@ def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Fr
     return Frame(tangent, mass_t, mass_n, drag_t, drag_n, flow)
 
 
-def _norm(vector: Float[Array, "d *nodes"]) -> Float[Array, "*nodes"]:
-    return root(dot(vector, vector))
-
-
 def drag_force(nodes: Frame, velocity: Float[Array, "d nodes"]) -> Float[Array, "d nodes"] | None:
     """-k_t |v_t| v_t - k_n |v_n| v_n (N) with v relative to the fluid; None without drag."""
     if nodes.drag_t is None or nodes.drag_n is None:
@@ -70,7 +66,7 @@ def drag_force(nodes: Frame, velocity: Float[Array, "d nodes"]) -> Float[Array, 
     along, across = nodes.split(v)
     return (
         -nodes.drag_t * jnp.abs(along) * along * nodes.tangent
-        - nodes.drag_n * _norm(across) * across
+        - nodes.drag_n * size(across) * across
     )
 
 
@@ -113,7 +109,7 @@ def kick(
         b_t = force_t + a_t * start_t
         b_n = force_n + a_n * start_n
         v_t = 2.0 * b_t / (a_t + jnp.sqrt(a_t**2 + 4.0 * nodes.drag_t * jnp.abs(b_t)))
-        v_n = 2.0 * b_n / (a_n + jnp.sqrt(a_n**2 + 4.0 * nodes.drag_n * _norm(b_n)))
+        v_n = 2.0 * b_n / (a_n + jnp.sqrt(a_n**2 + 4.0 * nodes.drag_n * size(b_n)))
         middle = v_t * nodes.tangent + v_n
     if nodes.flow is not None:
         middle = middle + nodes.flow
@@ -144,5 +140,5 @@ def end_matrices(nodes: Frame, node: int, velocity: Float[Array, " d"]):
         return mass, jnp.zeros_like(mass), flow
     relative = velocity - flow
     v_t, v_n = along @ relative, across @ relative
-    drag = nodes.drag_t[node] * _norm(v_t) * along + nodes.drag_n[node] * _norm(v_n) * across
+    drag = nodes.drag_t[node] * size(v_t) * along + nodes.drag_n[node] * size(v_n) * across
     return mass, drag, flow

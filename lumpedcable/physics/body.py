@@ -58,3 +58,13 @@ class BedFriction(eqx.Module):
 
     coefficient: Float[Array, ""]
     up: Float[Array, " d"]
+
+    def level(self, like: Float[Array, " m"]) -> Float[Array, " m"]:
+        """1 for the coordinates in which the body slides, of as many as `like` has."""
+        level = (jnp.abs(self.up) < 0.5).astype(like.dtype)
+        return jnp.pad(level, (0, like.shape[0] - level.shape[0]))
+
+    def limit(self, force: Float[Array, " m"]) -> Float[Array, ""]:
+        """mu N (N) from the force (N) that holds the body up, by coordinates."""
+        up = jnp.pad(self.up, (0, force.shape[0] - self.up.shape[0]))
+        return self.coefficient * jnp.maximum(jnp.dot(up, force), 0.0)

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.vectors import dot, root
+from lumpedcable.physics.vectors import dot, size
 
 __all__ = ["ROD_SHARES", "rod_drag", "rod_energy", "rod_mass"]
 
@@ -55,7 +55,6 @@ def rod_drag(
         v = (1.0 - place) * first + place * last
         s = dot(v, tangent)
         across = v - s * tangent
-        size = root(dot(across, across))
-        f = -0.5 * (tangential * jnp.abs(s) * s * tangent + normal * size * across)
+        f = -0.5 * (tangential * jnp.abs(s) * s * tangent + normal * size(across) * across)
         forces = [forces[0] + (1.0 - place) * f, forces[1] + place * f]
     return forces[0], forces[1]

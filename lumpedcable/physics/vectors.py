@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["dot", "least", "most", "root"]
+__all__ = ["dot", "least", "most", "size"]
 
 
 def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
@@ -14,8 +14,9 @@ def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
     return sum((a[k] * b[k] for k in range(1, a.shape[0])), a[0] * b[0])
 
 
-def root(square: Float[Array, "..."]) -> Float[Array, "..."]:
-    """The root of a square that is not negative; its derivative at zero is zero, not NaN."""
+def size(vector: Float[Array, "d *n"]) -> Float[Array, "*n"]:
+    """Euclidean norm along the first axis; its derivative at zero is zero, not NaN."""
+    square = dot(vector, vector)
     zero = square == 0.0
     return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
 

@@ -29,7 +29,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.paths import paths_of
 from lumpedcable.model.rods import to_lines, to_segments
 from lumpedcable.model.state import State
-from lumpedcable.physics.vectors import root
+from lumpedcable.physics.vectors import size as norm
 from lumpedcable.solve.blocks import solve_blocks
 from lumpedcable.solve.grips import (
     Bed,
@@ -284,8 +284,7 @@ def _level(chain: Chain, at: int) -> Float[Array, " m"]:
     hub = chain.hubs[at]
     friction = hub.body.friction
     assert friction is not None
-    level = (jnp.abs(friction.up) < 0.5).astype(hub.q.dtype)
-    return jnp.pad(level, (0, hub.q.shape[0] - level.shape[0]))
+    return friction.level(hub.q)
 
 
 def _next_grip(chain: Chain, at: int, needed, gain, grip: Grip, dt) -> Grip:
@@ -293,12 +292,11 @@ def _next_grip(chain: Chain, at: int, needed, gain, grip: Grip, dt) -> Grip:
     hub, level = chain.hubs[at], _level(chain, at)
     friction = hub.body.friction
     assert friction is not None
-    up = jnp.pad(friction.up, (0, level.shape[0] - friction.up.shape[0]))
-    limit = friction.coefficient * jnp.maximum(jnp.dot(up, needed), 0.0)
+    limit = friction.limit(needed)
     rate, pull = level * hub.v, level * needed
     # against the motion; where it only starts to slide, as what held it before
     holds = jnp.where(grip.sliding, grip.force, pull)
-    speed, size = (_length(x) for x in (rate, holds))
+    speed, size = (norm(x) for x in (rate, holds))
     moving = speed > 0.0
     against = jnp.where(
         moving,
@@ -307,8 +305,3 @@ def _next_grip(chain: Chain, at: int, needed, gain, grip: Grip, dt) -> Grip:
     )
     turned = moving & (jnp.dot(rate + dt * level * gain, rate) < 0.0)
     return Grip(jnp.where(grip.sliding, ~turned, size > limit), limit * against)
-
-
-def _length(vector: Float[Array, " m"]) -> Float[Array, ""]:
-    """Euclidean norm whose derivative at zero is zero."""
-    return root(jnp.sum(vector**2))

@@ -16,7 +16,8 @@ from lumpedcable.model.grip import grip_limit
 from lumpedcable.model.model import Model
 from lumpedcable.model.paths import Path
 from lumpedcable.model.rods import along_path, forces_along_path, to_lines
-from lumpedcable.physics.vectors import dot, root
+from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.vectors import size as norm
 from lumpedcable.solve.matrices import at_first, at_last
 
 __all__ = [
@@ -103,7 +104,7 @@ def next_grip(
     held = _level(bed, start.force)
     trial = held - (bed.hold / dt)[:, None] * level
     used = jnp.where(grip.sticking[:, None], trial, _level(bed, grip.force))
-    size = _sizes(trial)
+    size = norm(trial.T)
     full = trial * (bed.limit / jnp.where(size > 0.0, size, 1.0))[:, None]
     turned = dot(used.T, level.T) > 0.0
     sticks = jnp.where(grip.sticking, size <= bed.limit, turned) & (bed.limit > 0.0)
@@ -112,7 +113,7 @@ def next_grip(
 
 def remembered(bed: Bed, grip: LineGrip, used: Float[Array, "P d"]) -> LineGrip:
     """What the next step starts from: the last force, which is at most mu N."""
-    size = _sizes(used)
+    size = norm(used.T)
     within = jnp.minimum(1.0, bed.limit / jnp.where(size > 0.0, size, 1.0))
     return LineGrip(grip.sticking, used * within[:, None])
 
@@ -124,7 +125,3 @@ def on_lines(path: Path, used: Float[Array, "P d"]) -> dict[str, Float[Array, "d
         last = 0 if leg.backward else -1
         found[leg.line] = found[leg.line].at[:, last].set(0.0)
     return found
-
-
-def _sizes(vectors: Float[Array, "P d"]) -> Float[Array, " P"]:
-    return root(dot(vectors.T, vectors.T))
