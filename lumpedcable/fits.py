@@ -276,13 +276,15 @@ class Sensitivity(Drawn):
         from lumpedcable.view import sensitivity_bars
 
         words, found = f"{self.title}: {self.result}", self._found
-        return Figures(sensitivity=sensitivity_bars(words, found.labels, found.shares))
+        note = " ".join(self.remarks)
+        return Figures(sensitivity=sensitivity_bars(words, found.labels, found.shares, note))
 
     def _drawn(self, folder: Path, formats: Sequence[str]) -> list[Path]:
         from lumpedcable.view import plot_sensitivity
 
         words, found, stem = f"{self.title}: {self.result}", self._found, folder / "sensitivity"
-        return plot_sensitivity(words, found.labels, found.shares, stem, formats)
+        note = " ".join(self.remarks)
+        return plot_sensitivity(words, found.labels, found.shares, stem, formats, note)
 
     def __repr__(self) -> str:
         first = next(iter(self.numbers), "no number")

@@ -218,3 +218,35 @@ def test_mistakes_end_a_process_with_code_2(tmp_path, arguments, words):
     assert words in err
     assert "Traceback" not in err
     assert files(tmp_path) == before
+
+
+# --- another kind of file ------------------------------------------------------------------------
+
+FIT = (
+    'scene = "scene.toml"\n[free]\n"materials.nylon.p1" = {}\n[experiments.bench]\nfile = "x.csv"\n'
+)
+ASKED = "fit.toml: expected a scene, found a fit file: give its scene (scene.toml), or "
+KINDS = [
+    *[(command, "fit.toml", ASKED) for command in
+      ("run", "check", "study", "modes", "sensitivity", "view")],
+    *[(command, "fit.toml", "expected a results file; lumpedcable run writes one from a scene")
+      for command in ("plot", "info", "animate", "export")],
+    ("fit", "scene.toml", "expected a fit file, found a scene: lumpedcable run scene.toml computes"),
+    ("plot", "scene.toml", "expected a results file; lumpedcable run writes one from a scene"),
+    *[(command, "scene.h5", "found a results file (HDF5): lumpedcable info, plot and view take it")
+      for command in ("run", "sensitivity", "fit")],
+    ("fit", "data.csv", "data.csv: expected a fit file (*.toml), found a file *.csv"),
+    ("run", "fit.json", "fit.json: expected a scene (*.toml), found a file *.json"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("command", "path", "words"), KINDS)
+def test_a_file_of_another_kind(results, tmp_path, command, path, words):
+    good_scenes.write(tmp_path, SMALL)
+    (tmp_path / "fit.toml").write_text(FIT)
+    (tmp_path / "data.csv").write_text("strain (%),load (kN)\n1,2\n")
+    (tmp_path / "fit.json").write_text('{"title": "a fit"}\n')
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    told = refused(tmp_path, command, path, *(["--to", "csv"] if command == "export" else []))
+    assert words in told
+    assert told.count("\n") == 1

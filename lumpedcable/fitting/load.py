@@ -28,6 +28,7 @@ from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Fault, SceneError, Study, TableMaterial, load_study
 from lumpedcable.scene.checks import inside
 from lumpedcable.scene.errors import problems_of
+from lumpedcable.scene.kinds import FIT
 from lumpedcable.scene.load import read_toml
 from lumpedcable.scene.locate import LineMap
 from lumpedcable.scene.part import Path, Problem, did_you_mean, dotted
@@ -62,7 +63,7 @@ def load_fit(path: FilePath) -> FitStudy:
     Raises:
         SceneError: with every fault found.
     """
-    text, data = read_toml(path, "a fit")
+    text, data = read_toml(path, FIT)
     reader = _Reader(path, text)
     try:
         file = FitFile.model_validate(data)

@@ -343,6 +343,8 @@ def print_sensitivity(heading: str, found: Sensitivity) -> None:
     console.print(table)
     if len(found.keys) > MOST_ROWS:
         console.print(f"{MOST_ROWS} of {len(found.keys)} numbers shown; the file holds all.")
+    if found.check is not None and found.check.good:
+        console.print(Text(str(found.check)))
     for remark in found.remarks:
         console.print(Text(remark))
     if found.status is not Status.OK:
@@ -365,5 +367,6 @@ def slopes_contents(heading: str, found: Sensitivity) -> dict[str, Any]:
         "unit": found.scalar.unit,
         "status": found.status.name.lower(),
         "remarks": found.remarks,
+        "check": None if found.check is None else found.check._asdict(),
         "numbers": numbers,
     }

@@ -49,7 +49,10 @@ class Scalar:
         """What is said where a run has no such number."""
         if self.quantity == STOP:
             return f'expected "{self.at}" to come to rest within output.duration, which it does not'
-        return f'expected a measure that counts, found "{self.at}", which never does here'
+        return (
+            f'expected a measure that counts, found "{self.at}", which never does within '
+            "output.duration: take a longer one, or another result"
+        )
 
 
 def read_scalar(text: str, scene: Scene) -> Scalar:

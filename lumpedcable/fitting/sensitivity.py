@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
+from lumpedcable.fitting.difference import Check, checked
 from lumpedcable.fitting.observe import MEASURE, STOP, Watched, watched
 from lumpedcable.fitting.parameters import numbers_of
 from lumpedcable.fitting.residual import group_start, run_group, run_models, started
@@ -43,7 +44,7 @@ class Sensitivity:
     """A scalar of a run (SI), and its derivatives by numbers of the scene, the largest share first.
 
     `slopes` are d(scalar)/d(number) in SI; `shares` are relative: per cent of the scalar per per cent
-    of the number, 0 where the number is 0.
+    of the number, 0 where the number is 0. `check` compares the largest share with differences.
     """
 
     scalar: Scalar
@@ -55,6 +56,7 @@ class Sensitivity:
     values: Array
     slopes: Array
     shares: Array
+    check: Check | None = None
 
     @property
     def remarks(self) -> list[str]:
@@ -62,9 +64,11 @@ class Sensitivity:
         said = []
         if np.any(np.abs(self.shares[np.isfinite(self.shares)]) > WILD):
             said.append(
-                "The smallest change changes this result wholly, as where a slack line crumples: its "
-                "derivatives say nothing. Take one of an earlier time (output.duration)."
+                "Derivatives as large as these tell of rounding alone, as where a slack line crumples or "
+                "links rattle: they say nothing. Take a result of an earlier time (output.duration)."
             )
+        if self.check is not None and not self.check.good:
+            said.append(str(self.check))
         if none := int(np.sum(~np.isfinite(self.slopes))):
             said.append(f"By {none} of the numbers it has no derivative here.")
         return said
@@ -93,11 +97,20 @@ def sensitivity_of(
     if not np.isfinite(value) and int(status) == Status.OK:
         raise ValueError(scalar.never)
     shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
+
+    def result(values: Array) -> float:
+        found, status, _ = _slopes(spec, arrays, values, scalar.reduction, back, rounds=1)
+        return float(found) if int(status) == Status.OK else np.nan
+
+    known = np.where(np.isfinite(shares), shares, 0.0)
+    check = None
+    if int(status) == Status.OK and np.any(known):
+        check = checked(keys, values, known, value, result)
     order = np.lexsort((-np.abs(slopes), -np.abs(shares)))
     return Sensitivity(
         scalar, value, Status(int(status)), tuple(keys[k] for k in order),
         tuple(named[k][1] for k in order), tuple(named[k][2] for k in order), values[order],
-        np.asarray(slopes)[order], shares[order],
+        np.asarray(slopes)[order], shares[order], check,
     )  # fmt: skip
 
 
@@ -163,21 +176,31 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
     return spec, arrays._replace(steps=jnp.asarray(steps), courant=jnp.asarray(jnp.inf))
 
 
-def _slopes(spec: GroupSpec, arrays: GroupArrays, values, reduction: str, back: bool):
-    """The scalar, its status and its derivatives."""
+def _slopes(
+    spec: GroupSpec,
+    arrays: GroupArrays,
+    values,
+    reduction: str,
+    back: bool,
+    rounds: int | None = None,
+):
+    """The scalar, its status and its derivatives; of so many rounds of directions alone.
+
+    One round is the quickest way to the scalar itself, since nothing is compiled for it.
+    """
     values = jnp.asarray(values)
     if back:
         return _backwards(spec, arrays, values, reduction)
     # batches of one size, so that one program is compiled: those too many lead nowhere
-    rounds = -(-values.size // AT_ONCE)
-    width = -(-values.size // rounds)
-    floats, changes, rest, bound, converged = _starts(
-        spec, arrays, values, jnp.eye(rounds * width, values.size)
-    )
-    value, status, slopes = _forwards(
-        spec, arrays, (floats, changes, rest, bound, converged), reduction, width
-    )
-    return value, status, slopes[: values.size]
+    whole = -(-values.size // AT_ONCE)
+    width = -(-values.size // whole)
+    floats, changes, *rest = _starts(spec, arrays, values, jnp.eye(whole * width, values.size))
+    slopes = []
+    for first in range(0, (rounds or whole) * width, width):
+        some = jax.tree.map(lambda x, k=first: x[k : k + width], changes)
+        value, status, slope = _forwards(spec, arrays, (floats, some, *rest), reduction)
+        slopes.append(slope)
+    return value, status, jnp.concatenate(slopes)[: values.size]
 
 
 @partial(jax.jit, static_argnames=("spec",), compiler_options=RUN_ONCE)
@@ -201,9 +224,9 @@ def _starts(spec: GroupSpec, arrays: GroupArrays, values, directions):
     return floats, changes, rest, bound, converged
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction", "width"))
-def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, width: int):
-    """The scalar, its status and its derivatives, so many directions through time together."""
+@partial(jax.jit, static_argnames=("spec", "reduction"))
+def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str):
+    """The scalar, its status and its derivatives, all directions through time together."""
     floats, changes, rest, bound, converged = starts
 
     def scalar(floats):
@@ -216,7 +239,7 @@ def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, widt
         _, slope, (value, status) = jax.jvp(scalar, (floats,), (change,), has_aux=True)
         return slope, value, status
 
-    slopes, value, status = jax.lax.map(along, changes, batch_size=width)
+    slopes, value, status = jax.vmap(along)(changes)
     return value[0], status[0], slopes
 
 

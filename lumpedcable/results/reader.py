@@ -356,7 +356,8 @@ def open_result(path: str | Path) -> ResultFile:
         raise ResultError(f"{path} may not be read (permission denied)") from error
     except OSError as error:
         reason = "a damaged HDF5 file" if h5py.is_hdf5(path) else "not an HDF5 file"
-        raise ResultError(f"{path} is {reason}, expected a results file") from error
+        hint = "; lumpedcable run writes one from a scene" if path.suffix == ".toml" else ""
+        raise ResultError(f"{path} is {reason}, expected a results file{hint}") from error
     try:
         check_version(path, _text(file.attrs.get("schema_version", "")))
         return ResultFile(path, file)

@@ -18,6 +18,7 @@ from lumpedcable.scene.quantities import found
 
 TABLE_COLUMNS = ("strain", "tension")
 MOTION_COLUMNS = ("t", "x", "y", "z")
+HDF5 = b"\x89HDF\r\n\x1a\n"  # how such a file begins
 
 
 class FileError(Exception):
@@ -130,6 +131,10 @@ def read_text(path: FilePath) -> str:
     except IsADirectoryError:
         raise FileError("expected a file, found a directory") from None
     except UnicodeDecodeError as error:
+        if error.object.startswith(HDF5):
+            raise FileError(
+                "expected text, found a results file (HDF5): lumpedcable info, plot and view take it"
+            ) from None
         line = error.object.count(b"\n", 0, error.start) + 1
         byte = error.object[error.start]
         raise FileError(f"expected UTF-8 text, found byte 0x{byte:02x} in line {line}") from None

@@ -15,6 +15,7 @@ from lumpedcable.scene import overrides as changes
 from lumpedcable.scene.entries import Entry, entries_of
 from lumpedcable.scene.errors import Fault, SceneError
 from lumpedcable.scene.files import FileError, fill, read_text
+from lumpedcable.scene.kinds import SCENE, other_kind
 from lumpedcable.scene.locate import LineMap
 from lumpedcable.scene.part import Path, Problem, dotted
 from lumpedcable.scene.quantities import found
@@ -174,11 +175,11 @@ def _is_open(data: Any, path: Path) -> bool:
     return isinstance(data, dict) and path[-1] not in data
 
 
-def read_toml(file: FilePath, holds: str = "a scene") -> tuple[str, dict[str, Any]]:
+def read_toml(file: FilePath, holds: str = SCENE) -> tuple[str, dict[str, Any]]:
     """Return the text of a file and its tables; ``holds`` is what is expected in it.
 
     Raises:
-        SceneError: no file, no text, no TOML, or nothing in it.
+        SceneError: no file, no text, no TOML, nothing in it, or what is the other kind of file.
     """
     try:
         text = read_text(file)
@@ -187,13 +188,20 @@ def read_toml(file: FilePath, holds: str = "a scene") -> tuple[str, dict[str, An
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise SceneError([_syntax_fault(file, text, str(error))]) from None
+        fault = _syntax_fault(file, text, str(error))
+        if file.suffix in _OTHERS:
+            message = f"expected {holds} (*.toml), found a file *{file.suffix}"
+            fault = Fault(str(file), None, "", message)
+        raise SceneError([fault]) from None
     if not data:
         message = f"expected {holds}, found an empty file"
         raise SceneError([Fault(str(file), 1, "", message)])
+    if (said := other_kind(file, data, holds)) is not None:
+        raise SceneError([Fault(str(file), None, "", said)])
     return text, data
 
 
+_OTHERS = (".csv", ".json")  # data and numbers that commands take or write, but not as a scene
 _UNQUOTED = re.compile(r"\s*([\w.\"-]+\s*=)\s*([+-]?[\d.]+\s*[A-Za-z%°µ][^#\"]*?)\s*(?:#.*)?")
 
 

@@ -21,7 +21,12 @@ SEEN = 1e-4  # share of the longest bar below which one would not be seen
 
 
 def plot_sensitivity(
-    heading: str, names: Sequence[str], shares: Array, stem: Path, formats: Sequence[str] = ("png",)
+    heading: str,
+    names: Sequence[str],
+    shares: Array,
+    stem: Path,
+    formats: Sequence[str] = ("png",),
+    note: str = "",
 ) -> list[Path]:
     """Draw the bars and return the files made.
 
@@ -31,21 +36,22 @@ def plot_sensitivity(
         shares: per cent of the result per per cent of the number.
         stem: path of the files without their suffix.
         formats: any of "png", "pdf", "svg".
+        note: what is to be known of the bars, in small print.
 
     Raises:
         OutputError: they cannot be written there, or not in that format.
     """
     ready(stem.parent, formats)
-    return style.save(partial(sensitivity_figure, heading, names, shares), stem, formats)
+    return style.save(partial(sensitivity_figure, heading, names, shares, note), stem, formats)
 
 
-def sensitivity_bars(heading: str, names: Sequence[str], shares: Array) -> Figure:
+def sensitivity_bars(heading: str, names: Sequence[str], shares: Array, note: str = "") -> Figure:
     """The bars that `plot_sensitivity` writes."""
     with style.styled():
-        return sensitivity_figure(heading, names, shares)
+        return sensitivity_figure(heading, names, shares, note)
 
 
-def sensitivity_figure(heading: str, names: Sequence[str], shares: Array) -> Figure:
+def sensitivity_figure(heading: str, names: Sequence[str], shares: Array, note: str = "") -> Figure:
     """Horizontal bars, what raises the result to the right."""
     longest = style.largest(shares)
     shown = [k for k in range(len(names)) if abs(shares[k]) > SEEN * longest][:MOST_BARS]
@@ -68,9 +74,8 @@ def sensitivity_figure(heading: str, names: Sequence[str], shares: Array) -> Fig
         ax.annotate(f"{v:+.3g}", (v, k), xytext=(side, 0), textcoords="offset points",
                     ha="left" if v > 0 else "right", va="center", fontsize=6.5)  # fmt: skip
     ax.set_xlabel("change of the result over the number's own (% per %)")
-    none = int(np.sum(~np.isfinite(shares)))
-    left = len(names) - len(shown) - none
+    left = len(names) - len(shown) - int(np.sum(~np.isfinite(shares)))
     said = [f"{left} more numbers change it by less, or are zero."] if left else []
-    said += [f"{none} have no derivative here."] if none else []
+    said += [note] if note else []
     style.foot(figure, " ".join(said))
     return figure
