@@ -64,8 +64,8 @@ class Sensitivity:
         said = []
         if np.any(np.abs(self.shares[np.isfinite(self.shares)]) > WILD):
             said.append(
-                "Derivatives as large as these tell of rounding alone, as where a slack line crumples or "
-                "links rattle: they say nothing. Take a result of an earlier time (output.duration)."
+                "Derivatives as large as these tell of rounding alone, as where a slack line crumples "
+                "or links rattle: they say nothing. Take a result of an earlier time (output.duration)."
             )
         if self.check is not None and not self.check.good:
             said.append(str(self.check))
@@ -195,12 +195,12 @@ def _slopes(
     whole = -(-values.size // AT_ONCE)
     width = -(-values.size // whole)
     floats, changes, *rest = _starts(spec, arrays, values, jnp.eye(whole * width, values.size))
-    slopes = []
+    found = []
     for first in range(0, (rounds or whole) * width, width):
         some = jax.tree.map(lambda x, k=first: x[k : k + width], changes)
-        value, status, slope = _forwards(spec, arrays, (floats, some, *rest), reduction)
-        slopes.append(slope)
-    return value, status, jnp.concatenate(slopes)[: values.size]
+        found.append(_forwards(spec, arrays, (floats, some, *rest), reduction))
+    slopes = jnp.concatenate([slope for _, _, slope in found])
+    return found[0][0], found[0][1], slopes[: values.size]
 
 
 @partial(jax.jit, static_argnames=("spec",), compiler_options=RUN_ONCE)

@@ -1,0 +1,49 @@
+"""What the speed of a broken end depends on, against the simple wave."""
+
+import numpy as np
+import pytest
+from engine_runs import nylon_rope, study_of
+from nylon_line import MASS, P1, P2, P3, P4, P5
+
+from lumpedcable.fitting.scalar import read_scalar
+from lumpedcable.fitting.sensitivity import sensitivity_of
+
+LAW = [f"materials.nylon.p{k}" for k in range(1, 6)]
+KEYS = (*LAW, "lines.rope.end.held.pretension", "lines.rope.mass")
+VALUES = np.array([P1, P2, P3, P4, P5, 45e3, MASS])
+
+
+def end_speed(numbers):
+    """v = int sqrt(T'(e) / m) de from the strain of no tension to that at rest (m/s)."""
+    p1, p2, p3, p4, p5, force, mass = numbers
+    strain = np.linspace(-0.2, 0.3, 200_001)
+    tension = p1 * np.tanh(p2 * strain + p3) + p4 + p5 * strain
+    low, high = np.interp([0.0, force], tension, strain)
+    node, weight = np.polynomial.legendre.leggauss(40)
+    e = 0.5 * (high + low) + 0.5 * (high - low) * node
+    slope = p1 * p2 / np.cosh(p2 * e + p3) ** 2 + p5
+    return 0.5 * (high - low) * np.sum(weight * np.sqrt(slope / mass))
+
+
+@pytest.mark.slow
+def test_shares_of_the_speed_behind_the_front(tmp_path):
+    assert end_speed(VALUES) == pytest.approx(43.17086886, rel=1e-8)
+    wanted = {}
+    for key, one in zip(KEYS, np.eye(VALUES.size), strict=True):
+        more, less = (end_speed(VALUES * (1.0 + h * one)) for h in (1e-5, -1e-5))
+        wanted[key] = (more - less) / 2e-5 / end_speed(VALUES)
+    # p1 and p4 nearly cancel in the unstretched line, so that each alone matters most
+    assert wanted[LAW[0]] == pytest.approx(-6.474, abs=1e-3)
+
+    study = study_of(tmp_path, nylon_rope(200, "40 ms"))
+    found = sensitivity_of(study, read_scalar("last velocity at rope.end", study.scene))
+    assert found.value == pytest.approx(end_speed(VALUES), rel=1e-4)
+    share = dict(zip(found.keys, found.shares, strict=True))
+    for key, value in wanted.items():
+        assert share[key] == pytest.approx(value, rel=1e-3, abs=1e-5), key
+    # the line is too long to matter, and so is the time that the break takes
+    assert share["lines.rope.length"] == pytest.approx(0.0, abs=3e-4)
+    assert share["events.break.time"] == pytest.approx(0.0, abs=3e-4)
+    assert found.remarks == []
+    assert found.check is not None
+    assert found.check.good
