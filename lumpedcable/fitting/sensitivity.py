@@ -194,11 +194,10 @@ def _slopes(
     # batches of one size, so that one program is compiled: those too many lead nowhere
     whole = -(-values.size // AT_ONCE)
     width = -(-values.size // whole)
-    floats, changes, *rest = _starts(spec, arrays, values, jnp.eye(whole * width, values.size))
-    found = []
-    for first in range(0, (rounds or whole) * width, width):
-        some = jax.tree.map(lambda x, k=first: x[k : k + width], changes)
-        found.append(_forwards(spec, arrays, (floats, some, *rest), reduction))
+    starts = _starts(spec, arrays, values, jnp.eye(whole * width, values.size))
+    found = [
+        _forwards(spec, arrays, starts, reduction, width, k * width) for k in range(rounds or whole)
+    ]
     slopes = jnp.concatenate([slope for _, _, slope in found])
     return found[0][0], found[0][1], slopes[: values.size]
 
@@ -224,9 +223,9 @@ def _starts(spec: GroupSpec, arrays: GroupArrays, values, directions):
     return floats, changes, rest, bound, converged
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction"))
-def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str):
-    """The scalar, its status and its derivatives, all directions through time together."""
+@partial(jax.jit, static_argnames=("spec", "reduction", "width"))
+def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, width: int, first):
+    """The scalar, its status and so many derivatives from the `first`, together through time."""
     floats, changes, rest, bound, converged = starts
 
     def scalar(floats):
@@ -239,7 +238,8 @@ def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str):
         _, slope, (value, status) = jax.jvp(scalar, (floats,), (change,), has_aux=True)
         return slope, value, status
 
-    slopes, value, status = jax.vmap(along)(changes)
+    some = jax.tree.map(lambda x: jax.lax.dynamic_slice_in_dim(x, first, width), changes)
+    slopes, value, status = jax.vmap(along)(some)
     return value[0], status[0], slopes
 
 
