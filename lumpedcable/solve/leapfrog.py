@@ -3,6 +3,7 @@
 from typing import Any, ClassVar
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -52,11 +53,6 @@ class CableTerm(diffrax.AbstractTerm):
         return jax.tree.map(lambda rate: jnp.asarray(control).astype(rate.dtype) * rate, vf)
 
 
-def workspaces(found: dict[str, Evaluation]) -> dict[str, Workspace]:
-    """What an evaluation wrote along each line."""
-    return {name: e.line.workspace for name, e in found.items() if e.line.workspace is not None}
-
-
 class Leapfrog(diffrax.AbstractSolver):
     """Kick-drift leapfrog with velocities kept at half steps.
 
@@ -64,8 +60,12 @@ class Leapfrog(diffrax.AbstractSolver):
     then a kick of length dt centred on t_n+1 (`Model.kick`) that gives v_n+1, the velocity of the
     state, and v_n+3/2, kept between steps. Work is accumulated at the same instants, so that the
     kinetic energy is accounted for to rounding. The step must be constant.
+
+    With `writes_over` each step writes what it works out along the lines over what the one before
+    left there, which saves memory traffic; on the way back of reverse mode it costs some.
     """
 
+    writes_over: bool = eqx.field(static=True, default=True)
     term_structure: ClassVar = CableTerm
     interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
 
@@ -84,7 +84,7 @@ class Leapfrog(diffrax.AbstractSolver):
             (slope.velocity, slope.work),
         )
         found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
-        return args.carried(t0, dt, y0.displacement, velocity), work, dt, workspaces(found)
+        return args.carried(t0, dt, y0.displacement, velocity), work, dt, self._left(found)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
@@ -96,6 +96,7 @@ class Leapfrog(diffrax.AbstractSolver):
         dt = length.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = model.followed(t1, place)
+        over = over if self.writes_over else None
         middle, after, reaction, found = model.kick(t1, place, before, y0.reaction, dt, over)
         now = work
         if work:
@@ -104,8 +105,14 @@ class Leapfrog(diffrax.AbstractSolver):
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
         y1 = State(place, middle, now, reaction, y0.tension)
         dense = {"y0": y0, "y1": y1}
-        return y1, None, dense, (after, work, length, workspaces(found)), diffrax.RESULTS.successful
+        return y1, None, dense, (after, work, length, self._left(found)), diffrax.RESULTS.successful
 
     def func(self, terms, t0, y0, args):
         """dy/dt at the start of a step."""
         return rates(args, jnp.asarray(t0), y0)[0]
+
+    def _left(self, found: dict[str, Evaluation]) -> dict[str, Workspace]:
+        """What an evaluation wrote along each line, to be written over by the next one."""
+        if not self.writes_over:
+            return {}
+        return {n: e.line.workspace for n, e in found.items() if e.line.workspace is not None}
