@@ -53,6 +53,11 @@ class CableTerm(diffrax.AbstractTerm):
         return jax.tree.map(lambda rate: jnp.asarray(control).astype(rate.dtype) * rate, vf)
 
 
+def workspaces(found: dict[str, Evaluation]) -> dict[str, Workspace]:
+    """What an evaluation wrote along each line."""
+    return {name: e.line.workspace for name, e in found.items() if e.line.workspace is not None}
+
+
 class Leapfrog(diffrax.AbstractSolver):
     """Kick-drift leapfrog with velocities kept at half steps.
 
@@ -84,7 +89,8 @@ class Leapfrog(diffrax.AbstractSolver):
             (slope.velocity, slope.work),
         )
         found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
-        return args.carried(t0, dt, y0.displacement, velocity), work, dt, self._left(found)
+        over = workspaces(found) if self.writes_over else {}
+        return args.carried(t0, dt, y0.displacement, velocity), work, dt, over
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
@@ -96,8 +102,9 @@ class Leapfrog(diffrax.AbstractSolver):
         dt = length.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = model.followed(t1, place)
-        over = over if self.writes_over else None
-        middle, after, reaction, found = model.kick(t1, place, before, y0.reaction, dt, over)
+        middle, after, reaction, found = model.kick(
+            t1, place, before, y0.reaction, dt, over or None
+        )
         now = work
         if work:
             power = powers(model, t1, found, place, before, middle, after, dt)
@@ -105,14 +112,9 @@ class Leapfrog(diffrax.AbstractSolver):
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
         y1 = State(place, middle, now, reaction, y0.tension)
         dense = {"y0": y0, "y1": y1}
-        return y1, None, dense, (after, work, length, self._left(found)), diffrax.RESULTS.successful
+        over = workspaces(found) if over else {}
+        return y1, None, dense, (after, work, length, over), diffrax.RESULTS.successful
 
     def func(self, terms, t0, y0, args):
         """dy/dt at the start of a step."""
         return rates(args, jnp.asarray(t0), y0)[0]
-
-    def _left(self, found: dict[str, Evaluation]) -> dict[str, Workspace]:
-        """What an evaluation wrote along each line, to be written over by the next one."""
-        if not self.writes_over:
-            return {}
-        return {n: e.line.workspace for n, e in found.items() if e.line.workspace is not None}
