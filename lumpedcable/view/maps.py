@@ -32,6 +32,8 @@ SHOWN = {
     "front_arrival": "earliest",
     "peak_kinetic_energy": "largest",
     "peak_tension": "largest",
+    "stop_time": "largest",
+    "stop_distance": "largest",
 }
 
 
