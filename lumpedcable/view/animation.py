@@ -168,7 +168,7 @@ class _Film:
         top.set_ylim(style.limits(z, margin=0.15))
         true = np.nanmax(x) - np.nanmin(x) <= _TRUE_SHAPE * (np.nanmax(z) - np.nanmin(z))
         if true:
-            top.set_aspect("equal", adjustable="datalim")
+            top.set_aspect("equal", adjustable="box")
         stretched = "" if true else ", stretched"
         top.set_xlabel(f"{'xyz'[self.across]} (m)")
         top.set_ylabel(f"{'xyz'[self.up]} (m{stretched})")
@@ -177,7 +177,7 @@ class _Film:
         bottom.set_xlim(0.0, max(float(np.nanmax(m)) for m in self.middle) * 1.01)
         bottom.set_ylim(self.limits)
         self.clock = top.text(
-            0.99, 0.96, "", transform=top.transAxes, ha="right", va="top", color=style.NEUTRAL
+            1.0, 1.02, "", transform=top.transAxes, ha="right", va="bottom", color=style.NEUTRAL
         )
         return figure, axes
 
