@@ -25,6 +25,7 @@ FEWEST = 3  # values that a swept number must have to be drawn along
 MOST_CELLS = 40  # of a map along an axis; of more values, such as draws, as many bins as BINS
 BINS = 12
 MOST_PANELS = 6
+ENOUGH = 4 * BINS  # draws
 # quantity of a recoiling end or of the run -> which run of a cell is shown
 SHOWN = {
     "peak_end_speed": "largest",
@@ -62,7 +63,7 @@ def _fills(axes: list[Axis]) -> bool:
     """Whether some pair of numbers takes more combinations than either has values."""
     return any(
         len(np.unique(np.column_stack([a.values, b.values]), axis=0))
-        >= min(len(np.unique(a.values)) * len(np.unique(b.values)), 4 * BINS)
+        >= min(len(np.unique(a.values)) * len(np.unique(b.values)), ENOUGH)
         for a, b in combinations(axes, 2)
     )
 
