@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -122,7 +123,8 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
     Followed is the motion alone, without outputs or watches on the way, as a fit does. Forward: six
     tangents through statics and motion at once, side by side along the last axis. Backward: JAX
     transposes a loop only if it knows the number of its turns when it compiles, so that here the
-    number of steps is part of the program. The start, which takes Newton's method, stays forward.
+    number of steps is part of the program. The start, which takes Newton's method, stays forward;
+    derivatives go by those of the model's numbers alone that depend on the parameters.
     """
     scene = scene_of(f"segments={segments}")
     runner = Runner(scene)
@@ -147,17 +149,23 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
     tangents = jax.jit(jax.jacfwd(at_rest), compiler_options=RUN_ONCE)
     model = start(x)
     lanes = jax.tree.map(lambda s: jnp.moveaxis(s, -1, 0), tangents(x))
+    depends = jax.tree.map(lambda s: bool(jnp.any(s != 0.0)), lanes)
+    model, same = eqx.partition(model, depends)
+    lanes = eqx.filter(lanes, depends)
+
+    def value(model, steps):
+        return moved(eqx.combine(model, same), steps)
 
     def forward(model, lanes, steps):
-        return across(lambda v: jax.jvp(lambda m: moved(m, steps), (model,), (v,))[1], lanes)
+        return across(lambda v: jax.jvp(lambda m: value(m, steps), (model,), (v,))[1], lanes)
 
     def backward(model, lanes, steps):
-        by = jax.grad(moved)(model, steps)
+        by = jax.grad(value)(model, steps)
         parts = jax.tree.map(lambda g, s: jnp.tensordot(s, g, g.ndim), by, lanes)
         return sum(jax.tree.leaves(parts))
 
     work = {
-        "value": jax.jit(lambda model, _, steps: moved(model, steps)),
+        "value": jax.jit(lambda model, _, steps: value(model, steps)),
         "forward": jax.jit(forward),
         "backward": jax.jit(backward, static_argnums=2),
     }

@@ -169,6 +169,8 @@ def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
     if issubclass(method, diffrax.AbstractImplicitSolver):
         own = cast(numbers, plan.dtype)
         options["root_finder"] = diffrax.VeryChord(rtol=own.rtol, atol=own.atol, norm=_size)
+    if method is Leapfrog:
+        options["writes_over"] = not isinstance(numbers.steps, int)
     return method(**options)
 
 

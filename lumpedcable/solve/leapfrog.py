@@ -3,6 +3,7 @@
 from typing import Any, ClassVar
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -64,8 +65,12 @@ class Leapfrog(diffrax.AbstractSolver):
     then a kick of length dt centred on t_n+1 (`Model.kick`) that gives v_n+1, the velocity of the
     state, and v_n+3/2, kept between steps. Work is accumulated at the same instants, so that the
     kinetic energy is accounted for to rounding. The step must be constant.
+
+    With `writes_over` each step writes what it works out along the lines over what the one before
+    left there, which saves memory traffic; on the way back of reverse mode it costs some.
     """
 
+    writes_over: bool = eqx.field(static=True, default=True)
     term_structure: ClassVar = CableTerm
     interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
 
@@ -84,7 +89,8 @@ class Leapfrog(diffrax.AbstractSolver):
             (slope.velocity, slope.work),
         )
         found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
-        return args.carried(t0, dt, y0.displacement, velocity), work, dt, workspaces(found)
+        over = workspaces(found) if self.writes_over else {}
+        return args.carried(t0, dt, y0.displacement, velocity), work, dt, over
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
@@ -96,7 +102,9 @@ class Leapfrog(diffrax.AbstractSolver):
         dt = length.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = model.followed(t1, place)
-        middle, after, reaction, found = model.kick(t1, place, before, y0.reaction, dt, over)
+        middle, after, reaction, found = model.kick(
+            t1, place, before, y0.reaction, dt, over or None
+        )
         now = work
         if work:
             power = powers(model, t1, found, place, before, middle, after, dt)
@@ -104,7 +112,8 @@ class Leapfrog(diffrax.AbstractSolver):
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
         y1 = State(place, middle, now, reaction, y0.tension)
         dense = {"y0": y0, "y1": y1}
-        return y1, None, dense, (after, work, length, workspaces(found)), diffrax.RESULTS.successful
+        over = workspaces(found) if over else {}
+        return y1, None, dense, (after, work, length, over), diffrax.RESULTS.successful
 
     def func(self, terms, t0, y0, args):
         """dy/dt at the start of a step."""
