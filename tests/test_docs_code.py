@@ -57,10 +57,6 @@ MADE = {
     "tutorial-snapback.md": ["end-speed.svg", "hawser.h5"],
     "view.md": ["page.html", "snapback.gif", "snapback.h5", "snapback.vtkhdf"],
 }
-# of what takes an hour, a part, beside what the gallery has parts of
-LESS = {
-    "restraint.toml": {'duration = "40 s"': 'duration = "2 s"'},
-}
 # "scene.toml" of the page about studies: runs for two shards
 SCENE = """
 gravity = 9.81
@@ -108,7 +104,7 @@ def runnable(path):
 
 
 def put(folder):
-    """The folder as a reader has it, with short scenes for long ones; returns the environment."""
+    """The folder as a reader has it, of the largest sweeps parts; returns the environment."""
     here = Path(sys.executable).parent
     tools = folder / ".tools"
     tools.mkdir()
@@ -120,13 +116,6 @@ def put(folder):
     for name in gallery["LESS"]:
         path = folder / "configs" / f"{name}.toml"
         gallery["part_of"](path, path.parent, name)
-    for name, changes in LESS.items():
-        path = folder / "configs" / name
-        text = path.read_text()
-        for whole, part in changes.items():
-            assert whole in text
-            text = text.replace(whole, part)
-        path.write_text(text)
     (folder / "scene.toml").write_text(SCENE)
     (tools / "browser.py").write_text(BROWSER)
     # of SLURM: a task of an array, and what starts a job's processes
