@@ -22,7 +22,9 @@ from lumpedcable.view.groups import file_tag
 Array = NDArray[Any]
 
 FEWEST = 3  # values that a swept number must have to be drawn along
-MOST_CELLS = 40  # of a map along an axis; of more values, such as draws, as many bins as BINS
+MOST_CELLS = (
+    40  # of a map along an axis; of more values, such as draws, at most as many bins as BINS
+)
 BINS = 12
 MOST_PANELS = 6
 ENOUGH = 4 * BINS  # draws
@@ -107,8 +109,9 @@ def _along(axis: Axis) -> Along:
     place = np.log if log else np.asarray
     if len(known) > MOST_CELLS:
         ends = place(known[[0, -1]])
-        edges = np.linspace(ends[0], ends[1], BINS + 1)
-        cells = np.clip(np.searchsorted(edges, place(values), side="right") - 1, 0, BINS - 1)
+        bins = min(BINS, int(np.sqrt(len(values) / 2)))  # two draws or more a cell, on average
+        edges = np.linspace(ends[0], ends[1], bins + 1)
+        cells = np.clip(np.searchsorted(edges, place(values), side="right") - 1, 0, bins - 1)
     else:
         middles = place(known)
         half = np.diff(middles) / 2

@@ -125,3 +125,4 @@ def test_how_far_a_body_came_is_a_map_of_enough_draws(tmp_path):
     assert [p.name for p in plot_result(path, tmp_path)] == ["map_stop_distance.png"]
     ((_, _, cells, _),) = maps(path)["map_stop_distance"]
     assert np.nanmax(cells) == pytest.approx(np.max(speed**2 / friction))
+    assert cells.shape == (4, 4)  # two draws or more a cell, on average
