@@ -1,5 +1,6 @@
 """Makes tests/ importable, so that tests of several packages share their helpers."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 # one cache of compiled programs for all tests, and for the next time they run
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "xla"
 os.environ.setdefault("LUMPEDCABLE_CACHE", str(CACHE))
+gc.set_threshold(50_000, 50, 100)  # as the command line does: jax leaves little garbage
 
 MAPS = Path("/proc/self/maps")
 MOST_MAPS = 20_000
