@@ -6,6 +6,7 @@ step, where it has a closed form: no extra cost, second order, stable at any dra
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -101,19 +102,35 @@ def kick(
     a_t = 2.0 * nodes.mass_t / dt
     if nodes.tangent is None:
         b = force + a_t * start
-        middle = 2.0 * b / (a_t + jnp.sqrt(a_t**2 + 4.0 * nodes.drag_t * jnp.abs(b)))
+        middle = _root(a_t, b, nodes.drag_t)
     else:
         a_n = 2.0 * nodes.mass_n / dt
         force_t, force_n = nodes.split(force)
         start_t, start_n = nodes.split(start)
         b_t = force_t + a_t * start_t
         b_n = force_n + a_n * start_n
-        v_t = 2.0 * b_t / (a_t + jnp.sqrt(a_t**2 + 4.0 * nodes.drag_t * jnp.abs(b_t)))
+        v_t = _root(a_t, b_t, nodes.drag_t)
         v_n = 2.0 * b_n / (a_n + jnp.sqrt(a_n**2 + 4.0 * nodes.drag_n * size(b_n)))
         middle = v_t * nodes.tangent + v_n
     if nodes.flow is not None:
         middle = middle + nodes.flow
     return middle, 2.0 * middle - before
+
+
+@jax.custom_jvp
+def _root(a: Float[Array, "..."], b: Float[Array, "..."], k: Float[Array, "..."]):
+    """The v (m/s) of a v + k |v| v = b, with a in kg/s, b in N, k in kg/m; a and k are not below 0."""
+    return 2.0 * b / (a + jnp.sqrt(a**2 + 4.0 * k * jnp.abs(b)))
+
+
+@_root.defjvp
+def _root_jvp(values, tangents):
+    # (a + 2 k |v|) dv = db - v da - |v| v dk, with less to work out than the root's own derivative
+    a, b, k = values
+    v = _root(a, b, k)
+    speed = jnp.abs(v)
+    da, db, dk = tangents
+    return v, (db - v * (da + speed * dk)) / (a + 2.0 * k * speed)
 
 
 def kinetic_energy(nodes: Frame, velocity: Float[Array, "d nodes"]) -> Float[Array, ""]:

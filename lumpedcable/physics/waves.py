@@ -9,6 +9,7 @@ are exactly zero where the strain rate does not change along the line.
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
@@ -193,15 +194,38 @@ def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Arr
     return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
 
 
+@jax.custom_jvp
 def _smoothness(rates: Float[Array, " n+2"], noise: Float[Array, " n"]) -> Float[Array, " n"]:
     """phi of each segment from the strain rates (1/s) of all and of a ghost beyond each end.
 
     1 where the rate is below `noise` (1/s).
+    """
+    return _limited(rates, noise)[0]
+
+
+def _limited(rates, noise):
+    """phi, and what its derivative is made of.
+
+    That is 1/g where phi is between 0 and 1, else 0; and whether the mean of the two ratios decides,
+    else whether it is the left one.
     """
     left, rate, right = rates[:-2], rates[1:-1], rates[2:]
     # a rate whose square underflows would have an inverse that no derivative can be taken of
     still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
     inverse = 1.0 / jnp.where(still, 1.0, rate)
     rl, rr = left * inverse, right * inverse
-    phi = least(0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr))
-    return jnp.where(still, 1.0, least(most(phi, 0.0), 1.0))
+    mean, less = 0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr)
+    raw = least(mean, less)
+    phi = jnp.where(still, 1.0, least(most(raw, 0.0), 1.0))
+    inside = ~still & (raw > 0.0) & (raw < 1.0)
+    return phi, jnp.where(inside, inverse, 0.0), mean < less, rl < rr
+
+
+@_smoothness.defjvp
+def _smoothness_jvp(values, tangents):
+    # phi = a g_left / g + b g_right / g with a and b of 0, 1/2 or 2, so d phi is
+    # (a dg_left + b dg_right - phi dg) / g: a third of what the rules for each operation make of it
+    phi, inverse, mean, lower = _limited(*values)
+    left, rate, right = tangents[0][:-2], tangents[0][1:-1], tangents[0][2:]
+    sides = jnp.where(mean, 0.5 * (left + right), 2.0 * jnp.where(lower, left, right))
+    return phi, inverse * (sides - phi * rate)

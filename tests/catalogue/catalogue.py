@@ -1,17 +1,19 @@
 """All cases by name, and all ways of stepping through them."""
 
+from typing import get_args
+
 import mode_cases
 import motion_cases
 import release_cases
 from case import Case
 
-from lumpedcable.solve.integrate import METHODS
+from lumpedcable.scene.run import Method
 from lumpedcable.study.plan import ADAPTIVE
 
 CASES: dict[str, Case] = {**mode_cases.CASES, **motion_cases.CASES, **release_cases.CASES}
 
 # every way of stepping that the scene language offers
-ALL = ("leapfrog", "viscous", "plain", *sorted(set(METHODS) - {"leapfrog"}))
+ALL = ("leapfrog", "viscous", "plain", *sorted(set(get_args(Method)) - {"leapfrog"}))
 
 
 def options(case: Case, stepping: str, dtype: str = "float64") -> tuple[str, ...]:

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.test_util import check_grads
 
 import lumpedcable.study.compiled  # noqa: F401  (float64)
 from lumpedcable.model import inertia
@@ -116,6 +117,20 @@ def test_a_kick_solves_its_equation(d, dt, current):
     np.testing.assert_allclose(middle, 0.5 * (before + after), rtol=1e-12)
     gain = inertia.acceleration(nodes, force, middle)
     np.testing.assert_allclose((after - before) / dt, gain, rtol=1e-9, atol=1e-9 * 50.0)
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_a_kick_s_derivative_is_its_differences(d):
+    # also the second one: the root of the drag brings a rule of its own
+    rng = np.random.default_rng(d)
+    force, before = (jnp.asarray(rng.normal(size=(d, 2)) * s) for s in (50.0, 5.0))
+
+    def of(force, before, mass, drag):
+        nodes = frame(d)._replace(mass_t=mass, drag_t=drag)
+        return inertia.kick(nodes, force, before, num(0.1))
+
+    given = (force, before, jnp.array([2.0, 1.0]), jnp.array([3.0, 0.5]))
+    check_grads(of, given, order=2, modes=["fwd", "rev"], eps=1e-5, rtol=1e-6)
 
 
 def test_a_kick_without_drag_is_newton_s():

@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.test_util import check_grads
 
 import lumpedcable.study.compiled  # noqa: F401  (double precision)
 from lumpedcable.physics.waves import Boundary, ReleaseWaves
@@ -125,3 +126,27 @@ class TestBoundary:
         assert joint.correction_share(share, -1).tolist() == [0.3, 0.3, 0.0]
         assert WALL.correction_share(share, 0).tolist() == [0.3, 0.3, 0.3]
         assert Boundary(True).correction_share(share, 0).tolist() == [1.0, 0.3, 0.3]
+
+
+def test_the_derivative_of_the_viscosity_is_its_differences():
+    # phi is, one after the other: 1, the mean of the two ratios, that again, 1, the mean, twice the
+    # right one, 0, 0, 0, twice the left one; each branch has a derivative of its own
+    rate = jnp.array([0.6, 1.0, 1.7, 2.1, 1.4, 1.5, 4.0, 4.2, 0.4, -1.2, 0.3, 3.0])
+    phi = [1.0, 0.5 * (1.0 + 2.1) / 1.7, 0.5 * (1.7 + 1.4) / 2.1, 1.0, 1.0,
+           0.5 * (1.5 + 4.2) / 4.0, 2.0 * 0.4 / 4.2, 0.0, 0.0, 0.0]  # fmt: skip
+    tension = 9e3 + 500.0 * jnp.sin(jnp.arange(N))
+
+    def share(rate, stiff):
+        b = 0.1 * jnp.sqrt(EA * stiff / MASS) + 0.5 * jnp.abs(rate) * LENGTH
+        _, viscous = terms(tension, rate, dt=None, stiffness=EA * stiff)
+        return viscous / (MASS * b * rate * LENGTH)
+
+    one = jnp.ones(N)
+    np.testing.assert_allclose(share(rate, one)[1:-1], (1.0 - np.array(phi)) ** 2, atol=1e-12)
+    assert float(share(rate, one)[-1]) == pytest.approx((1.0 - 2.0 * 0.3 / 3.0) ** 2)
+    for dt in (None, DT):
+
+        def viscous(rate, stiff, dt=dt):
+            return terms(tension, rate, dt=dt, stiffness=EA * stiff)[1]
+
+        check_grads(viscous, (rate, one), order=2, modes=["fwd", "rev"], eps=1e-6, rtol=1e-5)
