@@ -108,7 +108,11 @@ def main(argv: Sequence[str] | None = None) -> None:
         help=f"what to measure: {', '.join(parts())}; without any: {', '.join(PARTS)}",
     )
     parser.add_argument("--all", action="store_true", help="every part")
-    parser.add_argument("--again", action="store_true", help="only write what is measured already")
+    parser.add_argument(
+        "--again",
+        action="store_true",
+        help="only write what is measured already, on whatever machine",
+    )
     parser.add_argument("--quick", action="store_true", help="small meshes and few cases")
     parser.add_argument("-o", "--output", type=Path, default=OUTPUT, help="folder to write into")
     parser.add_argument(
@@ -128,7 +132,11 @@ def main(argv: Sequence[str] | None = None) -> None:
     before = report.read(asked.output)
     published = report.read(PICTURES) if asked.docs else None
     before = before or published
-    if before is not None and all(before.get(key) == value for key, value in data.items()):
+    if asked.again:
+        if before is None:
+            parser.error(f"--again: expected results.json in {asked.output}, found none")
+        data = before
+    elif before is not None and all(before.get(key) == value for key, value in data.items()):
         data = before
     for name in names:
         data = joined(data, measure(name, asked.quick, console))

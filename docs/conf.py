@@ -18,8 +18,8 @@ nb_execution_mode = "off"  # notebooks are kept with what came out: python docs/
 myst_heading_anchors = 4
 # pages are also read on GitHub, where a link may lead to any file of the repository
 exclude_patterns = ["_build", "images/*.md"]
-# the build checks links between pages; links to other sites with
-# sphinx-build -b linkcheck docs docs/_build/links
+# the build checks links between pages; links to other sites, with the network,
+# LUMPEDCABLE_GALLERY= sphinx-build -b linkcheck docs docs/_build/links
 linkcheck_timeout = 20
 linkcheck_retries = 2
 linkcheck_anchors = False

@@ -166,10 +166,10 @@ class Result(Drawn):
 
     def animate(self, path: str | Path, run: int = 0, seconds: float = 8.0) -> Path:
         """Write a run as a GIF or MP4, see `lumpedcable.view.animate_result`."""
-        from lumpedcable.page.unrecorded import ideal_lines
+        from lumpedcable.page.filmed import beside_lines
         from lumpedcable.view import animate_result
 
-        return animate_result(self.path, path, run, seconds, unrecorded=ideal_lines)
+        return animate_result(self.path, path, run, seconds, beside=beside_lines)
 
     def export(self, kind: str, path: str | Path, run: int | None = None) -> list[Path]:
         """Write it for another program, see `lumpedcable.export.export_result`."""

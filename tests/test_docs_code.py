@@ -1,33 +1,90 @@
 """The documentation builds without a warning, and the code on its pages runs."""
 
 import json
+import os
 import re
 import runpy
 import shlex
+import shutil
+import signal
 import subprocess
 import sys
+import time
 import tomllib
-from contextlib import chdir
+from contextlib import chdir, suppress
 from pathlib import Path
 
 import matplotlib.image
 import pytest
-from command_line import say
 
 from lumpedcable.cli import app
+from lumpedcable.results import open_result
 from lumpedcable.scene import load_study
+from lumpedcable.view import maps
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [path for path in sorted(DOCS.glob("*.md")) if path.name != "gallery.md"]
-# meshes and a batch, four programs to compile; a design, which is one program a limit
-LONG = {"tutorial-benchmark.md", "restraint.md"}
-COMMANDS = {"tutorial-rope.md"}  # pages whose commands leave what their code reads
-# code that reads a study of ten thousand runs, which is not made here; files of a changed package, which
-# test_docs_extending.py makes
-READ = {"studies.md", "extending.md"}
-MADE = {"tutorial-snapback.md": ["end-speed.svg", "hawser.h5"], "tutorial-benchmark.md": ["mesh.svg"],
-        "tutorial-rope.md": ["nylon-bench", "rope.svg"]}  # fmt: skip
+PAGES = [
+    path for path in sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")]) if path.name != "gallery.md"
+]
+QUICK = {"tutorial-rope.md"}  # pages with commands that are not slow
+# test_docs_extending.py applies the first, whole, and runs it; the second begins as the README, which
+# test_docs.py holds it to
+ELSEWHERE = {"extending.md", "index.md"}
+INSTALL = (
+    "python3 -m venv --without-pip .venv && python3 -m pip --python .venv/bin/python install -q "
+)
+# what is not run; the rest of its block is
+LEFT_OUT = (
+    # from the network; `.ci/run` does the second as it stands, which is these tests
+    f"{INSTALL}. && ",
+    f"{INSTALL}-e '.[test]' && .venv/bin/python -m pytest -n 2 --dist worksteal\n",
+    # the same, and it puts a hook into the repository
+    f"{INSTALL}-e '.[test,dev]' && . .venv/bin/activate && pre-commit install\n",
+    # somebody's cluster; the last block of that page has a scheduler of its own
+    "lumpedcable study scene.toml -o folder --executor dask --scheduler tcp://login1:8786 ",
+)
+# what stays behind
+MADE = {
+    "README.md": ["snapback", "snapback.h5"],
+    "fitting.md": ["nylon-both", "snapback"],
+    "highline.md": ["delivery", "delivery.h5"],
+    "restraint.md": ["elastic.h5", "envelope", "restraint.h5"],
+    "studies.md": ["lumpedcable-cache", "map", "scene.h5"],
+    "transfer.md": ["chances.h5", "classes", "classes.h5", "transfer.h5"],
+    "tutorial-benchmark.md": ["build", "mesh.svg"],
+    "tutorial-rope.md": ["nylon-bench", "rope.svg"],
+    "tutorial-snapback.md": ["end-speed.svg", "hawser.h5"],
+    "view.md": ["page.html", "snapback.gif", "snapback.h5", "snapback.vtkhdf"],
+}
+# "scene.toml" of the page about studies: runs for two shards
+SCENE = """
+gravity = 9.81
+[materials.m]
+law = "linear"
+EA = 1e5
+[lines.rope]
+material = "m"
+length = 10.5
+segments = 5
+mass = 1.0
+start = { fixed = [0, 0, 0] }
+end = { fixed = [10, 0, 0] }
+[sweep]
+"lines.rope.length" = { from = 10.1, to = 10.9, count = 1100 }
+[output]
+duration = 0.02
+every = 0.01
+keep = "summaries"
+"""
+# a browser that reads the page and then presses Ctrl-C
+BROWSER = """
+import os, signal, sys, urllib.request
+page = urllib.request.urlopen(sys.argv[1]).read().decode()
+with open(sys.argv[0] + ".seen", "a") as seen:
+    seen.write("page\\n" if "</title>" in page and len(page) > 500_000 else "nothing\\n")
+os.kill(os.getppid(), signal.SIGINT)
+"""
 
 
 def blocks(path, languages):
@@ -35,27 +92,129 @@ def blocks(path, languages):
     return re.findall(rf"^```({languages})\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
 
 
+def runnable(path):
+    """The blocks of a page without what cannot be run here."""
+    found = []
+    for language, block in blocks(path, "python|bash"):
+        for fragment in LEFT_OUT:
+            block = block.replace(fragment, "")
+        if block.strip():
+            found.append((language, block))
+    return found
+
+
+def put(folder):
+    """The folder as a reader has it, of the largest sweeps parts; returns the environment."""
+    here = Path(sys.executable).parent
+    tools = folder / ".tools"
+    tools.mkdir()
+    (folder / ".venv").symlink_to(here.parent)
+    hidden = shutil.ignore_patterns("_build", "build", "gallery*", "__pycache__")
+    for name in ("configs", "docs", "benchmarks"):
+        shutil.copytree(ROOT / name, folder / name, ignore=hidden)
+    gallery = runpy.run_path(str(DOCS / "gallery.py"))
+    for name in gallery["LESS"]:
+        path = folder / "configs" / f"{name}.toml"
+        gallery["part_of"](path, path.parent, name)
+    (folder / "scene.toml").write_text(SCENE)
+    (tools / "browser.py").write_text(BROWSER)
+    # of SLURM: a task of an array, and what starts a job's processes
+    (tools / "srun").write_text('#!/bin/sh\nexec "$@"\n')
+    (tools / "srun").chmod(0o755)
+    return {
+        **os.environ,
+        "PATH": f"{tools}:{here}:{os.environ['PATH']}",
+        "BROWSER": f"{sys.executable} {tools / 'browser.py'} %s &",
+        "SCRATCH": str(folder),
+        "SLURM_ARRAY_TASK_COUNT": "200",
+    }
+
+
+def run_block(block, folder, env):
+    """Run a block as it stands. What it leaves running is waited for; of a job, ended with it."""
+    job = block.startswith("#!")
+    log = folder / ".tools" / "log"
+    with log.open("w") as said:
+        process = subprocess.Popen(
+            ["bash", "-euo", "pipefail", "-c", block if job else f"trap wait EXIT\n{block}"],
+            cwd=folder, env=env, stdout=said, stderr=said, start_new_session=True,
+        )  # fmt: skip
+        try:
+            code = process.wait(timeout=1200)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGTERM)
+                for _ in range(300):  # they tidy up behind them
+                    os.killpg(process.pid, 0)
+                    time.sleep(0.1)
+    # who does a part of a study may end before the others have done theirs, and says so
+    assert code in ((0, 1) if "--part" in block else (0,)), log.read_text()
+
+
+def run_commands(block, folder, env):
+    """Run a block, an array job's as both of the tasks that have something to do."""
+    for task in ("1", "2") if "SLURM_ARRAY_TASK_ID" in block else ("",):
+        run_block(block, folder, {**env, "SLURM_ARRAY_TASK_ID": task})
+    for name in ("folder", "study"):  # each block begins a study of its own
+        if (folder / name).exists():
+            with open_result(folder / name) as result:
+                assert set(result.status) == {"ok"}
+            shutil.rmtree(folder / name)
+
+
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(p, id=p.name, marks=pytest.mark.slow if p.name in LONG else ())
+        pytest.param(
+            p, id=p.name, marks=() if p.name in QUICK or not blocks(p, "bash") else pytest.mark.slow
+        )
         for p in PAGES
-        if blocks(p, "python")
+        if runnable(p) and p.name not in ELSEWHERE
     ],
 )
 def test_the_code_of_a_page_runs(path, tmp_path):
-    (tmp_path / "configs").symlink_to(ROOT / "configs")
+    env = put(tmp_path)
+    before = {p.name for p in tmp_path.iterdir()}
     names = {}
-    with chdir(tmp_path):
-        for language, block in blocks(path, "python|bash"):
-            if language == "python":
-                code = compile(block, path.name, "exec")
-                if path.name not in READ:
-                    exec(code, names)
-            elif path.name in COMMANDS:
-                assert say(tmp_path, *shlex.split(block)[1:]).code == 0
-    made = [p.name for p in tmp_path.iterdir() if p.name != "configs"]
+    for language, block in runnable(path):
+        if "python -m benchmarks" in block:
+            pytest.importorskip("moordyn", reason="the extra bench is not installed")
+        if language == "bash":
+            run_commands(block, tmp_path, env)
+        else:
+            with chdir(tmp_path):
+                exec(compile(block, path.name, "exec"), names)
+    made = {p.name for p in tmp_path.iterdir()} - before
     assert sorted(made) == sorted(MADE.get(path.name, []))
+    if path.name == "README.md":
+        assert len(list((tmp_path / "snapback").glob("*.png"))) == 10  # "ten pictures"
+    opened = [b for _, b in blocks(path, "bash") for line in b.splitlines()
+              if line.startswith("lumpedcable view") and " -o " not in line]  # fmt: skip
+    seen = tmp_path / ".tools" / "browser.py.seen"
+    assert (seen.read_text() if seen.exists() else "") == "page\n" * len(opened)
+
+
+def test_what_is_not_run_is_on_the_pages():
+    everything = "".join(block for path in PAGES for _, block in blocks(path, "bash"))
+    assert all(fragment in everything for fragment in LEFT_OUT)
+
+
+def test_every_block_is_of_a_kind_that_is_looked_at():
+    # "": a drawing of the layers; {...}: Sphinx builds them; toml: test_docs_toml.py;
+    # diff: test_docs_extending.py
+    for path in PAGES:
+        kinds = set(
+            re.findall(r"^ *```(\S*)[^\n]*\n.*?^ *```", path.read_text(), re.DOTALL | re.MULTILINE)
+        )
+        assert {kind for kind in kinds if not kind.startswith("{")} <= {
+            "",
+            "bash",
+            "python",
+            "toml",
+            "diff",
+        }
+        assert "" not in kinds or path.name == "architecture.md"
+        assert "diff" not in kinds or path.name == "extending.md"
 
 
 def test_the_commands_of_the_pages_are_understood():
@@ -130,6 +289,8 @@ def test_the_gallery_has_every_scene(tmp_path, monkeypatch):
         if "lines" in tomllib.loads(path.read_text()):
             study = load_study(gallery["part_of"](path, tmp_path, name))
             assert len(study.runs) <= 500, f"{name}: too many runs for a picture"
+            if study.scene.output.keep == "summaries":  # its picture is a map, which must be filled
+                assert len(study.runs) >= maps.ENOUGH, f"{name}: too few runs for a map"
     title, words = gallery["about"](scenes["snapback"])
     assert title == "Nylon line parting under water"
     assert words.startswith("A nylon mooring line parts under water: the eight runs of Zhu")

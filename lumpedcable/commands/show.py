@@ -84,12 +84,12 @@ def animate(
     fps
         Frames in a second.
     """
-    from lumpedcable.page.unrecorded import ideal_lines
+    from lumpedcable.page.filmed import beside_lines
     from lumpedcable.view import animate_result
 
     with told():
         target = output or result.parent / f"{Path(result.name.removesuffix('.partial')).stem}.gif"
-        print(animate_result(result, target, run_, seconds, fps, ideal_lines))
+        print(animate_result(result, target, run_, seconds, fps, beside_lines))
 
 
 def export(

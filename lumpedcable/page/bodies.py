@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from lumpedcable.page.pack import Pack
 from lumpedcable.results.reader import ResultFile
 
-__all__ = ["moved_bodies", "quaternion"]
+__all__ = ["moved_bodies", "posts_of", "quaternion", "size_of", "solids_of", "turned"]
 
 
 def quaternion(attitude: ArrayLike) -> NDArray[np.float64]:
@@ -51,39 +51,65 @@ def moved_bodies(
         One table per solid: name, size (length, breadth, height in m) or None, the points of a ship
         (m, in its axes), and its arrays. Cargo that swings is a solid of its own under its trolley.
     """
-    told = scene.get("bodies") or {}
-    found = []
-    for name in result.bodies:
-        places, angles = (
+    ways = {
+        name: tuple(
             np.array([result.body(name, quantity, int(run))[times] for run in runs])
             for quantity in ("position", "attitude")
         )
-        own = told.get(name, {})
-        if isinstance(own.get("depth"), int | float):
-            found.append(_solid(f"trolley of {name}", {}, places, angles, pack))
-            places = places + _turned(angles, [0.0, 0.0, -float(own["depth"])])
-        found.append(_solid(name, own, places, angles, pack))
-    for name, (places, angles) in ships.items():
-        found.append(_solid(name, told.get(name, {}), places[:, times], angles[:, times], pack))
-    return found
+        for name in result.bodies
+    }
+    ways |= {name: (place[:, times], angles[:, times]) for name, (place, angles) in ships.items()}
+    return [
+        _solid(name, told, places, angles, pack)
+        for name, told, places, angles in solids_of(ways, scene)
+    ]
+
+
+def solids_of(
+    ways: Mapping[str, tuple[NDArray[Any], ...]], scene: Mapping[str, Any]
+) -> Iterator[tuple[str, Mapping[str, Any], NDArray[Any], NDArray[Any]]]:
+    """Name, what the scene tells of it, places and angles of everything that is drawn as a solid.
+
+    Args:
+        ways: by body, its places (m) and angles (rad), each (..., 3).
+        scene: tables of the scene in SI numbers.
+    """
+    bodies = scene.get("bodies") or {}
+    for name, (places, angles) in ways.items():
+        told = bodies.get(name, {})
+        if isinstance(told.get("depth"), int | float):
+            yield f"trolley of {name}", {}, places, angles
+            places = places + turned(angles, [0.0, 0.0, -float(told["depth"])])
+        yield name, told, places, angles
+
+
+def posts_of(told: Mapping[str, Any]) -> list[Any]:
+    """The points (m, in its axes) that a moved ship has posts at."""
+    points = told.get("points")
+    return list(points.values()) if isinstance(points, dict) and "motion" in told else []
+
+
+def size_of(told: Mapping[str, Any]) -> list[Any] | None:
+    """Length, breadth and height (m) of a body, None where the scene does not tell."""
+    size = told.get("size")
+    return size if isinstance(size, list) else None
 
 
 def _solid(
     name: str, told: Mapping[str, Any], places: NDArray[Any], angles: NDArray[Any], pack: Pack
 ) -> dict[str, Any]:
     """A solid of (run, frame, 3) places and angles, with what the scene tells of it."""
-    size, points = told.get("size"), told.get("points")
     turns = _continuous(quaternion(angles))
     return {
         "name": name,
-        "size": size if isinstance(size, list) else None,
-        "points": list(points.values()) if isinstance(points, dict) and "motion" in told else [],
+        "size": size_of(told),
+        "points": posts_of(told),
         "position": [pack.field(part) for part in np.moveaxis(places, -1, 0)],
         "attitude": [pack.field(part) for part in np.moveaxis(turns, -1, 0)],
     }
 
 
-def _turned(angles: NDArray[Any], way: ArrayLike) -> NDArray[np.float64]:
+def turned(angles: NDArray[Any], way: ArrayLike) -> NDArray[np.float64]:
     """A vector in the axes of a body turned by roll, pitch, yaw (..., 3), in those of space."""
     known = np.isfinite(angles).all(axis=-1, keepdims=True)
     flat = np.where(known, angles, 0.0).reshape(-1, 3)

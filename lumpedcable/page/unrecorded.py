@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.page.surroundings import tables
 from lumpedcable.results.reader import ResultFile
 
-__all__ = ["StraightLine", "Unrecorded", "ideal_lines"]
+__all__ = ["StraightLine", "Unrecorded"]
 
 Array = NDArray[Any]
 
@@ -93,9 +92,3 @@ class Unrecorded:
             position, attitude = (np.array(part) for part in zip(*way, strict=True))
             self.ships[name] = (position, attitude)
         self.lines = {name: StraightLine(places[name], tensions[name]) for name in places}
-
-
-def ideal_lines(result: ResultFile, run: int) -> dict[str, StraightLine]:
-    """The ideal cables of a run by name, none where the scene has none."""
-    told = str(result.attributes.get("effective_scene", "")) or result.scene_text
-    return Unrecorded(result, np.array([run]), tables(told)).lines

@@ -75,7 +75,10 @@ SUMMARIES = {
     ),
     "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
     "stop_time": ("s", "when the body of output.stop came to rest"),
-    "stop_distance": ("m", "distance of that body from its start when it did"),
+    "stop_distance": (
+        "m",
+        "distance of the body of output.stop from its start when it came to rest",
+    ),
     "solver_step": ("s", "time step"),
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import matplotlib
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -25,7 +25,8 @@ from lumpedcable.view.sampling import node_count, side_view
 __all__ = ["MOVIES", "animate_result"]
 
 Array = NDArray[Any]
-Unrecorded = Callable[[ResultFile, int], Mapping[str, Any]]
+# lines by name, places (time, 3) of balls, faces (time, face, 4, 3) of boxes, in m
+Beside = tuple[Mapping[str, Any], Sequence[Array], Sequence[Array]]
 
 MOVIES = (".gif", ".mp4")
 _DPI = 100
@@ -38,7 +39,7 @@ def animate_result(
     run: int = 0,
     seconds: float = 8.0,
     fps: int = 15,
-    unrecorded: Unrecorded | None = None,
+    beside: Callable[[ResultFile, int], Beside] | None = None,
 ) -> Path:
     """Write a run as a GIF, or as an MP4 with the extra `video`.
 
@@ -49,8 +50,8 @@ def animate_result(
         seconds: how long the film lasts; the text beside the clock says how much slower or faster
             than real time that is.
         fps: frames in a second.
-        unrecorded: from the open file and the run to lines by name that it does not hold, read as
-            its own are.
+        beside: from the open file and the run to what it does not hold or holds otherwise: lines by
+            name, read as its own are; places (m) of bodies without a size; faces (m) of those with one.
 
     Returns:
         The file made.
@@ -67,7 +68,7 @@ def animate_result(
         raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
     with open_result(path) as result, style.styled():
         result.hold(run)
-        more = unrecorded(result, run) if unrecorded is not None else {}
+        more = beside(result, run) if beside is not None else ({}, (), ())
         film = _Film(result, run, seconds, more)
         # the writers take the format from the name
         partial = target.with_name(f".{target.stem}.partial{target.suffix}")
@@ -111,14 +112,13 @@ def _write(film: _Film, writer: AbstractMovieWriter, target: Path, frames: int) 
 class _Film:
     """The figure, and how to bring it to a saved time."""
 
-    def __init__(
-        self, result: ResultFile, run: int, seconds: float, more: Mapping[str, Any]
-    ) -> None:
+    def __init__(self, result: ResultFile, run: int, seconds: float, more: Beside) -> None:
         self.result, self.run = result, run
+        others, self.balls, self.faces = more
         stored = {name: result.line(name) for name in result.lines}
         shown = {
             name: line
-            for name, line in {**stored, **more}.items()
+            for name, line in {**stored, **others}.items()
             if all(map(line.has, ("position", "tension")))
         }
         if not shown:
@@ -139,7 +139,9 @@ class _Film:
         span = float(result.time[-1] - result.time[0])
         self.pace = _pace(span / seconds)
         self.figure, (self.top, self.bottom) = self._laid_out()
+        self.solids = [self.top.add_collection(_solid(), autolim=False) for _ in self.faces]
         self.shapes = [self._shape(self.top) for _ in names]
+        (self.marks,) = self.top.plot([], [], "o", color=style.NEUTRAL, markersize=5, zorder=3)
         self.curves = [
             self.bottom.plot([], [], **style.curve(k), label=name)[0]
             for k, name in enumerate(names)
@@ -158,13 +160,15 @@ class _Film:
         )
         figure = style.new_figure(4.6, title)
         top, bottom = axes = figure.subplots(2, 1, height_ratios=[3, 2])
-        points = np.concatenate([p.reshape(-1, 3) for p in self.position])
+        points = np.concatenate(
+            [p.reshape(-1, 3) for p in (*self.position, *self.balls, *self.faces)]
+        )
         x, z = points[:, self.across], points[:, self.up]
         top.set_xlim(style.limits(x))
         top.set_ylim(style.limits(z, margin=0.15))
         true = np.nanmax(x) - np.nanmin(x) <= _TRUE_SHAPE * (np.nanmax(z) - np.nanmin(z))
         if true:
-            top.set_aspect("equal", adjustable="datalim")
+            top.set_aspect("equal", adjustable="box")
         stretched = "" if true else ", stretched"
         top.set_xlabel(f"{'xyz'[self.across]} (m)")
         top.set_ylabel(f"{'xyz'[self.up]} (m{stretched})")
@@ -173,7 +177,7 @@ class _Film:
         bottom.set_xlim(0.0, max(float(np.nanmax(m)) for m in self.middle) * 1.01)
         bottom.set_ylim(self.limits)
         self.clock = top.text(
-            0.99, 0.96, "", transform=top.transAxes, ha="right", va="top", color=style.NEUTRAL
+            1.0, 1.02, "", transform=top.transAxes, ha="right", va="bottom", color=style.NEUTRAL
         )
         return figure, axes
 
@@ -185,16 +189,25 @@ class _Film:
 
     def show(self, sample: int) -> None:
         """Bring everything to one saved time."""
+        view = [self.across, self.up]
         parts = zip(self.shapes, self.curves, self.position, self.tension, self.middle, strict=True)
         for shape, curve, position, tension, middle in parts:
-            points = position[sample][:, [self.across, self.up]]
+            points = position[sample][:, view]
             shape.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
             shape.set_array(tension[sample] * self.factor)
             curve.set_data(middle, tension[sample] * self.factor)
+        for solid, faces in zip(self.solids, self.faces, strict=True):
+            solid.set_verts(list(faces[sample][..., view]))
+        self.marks.set_data(*np.reshape([ball[sample][view] for ball in self.balls], (-1, 2)).T)
         now = self.result.time[sample] * self.to_time
         last = self.result.time[-1] * self.to_time
         places = max(0, 2 - int(np.floor(np.log10(last)))) if last > 0 else 0
         self.clock.set_text(f"{now:.{places}f} {self.time_unit}, {self.pace}")
+
+
+def _solid() -> PolyCollection:
+    """A body, over the water and behind the lines."""
+    return PolyCollection([], facecolors="#F1F1F1", edgecolors=style.NEUTRAL, linewidths=0.6)
 
 
 def _to_the_ends(middles: Array, places: Array) -> Array:

@@ -22,9 +22,12 @@ from lumpedcable.view.groups import file_tag
 Array = NDArray[Any]
 
 FEWEST = 3  # values that a swept number must have to be drawn along
-MOST_CELLS = 40  # of a map along an axis; of more values, such as draws, as many bins as BINS
+MOST_CELLS = (
+    40  # of a map along an axis; of more values, such as draws, at most as many bins as BINS
+)
 BINS = 12
 MOST_PANELS = 6
+ENOUGH = 4 * BINS  # draws
 # quantity of a recoiling end or of the run -> which run of a cell is shown
 SHOWN = {
     "peak_end_speed": "largest",
@@ -32,6 +35,8 @@ SHOWN = {
     "front_arrival": "earliest",
     "peak_kinetic_energy": "largest",
     "peak_tension": "largest",
+    "stop_time": "largest",
+    "stop_distance": "largest",
 }
 
 
@@ -60,7 +65,7 @@ def _fills(axes: list[Axis]) -> bool:
     """Whether some pair of numbers takes more combinations than either has values."""
     return any(
         len(np.unique(np.column_stack([a.values, b.values]), axis=0))
-        >= min(len(np.unique(a.values)) * len(np.unique(b.values)), 4 * BINS)
+        >= min(len(np.unique(a.values)) * len(np.unique(b.values)), ENOUGH)
         for a, b in combinations(axes, 2)
     )
 
@@ -104,8 +109,9 @@ def _along(axis: Axis) -> Along:
     place = np.log if log else np.asarray
     if len(known) > MOST_CELLS:
         ends = place(known[[0, -1]])
-        edges = np.linspace(ends[0], ends[1], BINS + 1)
-        cells = np.clip(np.searchsorted(edges, place(values), side="right") - 1, 0, BINS - 1)
+        bins = min(BINS, int(np.sqrt(len(values) / 2)))  # two draws or more a cell, on average
+        edges = np.linspace(ends[0], ends[1], bins + 1)
+        cells = np.clip(np.searchsorted(edges, place(values), side="right") - 1, 0, bins - 1)
     else:
         middles = place(known)
         half = np.diff(middles) / 2

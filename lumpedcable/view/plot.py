@@ -16,7 +16,7 @@ from lumpedcable.view.bodies import body_figure
 from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, shape_figure
 from lumpedcable.view.groups import Group, file_tag, groups
-from lumpedcable.view.maps import map_figures
+from lumpedcable.view.maps import ENOUGH, FEWEST, map_figures
 from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
 from lumpedcable.view.recoil import (
     end_speed_figure,
@@ -40,7 +40,8 @@ def plot_result(
     of each cable with its numbers. Figures whose fields the
     file does not hold are left out. Where several numbers are swept there is one set of figures
     for each value of the last, and its name ends in that value: tension_break_time_5ms.png. Where
-    two or more of them take three values or more: maps of the numbers of the runs over every pair.
+    two or more of them take three values or more, or of enough draws: maps of the numbers of the
+    runs over every pair.
 
     Args:
         path: the results file, or the folder of a study.
@@ -74,7 +75,7 @@ def plot_result(
                 stem = "_".join(filter(None, [name, group.tag]))
                 made += style.save(draw, folder / stem, formats)
     if not made:
-        raise ResultError(f"{path} holds neither histories nor a sweep to draw")
+        raise _nothing(path)
     return made
 
 
@@ -92,8 +93,15 @@ def figures_of(path: str | Path) -> dict[str, Figure]:
             for name, draw in _figures(result, group):
                 made["_".join(filter(None, [name, group.tag]))] = draw()
     if not made:
-        raise ResultError(f"{path} holds neither histories nor a sweep to draw")
+        raise _nothing(path)
     return made
+
+
+def _nothing(path: str | Path) -> ResultError:
+    return ResultError(
+        f"{path} holds neither histories nor a sweep to draw; a map needs two swept numbers of "
+        f"{FEWEST} values or more each, or {ENOUGH} draws"
+    )
 
 
 def _whole_figures(result: ResultFile) -> Iterator[tuple[str, Draw]]:

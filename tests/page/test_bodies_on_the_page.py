@@ -6,9 +6,9 @@ from command_line import say
 from page.test_recorded_page import unpacked
 
 from lumpedcable.page.bodies import quaternion
+from lumpedcable.page.filmed import beside_lines
 from lumpedcable.page.recorded import recorded
 from lumpedcable.page.surroundings import surroundings
-from lumpedcable.page.unrecorded import ideal_lines
 from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
 from lumpedcable.study.moved import Moved, straight_lines, study_of_text
 from lumpedcable.view import animation, style
@@ -211,13 +211,31 @@ def test_an_ideal_cable_goes_with_the_free_ship_that_its_post_stands_on():
     assert line.position[:, 0] == pytest.approx(post)
 
 
-def test_ideal_cables_are_filmed(transfer):
+def test_ideal_cables_ships_and_cargo_are_filmed(transfer):
     said = say(transfer.parent, "animate", transfer.name, "--seconds", "0.4", "--fps", "5")
     assert (said.code, said.out, said.err) == (0, "t.gif\n", "")
     with open_result(transfer) as result, style.styled():
-        film = animation._Film(result, 0, 1.0, ideal_lines(result, 0))
+        film = animation._Film(result, 0, 1.0, beside_lines(result, 0))
         film.show(4)
         (y, z), (first, last) = film.shapes[0].get_segments()[0][1], film.limits
         assert (y, z) == pytest.approx((10.0 + TIMES[4], 14.0), abs=1e-6)  # the trolley
         assert film.curves[0].get_ydata() == pytest.approx(80.0)
         assert first <= 0.0 < 80.0 <= last
+        # the section of a ship of 12 m by 8 m that heaves and rolls, and a post of 15 m on its middle
+        cargo, ship = film.solids
+        faces = np.array([path.vertices[:4] for path in ship.get_paths()])
+        heave, roll = 1.0 + 2.0 * np.sin(np.pi), 0.1 * np.sin(1.6 * np.pi)
+        turn = np.array([[np.cos(roll), -np.sin(roll)], [np.sin(roll), np.cos(roll)]])
+        corners = [turn @ [6.0 * a, 4.0 * b] + [0.0, heave] for a in (-1, 1) for b in (-1, 1)]
+        assert len(faces) == 7
+        for face in faces[:6]:
+            for corner in face:
+                assert np.abs(corner - corners).max(axis=1).min() < 1e-9
+        for corner in corners:
+            assert np.abs(faces[:6] - corner).max(axis=2).min() < 1e-9
+        ends = [turn @ [0.0, up] + [0.0, heave] for up in (4.0, 15.0)]
+        assert faces[6] == pytest.approx(np.array([ends[0], ends[1], ends[1], ends[0]]))
+        # the trolley is a ball; cargo swings 3 m under it
+        assert film.marks.get_xydata() == pytest.approx(np.array([(14.0, 14.0)]))
+        middle = np.mean([path.vertices[:4] for path in cargo.get_paths()], axis=(0, 1))
+        assert middle == pytest.approx([14.0 + 3.0 * np.sin(0.8), 14.0 - 3.0 * np.cos(0.8)])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 
-from lumpedcable.results import ResultWriter, Variable, open_result, sweep_coordinates
+from lumpedcable.results import ResultError, ResultWriter, Variable, open_result, sweep_coordinates
 from lumpedcable.view import plot_result
-from lumpedcable.view.maps import map_figures
+from lumpedcable.view.maps import ENOUGH, map_figures
 
 TENSIONS, TIMES, DRAGS = np.array([1e3, 2e3, 3e3]), np.array([1e-3, 1e-2, 1e-1]), np.arange(4.0)
 KEYS = ("lines.rope.end.held.pretension", "events.break.time", "lines.rope.drag.tangential")
@@ -98,3 +98,31 @@ def test_few_values_make_no_map_and_maps_are_files(tmp_path):
     grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
     made = plot_result(study(tmp_path / "a.h5", *grid), tmp_path)
     assert [p.name for p in made] == ["map_front_arrival.png", "map_peak_end_speed.png"]
+
+
+def test_how_far_a_body_came_is_a_map_of_enough_draws(tmp_path):
+    """The distance is the speed's square over the friction, whatever the third number is."""
+    rng = np.random.default_rng(3)
+    for count in (ENOUGH - 1, ENOUGH):
+        speed, friction = rng.uniform(2.0, 5.0, count), rng.uniform(0.3, 0.7, count)
+        path = tmp_path / f"{count}.h5"
+        keys = [("bodies.ship.velocity.0", "m/s", speed), ("bodies.anchor.friction", "", friction)]
+        with ResultWriter(
+            path,
+            dims={"run": count, "time": 2},
+            variables=[
+                Variable(
+                    "status", ("run",), "i1", attributes={"flag_values": [0], "flag_meanings": "ok"}
+                ),
+                Variable("summary/stop_distance", ("run",), units="m", long_name="way"),
+            ],
+            coordinates=sweep_coordinates(keys),
+        ) as writer:
+            writer.write("status", np.zeros(count, int))
+            writer.write("summary/stop_distance", speed**2 / friction)
+    with pytest.raises(ResultError, match=f"two swept numbers of 3 values .* {ENOUGH} draws"):
+        plot_result(tmp_path / f"{ENOUGH - 1}.h5", tmp_path)
+    assert [p.name for p in plot_result(path, tmp_path)] == ["map_stop_distance.png"]
+    ((_, _, cells, _),) = maps(path)["map_stop_distance"]
+    assert np.nanmax(cells) == pytest.approx(np.max(speed**2 / friction))
+    assert cells.shape == (4, 4)  # two draws or more a cell, on average
