@@ -1,6 +1,7 @@
 """Makes tests/ importable, so that tests of several packages share their helpers."""
 
 import gc
+import itertools
 import os
 from pathlib import Path
 
@@ -14,9 +15,11 @@ gc.set_threshold(50_000, 50, 100)  # as the command line does: jax leaves little
 
 MAPS = Path("/proc/self/maps")
 MOST_MAPS = 20_000
+OFTEN = 10  # tests from one look at the maps to the next, which takes some 10 ms
+counted = itertools.count(1)
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(autouse=True)
 def _programs_are_let_go():
     """Drop compiled programs before there are too many.
 
@@ -24,5 +27,7 @@ def _programs_are_let_go():
     segmentation fault. A user's process compiles a handful; a test process, thousands.
     """
     yield
-    if MAPS.exists() and MAPS.read_bytes().count(b"\n") > MOST_MAPS:
-        jax.clear_caches()
+    if next(counted) % OFTEN == 0 and MAPS.exists():
+        if MAPS.read_bytes().count(b"\n") > MOST_MAPS:
+            jax.clear_caches()
+            gc.collect()
