@@ -27,7 +27,7 @@ def _programs_are_let_go():
     segmentation fault. A user's process compiles a handful; a test process, thousands.
     """
     yield
-    if next(counted) % OFTEN == 0 and MAPS.exists():
-        if MAPS.read_bytes().count(b"\n") > MOST_MAPS:
-            jax.clear_caches()
-            gc.collect()
+    look = next(counted) % OFTEN == 0 and MAPS.exists()
+    if look and MAPS.read_bytes().count(b"\n") > MOST_MAPS:
+        jax.clear_caches()
+        gc.collect()
