@@ -37,7 +37,7 @@ PARAMETERS = (
     "lines.rope.mass", "lines.rope.end.held.pretension",
 )  # fmt: skip
 GRADIENT_OUTPUTS = 100
-ROUNDS = 31
+ROUNDS = 151
 MEMORY = ((100, 1), (6400, 1), (100, 64), (100, 1024))  # segments, lanes
 ROOT = Path(__file__).parents[1]
 
@@ -184,6 +184,7 @@ def gradients(outputs: int, tell: Tell, segments: int = 100) -> dict[str, Any]:
         result[name] = {"compile": first, "result": np.asarray(found).tolist()}
     for _ in range(ROUNDS):  # one after the other, so that the machine is the same for all
         for name, call in calls.items():
+            jax.block_until_ready(call())  # what it needs is then near
             times[name].append(median_of(call, 1))
     for name, seconds in times.items():
         result[name]["warm"] = statistics.median(seconds)

@@ -206,7 +206,7 @@ def _smoothness(rates: Float[Array, " n+2"], noise: Float[Array, " n"]) -> Float
 def _limited(rates, noise):
     """phi, and what its derivative is made of.
 
-    That is 1/g where phi is between 0 and 1, else 0; and whether the mean of the two ratios decides,
+    That is g where phi is between 0 and 1, else infinity; whether the mean of the two ratios decides,
     else whether it is the left one.
     """
     left, rate, right = rates[:-2], rates[1:-1], rates[2:]
@@ -218,14 +218,15 @@ def _limited(rates, noise):
     raw = least(mean, less)
     phi = jnp.where(still, 1.0, least(most(raw, 0.0), 1.0))
     inside = ~still & (raw > 0.0) & (raw < 1.0)
-    return phi, jnp.where(inside, inverse, 0.0), mean < less, rl < rr
+    return phi, jnp.where(inside, rate, jnp.inf), mean < less, rl < rr
 
 
 @_smoothness.defjvp
 def _smoothness_jvp(values, tangents):
     # phi = a g_left / g + b g_right / g with a and b of 0, 1/2 or 2, so d phi is
-    # (a dg_left + b dg_right - phi dg) / g: a third of what the rules for each operation make of it
-    phi, inverse, mean, lower = _limited(*values)
+    # (a dg_left + b dg_right - phi dg) / g: a third of what the rules for each operation make of it.
+    # A division, since the compiler works that out once and a product for each that reads it
+    phi, divisor, mean, lower = _limited(*values)
     left, rate, right = tangents[0][:-2], tangents[0][1:-1], tangents[0][2:]
     sides = jnp.where(mean, 0.5 * (left + right), 2.0 * jnp.where(lower, left, right))
-    return phi, inverse * (sides - phi * rate)
+    return phi, (sides - phi * rate) / divisor
