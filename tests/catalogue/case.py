@@ -26,6 +26,8 @@ class Case:
         source: where the exact answer comes from.
         kick: displacement and velocity that are given to the line at rest. None: none.
         order: band of the order in the segments' length, None where the mesh makes no error.
+        refined: how many times the steps on a mesh twice as fine: 2 keeps the step over the segments'
+            length, 4 is what the limit of a material's damping asks for.
         step_order: band of leapfrog's order in the step on the small mesh.
         mean: errors are mean ones over places and times (for jumps), else the largest ones.
         plain: whether a chain without wave terms finds the answer at all.
@@ -46,6 +48,7 @@ class Case:
     source: str
     kick: Kick | None = None
     order: tuple[float, float] | None = (1.8, 2.2)
+    refined: int = 2
     step_order: tuple[float, float] | None = (1.9, 2.1)
     mean: bool = False
     plain: bool = True

@@ -68,11 +68,12 @@ QUICK = ("taut string", "linear release, ramped")
 
 
 def mesh_errors(case, *overrides, count=2):
-    """Errors at meshes finer by two each, the step over the segments' length kept."""
+    """Errors at meshes finer by two each, with the steps that go with them."""
     first = case.play(*overrides)
     errors, steps = [case.error(first.seen)], first.steps
     for k in range(1, count):
-        run = case.play(*overrides, segments=case.segments * 2**k, steps=steps * 2**k)
+        finer = {"segments": case.segments * 2**k, "steps": steps * case.refined**k}
+        run = case.play(*overrides, **finer)
         errors.append(case.error(run.seen))
     return errors
 
