@@ -142,7 +142,8 @@ def test_whole_and_ideal_cable_agree(folder):
     assert np.min(run.place[:, 2]) < IDEAL.lowest(0.0)
 
 
-@pytest.mark.parametrize("depth", [pytest.param(1e-6, marks=pytest.mark.slow), 2e-3])
+@pytest.mark.slow
+@pytest.mark.parametrize("depth", [1e-6, 2e-3])
 def test_a_running_trolley_does_not_feel_the_nodes(folder, depth):
     # by Gao et al. 2022, eq. 10, the wheel sinks in by `depth` under the weight
     rest = IdealHighline(5.0, 40e3, 1000.0, 9.81, place=0.8).height() - depth
