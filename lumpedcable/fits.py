@@ -275,16 +275,20 @@ class Sensitivity(Drawn):
         """The bars of `lumpedcable sensitivity`."""
         from lumpedcable.view import sensitivity_bars
 
-        words, found = f"{self.title}: {self.result}", self._found
-        note = " ".join(self.remarks)
-        return Figures(sensitivity=sensitivity_bars(words, found.labels, found.shares, note))
+        return Figures(sensitivity=sensitivity_bars(**self._bars()))
 
     def _drawn(self, folder: Path, formats: Sequence[str]) -> list[Path]:
         from lumpedcable.view import plot_sensitivity
 
-        words, found, stem = f"{self.title}: {self.result}", self._found, folder / "sensitivity"
-        note = " ".join(self.remarks)
-        return plot_sensitivity(words, found.labels, found.shares, stem, formats, note)
+        return plot_sensitivity(**self._bars(), stem=folder / "sensitivity", formats=formats)
+
+    def _bars(self) -> dict[str, Any]:
+        """What its picture shows, as the functions that draw it take it."""
+        heading, note = f"{self.title}: {self.result}", " ".join(self.remarks)
+        return {
+            "heading": heading, "names": self._found.labels, "shares": self._found.shares,
+            "note": note,
+        }  # fmt: skip
 
     def __repr__(self) -> str:
         first = next(iter(self.numbers), "no number")

@@ -289,10 +289,10 @@ def _level(chain: Chain, at: int) -> Float[Array, " m"]:
 
 def _next_grip(chain: Chain, at: int, needed, gain, grip: Grip, dt) -> Grip:
     """What friction does in the next iterate, from the forces and accelerations of this one."""
-    hub, level = chain.hubs[at], _level(chain, at)
+    hub = chain.hubs[at]
     friction = hub.body.friction
     assert friction is not None
-    limit = friction.limit(needed)
+    level, limit = friction.level(hub.q), friction.limit(needed)
     rate, pull = level * hub.v, level * needed
     # against the motion; where it only starts to slide, as what held it before
     holds = jnp.where(grip.sliding, grip.force, pull)

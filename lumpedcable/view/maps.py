@@ -22,10 +22,8 @@ from lumpedcable.view.groups import file_tag
 Array = NDArray[Any]
 
 FEWEST = 3  # values that a swept number must have to be drawn along
-MOST_CELLS = (
-    40  # of a map along an axis; of more values, such as draws, at most as many bins as BINS
-)
-BINS = 12
+MOST_CELLS = 40  # of a map along an axis
+BINS = 12  # at most, of more values than that, such as draws
 MOST_PANELS = 6
 ENOUGH = 4 * BINS  # draws
 # quantity of a recoiling end or of the run -> which run of a cell is shown
