@@ -41,11 +41,12 @@ class Ran(NamedTuple):
         """Largest speed anywhere at any output time until something went wrong (m/s), or NaN."""
         when = self.outcome.status_time
         good = self.time < when if np.isfinite(when) else np.ones(self.time.shape, bool)
-        speeds = [
-            np.linalg.norm(v[good], axis=-1)
-            for k, v in self.fields.items()
-            if k.endswith(".velocity")
-        ]
+        with np.errstate(over="ignore"):  # of a run that has blown up
+            speeds = [
+                np.linalg.norm(v[good], axis=-1)
+                for k, v in self.fields.items()
+                if k.endswith(".velocity")
+            ]
         return max((float(np.max(v)) for v in speeds if v.size), default=float("nan"))
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks import cost, headline, held_out, reference, studies, targets, work_precision
+from benchmarks import cost, floor, headline, held_out, reference, studies, targets, work_precision
 from benchmarks.cases import MAIN
 from benchmarks.machine import sentence
 from benchmarks.native import compare as native
@@ -39,6 +39,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
         found["compile"] = work_precision.compile_table(points)
         found["cut"] = work_precision.cut_off(parts["work-precision"])
         found["targets"] = targets.table(points, others)
+        found["floor"] = floor.table()
         found["ratios"] = headline.ratios(points, others)
     if "held-out" in parts:
         found["held-out"] = held_out.table(parts["held-out"])

@@ -4,8 +4,10 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from benchmarks.reference import load
 from lumpedcable.cli import app
 from lumpedcable.results import open_result
 from lumpedcable.scene import load_study
@@ -148,6 +150,16 @@ def test_the_table_of_fronts(plain):
         for k, pretension in enumerate(PRETENSIONS)
     ]
     agree(rows("Measured", "| pretension | strain |"), now)
+
+
+def test_how_far_the_peaks_are_from_the_reference(plain):
+    # of the same line without weight, by finite volumes, at each millisecond
+    known = load()
+    right = [np.max(-known[f"{name}, 5 ms"].histories.velocity) for name in PRETENSIONS]
+    below = 1.0 - plain["peak_end_speed"][::2] / np.array(right)
+    assert "0.1 to 1.3 % below those of the reference" in " ".join(README.split())
+    assert np.min(below) == pytest.approx(0.001, abs=5e-4)
+    assert np.max(below) == pytest.approx(0.0133, abs=5e-4)
 
 
 def test_the_table_of_displacements(plain, half):

@@ -30,14 +30,16 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
     REAL *restrict nu2 = jump + n + 16;
     REAL *restrict carried = nu2 + n + 16;
     const REAL l = p->length, m = p->mass, back = 1 / l, rest = (REAL)0.25 * l / dt;
-    const REAL squared = dt * dt / (l * l * m), share = (REAL)(0.4 / 6) * l / dt;
+    const REAL squared = dt * dt / (l * l * m), share = l / dt / 6;
     const REAL twice = 2 * m * l / dt, resist = 4 * p->drag * l;
-    const REAL noise = 1000 * (sizeof(REAL) == 8 ? (REAL)DBL_EPSILON : (REAL)FLT_EPSILON);
+    const REAL noise = 50 * (sizeof(REAL) == 8 ? (REAL)DBL_EPSILON : (REAL)FLT_EPSILON);
     REAL peak = 0;
     for (long k = 1; k <= steps; k++) {
         const REAL t = k * dt;
-        REAL c = t >= p->time ? 0 : cos((REAL)1.5707963267948966 * t / p->time);
-        const REAL hold = p->hold * c * c;
+        const int holds = t < p->time;
+        const REAL turn = (REAL)1.5707963267948966 / p->time;
+        const REAL c = holds ? cos(turn * t) : 0, s = holds ? sin(turn * t) : 0;
+        const REAL hold = p->hold * c * c, fades = holds ? -2 * turn * p->hold * c * s : 0;
         for (int i = 0; i <= n; i++) u[i] += dt * v[i];
         for (int j = 0; j < n; j++) {
             const REAL e = p->strain + (u[j + 1] - u[j]) * back;
@@ -48,8 +50,13 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
             nu2[j] = (T > 0 ? K : 0) * squared;
             jump[j] = v[j + 1] - v[j];
         }
-        tension[-1] = tension[0]; jump[-1] = jump[0]; nu2[-1] = nu2[0];
-        tension[n] = 2 * hold - tension[n - 1]; jump[n] = 0; nu2[n] = nu2[n - 1];
+        tension[-1] = tension[0]; jump[-1] = jump[0];
+        tension[n] = 2 * hold - tension[n - 1];
+        /* the loaded end's own strain rate is what its force asks for: the mean of the two beside it */
+        const REAL stiff = nu2[n - 1] / squared;
+        jump[n] = stiff > 0 ? 2 * l * fades / stiff - jump[n - 1]
+                            : nu2[n - 2] > 0 ? -jump[n - 1] : jump[n - 1];
+        nu2[n] = nu2[n - 1]; nu2[-1] = nu2[0];
         for (int j = 0; j < n; j++) {
             const REAL D = jump[j], T = tension[j];
             const REAL speed = sqrt(nu2[j] / squared / m);
@@ -59,14 +66,14 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
             REAL phi = least((REAL)0.5 * (rl + rr), least(2 * rl, 2 * rr));
             phi = still ? 1 : least(most(phi, 0), 1);
             const REAL f = (1 - phi) * (1 - phi);
-            const REAL limit = most(share * (1 - nu2[j]) * (3 - nu2[j]), 0);
-            REAL b = least((REAL)0.1 * speed + (REAL)0.5 * fabs(D), limit);
+            const REAL more = j == n - 1 ? (REAL)1.5 : 1, part = j == n - 1 ? (REAL)0.2 : (REAL)0.4;
+            const REAL limit = most(part * share * (1 - nu2[j]) * (3 - nu2[j]), 0);
+            REAL b = least(more * ((REAL)0.1 * speed + (REAL)0.5 * fabs(D)), limit);
             const REAL left = most(1 - most(nu2[j - 1], nu2[j + 1]), 0) * (REAL)0.3 * 4 * rest;
             const REAL slack = D > 0 ? rest : least(rest, left);
             b = T > 0 ? b : slack;
             const REAL bend = tension[j + 1] - 2 * T + tension[j - 1];
-            const REAL keep = j == n - 1 ? 1 : 1 - f;
-            const REAL correction = -keep * (1 - nu2[j]) * (REAL)(1.0 / 12) * bend;
+            const REAL correction = (f - 1) * (1 - nu2[j]) * (REAL)(1.0 / 12) * bend;
             carried[j] = T + most(correction, -T) + m * b * D * f;
         }
         carried[n] = hold;

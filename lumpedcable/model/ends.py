@@ -7,7 +7,24 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.physics.motion import AbstractMotion
 from lumpedcable.physics.ramp import release_ramp
 
-__all__ = ["Attached", "Driven", "End", "Joined", "Junction", "Loaded", "Release"]
+__all__ = [
+    "END_NAMES",
+    "Attached",
+    "Driven",
+    "End",
+    "Joined",
+    "Junction",
+    "Loaded",
+    "Release",
+    "end_name",
+]
+
+END_NAMES = {0: "start", -1: "end"}
+
+
+def end_name(line: str, node: int) -> str:
+    """ "rope.start" for node 0 of rope, "rope.end" for node -1."""
+    return f"{line}.{END_NAMES[node]}"
 
 
 class Release(eqx.Module):

@@ -10,16 +10,16 @@ from jaxtyping import Array, Float
 from lumpedcable.model import inertia
 from lumpedcable.model.attached import attached_ends, body_gain, follow, follow_rate
 from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.boundary import boundary
 from lumpedcable.model.carried import Measured
 from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered_gain
 from lumpedcable.model.ends import (
-    Attached,
     Driven,
     End,
-    Joined,
     Junction,
     Loaded,
     Release,
+    end_name,
     solve_small,
 )
 from lumpedcable.model.grip import held_back, joint_held_back
@@ -30,15 +30,9 @@ from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.waves import Boundary
 
-__all__ = ["END_NAMES", "Evaluation", "Model", "end_name"]
+__all__ = ["Evaluation", "Model"]
 
 Vectors = dict[str, Float[Array, "d nodes"]]
-END_NAMES = {0: "start", -1: "end"}
-
-
-def end_name(line: str, node: int) -> str:
-    """ "rope.start" for node 0 of rope, "rope.end" for node -1."""
-    return f"{line}.{END_NAMES[node]}"
 
 
 class Evaluation(NamedTuple):
@@ -106,14 +100,11 @@ class Model(eqx.Module):
             line = live_line(self, name, displacement, velocity)
             if dt is not None:
                 dt = dt.astype(line.reference.dtype)
-            ends = (
-                self._end_force(name, 0, t, reaction),
-                self._end_force(name, -1, t, reaction),
-            )
             boundaries = (
-                self._boundary(name, 0, t, ends[0]),
-                self._boundary(name, -1, t, ends[1]),
+                boundary(self, name, 0, t, reaction),
+                boundary(self, name, -1, t, reaction),
             )
+            ends = (boundaries[0].force, boundaries[1].force)
             u = displacement[name]
             v = None if velocity is None else velocity[name]
             workspace = None if over is None else over[name]
@@ -130,28 +121,8 @@ class Model(eqx.Module):
         """The same displacements (m), with the ends that are tied to bodies where those are."""
         return follow(self, t, displacement) if self.bodies else displacement
 
-    def _end_force(self, name: str, node: int, t, reaction) -> Float[Array, " d"] | None:
-        """The known force on an end node (N), None where there is none."""
-        end = self.ends[name][0 if node == 0 else 1]
-        if isinstance(end, Loaded):
-            return end.external(t)
-        if isinstance(end, Joined):
-            force = None
-            for member, other in self._leavers(end.junction):
-                sign = 1.0 if member == (name, node) else -1.0
-                if (name, node) in (member, self.carrier(end.junction)):
-                    share = other.held(t) * other.begun(t)
-                    part = reaction[end_name(*member)]
-                    part = sign * part * share.astype(part.dtype)
-                    force = part if force is None else force + part
-            return force
-        if end.release is None:
-            return None
-        held = reaction[end_name(name, node)]
-        share = end.release.held(t) * end.release.begun(t)
-        return held * share.astype(held.dtype)
-
-    def _leavers(self, junction: int):
+    def leavers(self, junction: int):
+        """The ends at a junction that can break away from it, and their releases."""
         for name, node in self.junctions[junction].members:
             end = self.ends[name][0 if node == 0 else 1]
             if end.release is not None:
@@ -162,30 +133,13 @@ class Model(eqx.Module):
 
         A layout leaves one everywhere.
         """
-        leaving = {member for member, _ in self._leavers(index)}
+        leaving = {member for member, _ in self.leavers(index)}
         return next(m for m in self.junctions[index].members if m not in leaving)
-
-    def _boundary(self, name: str, node: int, t, force) -> Boundary:
-        end = self.ends[name][0 if node == 0 else 1]
-        if isinstance(end, Loaded):
-            return Boundary(True, force)
-        if isinstance(end, Driven):
-            return Boundary(False if end.release is None else end.release.begun(t), force)
-        if isinstance(end, Attached):
-            if end.release is None:
-                return Boundary(False, None, True)
-            begun = end.release.begun(t)
-            return Boundary(begun, force, ~begun)
-        release = self.parting(end.junction) if end.release is None else end.release
-        if release is None:
-            return Boundary(False, None, True)
-        begun = release.begun(t)
-        return Boundary(begun, force, ~begun)
 
     def parting(self, index: int) -> Release | None:
         """The break that leaves one end and nothing else at a junction, None where none does."""
         junction = self.junctions[index]
-        releases = [release for _, release in self._leavers(index)]
+        releases = [release for _, release in self.leavers(index)]
         bare = junction.mass is None and junction.load is None and len(junction.members) == 2
         return releases[0] if bare and len(releases) == 1 else None
 
@@ -280,13 +234,18 @@ class Model(eqx.Module):
         displacement: Vectors,
         velocity: Vectors,
         reaction: dict[str, Float[Array, " d"]],
+        dt: Float[Array, ""] | None = None,
     ) -> tuple[Vectors, Found]:
-        """Accelerations of all nodes (m/s2) at t (s), constrained at the ends, for any integrator."""
-        found = self.evaluate(t, displacement, velocity, reaction)
+        """Accelerations of all nodes (m/s2) at t (s), constrained at the ends, for any integrator.
+
+        `dt` is the step (s) that starts here, if steps are fixed: what corrects a step knows it then.
+        """
+        found = self.evaluate(t, displacement, velocity, reaction, dt)
         result = {}
         for name, e in found.items():
             gain = inertia.acceleration(e.nodes, e.force, velocity[name])
-            result[name] = corrected_ends(self.lines[name], e, gain, None)
+            step = None if dt is None else dt.astype(gain.dtype)
+            result[name] = corrected_ends(self.lines[name], e, gain, step)
         for name, node, end in self._driven():
             given = jax.jvp(lambda s, m=end.motion: velocity_of(m, s), (t,), (jnp.ones_like(t),))[1]
             given = given.astype(result[name].dtype)
@@ -327,7 +286,7 @@ class Model(eqx.Module):
         (sum M + dt/2 D) a = sum F - D (v - w), D = k |v| lagging by half a step.
         """
         junction = self.junctions[index]
-        leaving = dict(self._leavers(index))
+        leaving = dict(self.leavers(index))
         name, node = self.carrier(index)
         velocity = before[name][:, node]
         d, dtype = velocity.shape[0], velocity.dtype
@@ -371,15 +330,15 @@ def end_correction(
 
     None where the line has no such correction or the end's motion is known.
     """
-    boundary = e.boundaries[0 if node == 0 else 1]
-    if line.waves is None or not line.waves.corrected or boundary.loaded is False:
+    met = e.boundaries[0 if node == 0 else 1]
+    if line.waves is None or not line.waves.corrected or met.loaded is False:
         return None
     nu2 = jnp.zeros((), line.reference.dtype)
     if dt is not None:
         stiff = jnp.maximum(e.line.stiffness[node], 0.0)
         nu2 = jnp.clip(stiff * (dt / line.segment_length[node]) ** 2 / line.mass, 0.0, 1.0)
     theta = 0.25 * (1.0 - nu2)
-    return theta if boundary.loaded is True else jnp.where(boundary.loaded, theta, 0.0)
+    return theta if met.loaded is True else jnp.where(met.loaded, theta, 0.0)
 
 
 def corrected_ends(

@@ -6,8 +6,8 @@ a body to the next, make one path. Along it everything couples to its neighbours
 
 from dataclasses import dataclass, field
 
-from lumpedcable.model.ends import Attached, Joined
-from lumpedcable.model.model import END_NAMES, Model
+from lumpedcable.model.ends import END_NAMES, Attached, Joined
+from lumpedcable.model.model import Model
 
 __all__ = ["Leg", "Path", "paths_of"]
 

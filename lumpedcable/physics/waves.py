@@ -6,6 +6,7 @@ shock, which a chain without dissipation does not find at all. Both remedies liv
 are exactly zero where the strain rate does not change along the line.
 """
 
+import functools
 from typing import NamedTuple
 
 import equinox as eqx
@@ -21,24 +22,28 @@ __all__ = ["Boundary", "Ghosted", "ReleaseWaves"]
 LINEAR_VISCOSITY = 0.1
 QUADRATIC_VISCOSITY = 0.5
 VISCOSITY_SHARE_OF_LIMIT = 0.4
+MORE_AT_LOAD = 1.5  # times as much viscosity in the segment of a loaded end,
+LESS_LIMIT_AT_LOAD = 0.5  # within half the limit, since half a mass follows
 SLACK_VISCOSITY = 0.25  # times l / dt: one step then evens out the shortest wave, without ringing
 SOFT = 1e-30  # N: no stiffness, but one whose root has a derivative
-STILL = 1e3  # times the rounding error of the wave speed: a jump of velocity that counts as none
 SLACK_SHARE_OF_REST = 0.3  # of what the springs beside a slack segment leave of a stable step
+STILL = 50.0  # times the rounding error of the wave speed: a jump of velocity that counts as none
 
 
 class Boundary(eqx.Module):
     """What a wave meets at one end of a line.
 
     `loaded` is True where the force on the end node is known (free, held by a force, broken) and
-    False where its motion is. `force` (d,) is that known force (N), None where it is zero.
-    `joined` is True while the line goes on into another one; None where that never is. What never
-    changes is a Python bool, so that the other case is not compiled.
+    False where its motion is. `force` (d,) is that known force (N), None where it is zero, and
+    `force_rate` (d,) how fast it changes (N/s), None where it does not. `joined` is True while the
+    line goes on into another one; None where that never is. What never changes is a Python bool, so
+    that the other case is not compiled.
     """
 
     loaded: Bool[Array, ""] | bool
     force: Float[Array, " d"] | None = None
     joined: Bool[Array, ""] | bool | None = None
+    force_rate: Float[Array, " d"] | None = None
 
     def ghost_tension(
         self, tension: Float[Array, ""], outward: Float[Array, " d"]
@@ -54,27 +59,45 @@ class Boundary(eqx.Module):
         loaded = 2.0 * pull - tension
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, tension)
 
-    def ghost_rate(self, rate: Float[Array, ""]) -> Float[Array, ""]:
-        """Strain rate (1/s) beyond the end: it repeats at a wall and is zero beyond a loaded end."""
+    def ghost_rate(
+        self, rate: Float[Array, ""], stiffness: Float[Array, " k"], outward: Float[Array, " d"]
+    ) -> Float[Array, ""]:
+        """Strain rate (1/s) of the segment that would follow beyond the end; `outward` a unit vector.
+
+        `stiffness` (N) is that of the last segments, the end's own and one more if there is. It repeats
+        at an end whose motion is known. At one loaded by F it is 2 g - rate: the force gives the end's
+        own strain rate g = F' . u / T'(e), the mean of the two. Of a slack segment it says nothing: one
+        alone has run ahead of its neighbours, and g is 0; where two are slack the line falls slack, and
+        what it does repeats.
+        """
         if self.loaded is False:
             return rate
-        return jnp.zeros_like(rate) if self.loaded is True else jnp.where(self.loaded, 0.0, rate)
+        own, slack = stiffness[0], jnp.max(stiffness) <= SOFT
+        loaded = -rate
+        if self.force_rate is not None:
+            taut = own > SOFT
+            g = jnp.dot(self.force_rate, outward) / jnp.where(taut, own, 1.0)
+            loaded = loaded + 2.0 * jnp.where(taut, g, 0.0)
+        loaded = jnp.where(slack, rate, loaded)
+        return loaded if self.loaded is True else jnp.where(self.loaded, loaded, rate)
 
-    def correction_share(self, share: Float[Array, " n"], segment: int) -> Float[Array, " n"]:
-        """How much of the dispersion correction stays in each segment (-): `share` but for one.
+    def at_load(self, rate: Float[Array, " n"], segment: int) -> Float[Array, " n"] | None:
+        """1 in the end's own segment, 0 or -1, where a force is known, else 0; None if it never is.
 
-        In the end's own, `segment` 0 or -1: all of it at a loaded end, where the rate is never smooth;
-        none at a joint, where the next line's tension is not known.
+        In the shape and precision of `rate`.
         """
-        if self.loaded is False and self.joined is None:
-            return share
+        if self.loaded is False:
+            return None
         # a mask, since a write in the middle of a loop is a branch at every element
-        here = jnp.arange(share.shape[0]) == segment % share.shape[0]
-        if self.loaded is True:
-            return jnp.where(here, 1.0, share)
-        if self.loaded is not False:
-            share = jnp.where(here & self.loaded, 1.0, share)
-        return share if self.joined is None else jnp.where(here & self.joined, 0.0, share)
+        segments = rate.shape[0]
+        here = jnp.arange(segments) == segment % segments
+        return (here & self.loaded).astype(rate.dtype)
+
+    def off_joint(self, segments: int, segment: int) -> Bool[Array, " n"] | None:
+        """False in the end's own segment at a joint, where the next line's tension is not known."""
+        if self.joined is None:
+            return None
+        return ~((jnp.arange(segments) == segment % segments) & self.joined)
 
 
 class Ghosted(NamedTuple):
@@ -98,17 +121,19 @@ class ReleaseWaves(eqx.Module):
       tensions of `Boundary`.
     - smoothness phi from the ratios of neighbouring g (monotonised central limiter), f = (1 - phi)^2:
       0 where the rate varies smoothly, 1 at an extremum (Christensen's limited viscosity). Where D is
-      rounding, of some 1000 eps c, phi is 1: else its sign would decide ahead of a front.
+      rounding, of some 50 eps c, phi is 1: else its sign would decide ahead of a front.
     - viscosity Q = m b D f (N), b = min(0.1 c + 0.5 |D|, 0.4 (1 - nu^2)(3 - nu^2) l / (6 dt)) (m/s);
-      the second bound keeps a viscosity lagging by half a step stable. Material damping k (N s) is a
-      viscosity already: what it does, k / (m l), is taken off b. Where a tension-only line is slack,
-      b = l / (4 dt), or 0.3 (1 - nu^2) l / dt with the nu of the segments beside it if that is less:
-      nothing else would send back a node that has overshot, and it would keep its speed and run into
-      its neighbours.
-    - the correction is switched off where f says shock, (1 - f) C, except at a released end.
+      the second bound keeps a viscosity lagging by half a step stable. In the segment of a loaded end,
+      where a break leaves what no mesh resolves, the first is half as much again and the second half as
+      much, since half a mass follows. Material damping k (N s) is a viscosity already: what it
+      does, k / (m l), is taken off b. Where a tension-only line is slack, b = l / (4 dt), or
+      0.3 (1 - nu^2) l / dt with the nu of the segments beside it if that is less: nothing else would
+      send back a node that has overshot, and it would keep its speed and run into its neighbours.
+    - the correction is switched off where f says shock, (1 - f) C, and at a joint.
 
-    1/12 and the end factors are derived; 0.1, 0.5, 0.4, 0.3 and the square are choices. Without a
-    fixed step (dt None, adaptive solvers) nu is 0 and the stability bound is left out.
+    1/12 and the ghosts of a taut line are derived; 0.1, 0.5, 0.4, 0.3, what an end changes of them and
+    the square are choices. Without a fixed step (dt None, adaptive solvers) nu is 0 and the stability
+    bound is left out.
     """
 
     corrected: bool = eqx.field(static=True)
@@ -131,8 +156,7 @@ class ReleaseWaves(eqx.Module):
 
         And what they were found from, written over `over` if that is given.
         """
-        start, end = ends
-        ghosted = self._ghosted(tension, rate, tangent, ends, over)
+        ghosted = self._ghosted(tension, stiffness, rate, tangent, ends, over)
         rate = ghosted.rate[1:-1]
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
@@ -143,11 +167,15 @@ class ReleaseWaves(eqx.Module):
         f = 1.0 - _smoothness(ghosted.rate, STILL * jnp.finfo(rate.dtype).eps * speed / length)
         f = f * f
         b = LINEAR_VISCOSITY * speed + QUADRATIC_VISCOSITY * jnp.abs(jump)
+        share, there = VISCOSITY_SHARE_OF_LIMIT, _at_loads(ends, rate)
+        if there is not None:
+            b = b * (1.0 + (MORE_AT_LOAD - 1.0) * there)
+            share = share * (1.0 + (LESS_LIMIT_AT_LOAD - 1.0) * there)
         if dt is None:
             nu2 = jnp.zeros_like(stiff)
         else:
             nu2 = stiff * ((dt / length) ** 2 / mass)
-            limit = (1.0 - nu2) * (3.0 - nu2) * (VISCOSITY_SHARE_OF_LIMIT / 6.0 * length / dt)
+            limit = (1.0 - nu2) * (3.0 - nu2) * (share / 6.0 * length / dt)
             b = least(b, most(limit, 0.0))
         if damping is not None:
             b = most(b - damping / (mass * length), 0.0)
@@ -158,8 +186,10 @@ class ReleaseWaves(eqx.Module):
             return None, viscous, ghosted
         bend = ghosted.tension[2:] - 2.0 * tension + ghosted.tension[:-2]
         correction = (nu2 - 1.0) * (1.0 / 12.0) * bend
-        keep = end.correction_share(start.correction_share(1.0 - f, 0), -1)
-        correction = keep * correction
+        correction = (1.0 - f) * correction
+        for node, end in zip((0, -1), ends, strict=True):
+            inside = end.off_joint(rate.shape[0], node)
+            correction = correction if inside is None else jnp.where(inside, correction, 0.0)
         if tension_only:
             correction = most(correction, -tension)
         return correction, viscous, ghosted
@@ -167,6 +197,7 @@ class ReleaseWaves(eqx.Module):
     def _ghosted(
         self,
         tension: Float[Array, " n"],
+        stiffness: Float[Array, " n"],
         rate: Float[Array, " n"],
         tangent: Float[Array, "d n"],
         ends: tuple[Boundary, Boundary],
@@ -174,7 +205,9 @@ class ReleaseWaves(eqx.Module):
     ) -> Ghosted:
         start, end = ends
         over = Ghosted(None, None) if over is None else over  # type: ignore[arg-type]
-        rates = framed(start.ghost_rate(rate[:1]), rate, end.ghost_rate(rate[-1:]), over.rate)
+        first = start.ghost_rate(rate[0], stiffness[:2], -tangent[:, 0])
+        last = end.ghost_rate(rate[-1], stiffness[:-3:-1], tangent[:, -1])
+        rates = framed(first[None], rate, last[None], over.rate)
         if not self.corrected:
             return Ghosted(None, rates)
         before = start.ghost_tension(tension[0], -tangent[:, 0])
@@ -192,6 +225,15 @@ def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Arr
     left = most(1.0 - most(near[:-2], near[2:]), 0.0)
     less = least(SLACK_SHARE_OF_REST * left, SLACK_VISCOSITY)
     return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
+
+
+def _at_loads(
+    ends: tuple[Boundary, Boundary], rate: Float[Array, " n"]
+) -> Float[Array, " n"] | None:
+    """1 in the segments of loaded ends, 0 in all others; None if there can be none."""
+    found = [end.at_load(rate, node) for node, end in zip((0, -1), ends, strict=True)]
+    masks = [mask for mask in found if mask is not None]
+    return functools.reduce(jnp.maximum, masks) if masks else None
 
 
 @jax.custom_jvp

@@ -17,9 +17,9 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 from lumpedcable.model.attached import start_velocities
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.couple import steered
-from lumpedcable.model.ends import Driven
+from lumpedcable.model.ends import Driven, end_name
 from lumpedcable.model.energy import empty_body_work, empty_work
-from lumpedcable.model.model import Model, end_name
+from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place

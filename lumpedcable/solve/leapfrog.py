@@ -16,9 +16,14 @@ from lumpedcable.model.state import State
 __all__ = ["CableTerm", "Leapfrog", "rates"]
 
 
-def rates(model: Model, t: Float[Array, ""], y: State) -> tuple[State, dict[str, Evaluation]]:
-    """dy/dt of a state: velocities (m/s), accelerations (m/s2) and powers (W)."""
-    gain, found = model.acceleration(t, y.displacement, y.velocity, y.reaction)
+def rates(
+    model: Model, t: Float[Array, ""], y: State, dt: Float[Array, ""] | None = None
+) -> tuple[State, dict[str, Evaluation]]:
+    """dy/dt of a state: velocities (m/s), accelerations (m/s2) and powers (W).
+
+    `dt` is the step (s) that starts here, if steps are fixed.
+    """
+    gain, found = model.acceleration(t, y.displacement, y.velocity, y.reaction, dt)
     work = y.work
     if work:
         power = powers(model, t, found, y.displacement, y.velocity, y.velocity, gain, None)
@@ -82,7 +87,7 @@ class Leapfrog(diffrax.AbstractSolver):
         """Velocities and work half a step after the start, from the accelerations at the start."""
         t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
         half = 0.5 * dt
-        slope, _ = rates(args, t0, y0)
+        slope, _ = rates(args, t0, y0, dt)
         velocity, work = jax.tree.map(
             lambda v, a: v + half.astype(v.dtype) * a,
             (y0.velocity, y0.work),

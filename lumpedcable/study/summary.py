@@ -12,9 +12,9 @@ import numpy as np
 
 from lumpedcable.exact import release_wave
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.ends import END_NAMES
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.materials import law_of
-from lumpedcable.model.model import END_NAMES
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
@@ -282,7 +282,8 @@ def _recoil(
         numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
         numbers["peak_end_speed"] = before(watch.peak_speed, watch.peak_time)
         numbers["reach"] = before(np.sqrt(np.asarray(watch.reach, float)), watch.reach_time)
-        move = np.linalg.norm(account.displacement[recoil.line][:, :, recoil.node], axis=1)
+        with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement
+            move = np.linalg.norm(account.displacement[recoil.line][:, :, recoil.node], axis=1)
         numbers["end_displacement"] = np.where(status == Status.OK, move, nan)
     if contents.exact:
         waves = [

@@ -105,28 +105,60 @@ class TestBoundary:
 
     def test_a_wall_mirrors_the_tension(self):
         assert float(WALL.ghost_tension(jnp.asarray(7.0), self.outward)) == 7.0
-        assert float(WALL.ghost_rate(jnp.asarray(7.0))) == 7.0
+        rate = WALL.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward)
+        assert float(rate) == 7.0
 
     def test_a_load_is_the_mean_of_the_tensions_on_its_two_sides(self):
         held = Boundary(True, 10.0 * self.outward)
         assert float(held.ghost_tension(jnp.asarray(7.0), self.outward)) == pytest.approx(13.0)
         free = Boundary(True)
         assert float(free.ghost_tension(jnp.asarray(7.0), self.outward)) == -7.0
-        assert float(free.ghost_rate(jnp.asarray(7.0))) == 0.0
+
+    def test_a_changing_load_gives_the_strain_rate_between_its_two_sides(self):
+        # T' e_t = F_t at the end itself: 600 N/s over 200 N are 3 /s, the mean of 1 and 5
+        force = 10.0 * self.outward
+        fading = Boundary(True, force, force_rate=600.0 * self.outward)
+
+        def ghost(boundary, *stiffness):
+            found = boundary.ghost_rate(jnp.asarray(1.0), jnp.asarray(stiffness), self.outward)
+            return float(found)
+
+        assert ghost(fading, 200.0, 200.0) == pytest.approx(5.0)
+        assert ghost(Boundary(True, force), 200.0, 200.0) == -1.0
+        # a slack segment follows no force: alone it has run ahead, else the line falls slack
+        assert ghost(fading, 0.0, 200.0) == -1.0
+        assert ghost(fading, 0.0, 0.0) == ghost(fading, 0.0) == 1.0
 
     def test_what_breaks_is_a_wall_before_and_a_load_after(self):
         for begun in (False, True):
             breaks = Boundary(jnp.asarray(begun), None)
             fixed = free = float(breaks.ghost_tension(jnp.asarray(7.0), self.outward))
             assert (free == -7.0) if begun else (fixed == 7.0)
-            assert float(breaks.ghost_rate(jnp.asarray(7.0))) == (0.0 if begun else 7.0)
+            rate = breaks.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward)
+            assert float(rate) == (-7.0 if begun else 7.0)
 
     def test_no_correction_at_a_joint(self):
-        joint = Boundary(False, None, True)
-        share = jnp.full(3, 0.3)
-        assert joint.correction_share(share, -1).tolist() == [0.3, 0.3, 0.0]
-        assert WALL.correction_share(share, 0).tolist() == [0.3, 0.3, 0.3]
-        assert Boundary(True).correction_share(share, 0).tolist() == [1.0, 0.3, 0.3]
+        tension, rate = 9e3 + 7.0 * np.arange(N) ** 2, 5.0 + 0.3 * np.arange(N)
+        whole, _ = terms(tension, rate)
+        parted, _ = terms(tension, rate, ends=(WALL, Boundary(False, None, True)))
+        np.testing.assert_array_equal(parted[:-1], whole[:-1])
+        assert parted[-1] == 0.0 != whole[-1]
+
+    @pytest.mark.parametrize("node", [0, -1])
+    def test_more_viscosity_within_half_the_bound_at_a_loaded_end(self, node):
+        # half a mass follows it; b = 3/2 (0.1 c + |D| / 2), or half the bound
+        rate = np.zeros(N)
+        rate[node] = 20.0
+        loaded = (Boundary(True), WALL) if node == 0 else (WALL, Boundary(True))
+        c, jump = np.sqrt(EA / MASS), 20.0 * LENGTH
+        for dt in (DT, 0.1 * DT):
+            _, viscous = terms(np.full(N, 9e3), rate, ends=loaded, dt=dt)
+            nu2 = (c * dt / LENGTH) ** 2
+            bound = 0.2 * (1 - nu2) * (3 - nu2) * LENGTH / (6 * dt)
+            free = 1.5 * (0.1 * c + 0.5 * jump)
+            expected = MASS * min(free, bound) * jump
+            assert float(viscous[node]) == pytest.approx(expected, rel=1e-12)
+            assert (bound < free) == (dt == DT)
 
 
 def test_the_derivative_of_the_viscosity_is_its_differences():

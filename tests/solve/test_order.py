@@ -107,8 +107,9 @@ def test_leapfrog_is_second_order_in_the_step(tmp_path):
 
 def test_energy_closes_to_second_order_with_the_correction(tmp_path):
     # the viscosity lags by half a step, so on a fixed mesh the motion is first order in the step
-    # (the viscosity itself shrinks with the mesh); what it takes is booked to second order
-    change, closure = stepped(tmp_path, "corrected", (16, 32, 64, 128))
+    # (the viscosity itself shrinks with the mesh); what it takes is booked to second order. With 16
+    # steps it is the step that bounds the viscosity at the end
+    change, closure = stepped(tmp_path, "corrected", (32, 64, 128, 256))
     assert np.all(order_of(change, 2) > 0.8)
     assert np.all(order_of(closure, 2) > 1.9)
 
