@@ -26,6 +26,7 @@ MORE_AT_LOAD = 1.5  # times as much viscosity in the segment of a loaded end,
 LESS_LIMIT_AT_LOAD = 0.5  # within half the limit, since half a mass follows
 SLACK_VISCOSITY = 0.25  # times l / dt: one step then evens out the shortest wave, without ringing
 SOFT = 1e-30  # N: no stiffness, but one whose root has a derivative
+FALLEN = 5  # slack segments at an end, with which the line falls slack
 SLACK_SHARE_OF_REST = 0.3  # of what the springs beside a slack segment leave of a stable step
 STILL = 50.0  # times the rounding error of the wave speed: a jump of velocity that counts as none
 
@@ -60,25 +61,29 @@ class Boundary(eqx.Module):
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, tension)
 
     def ghost_rate(
-        self, rate: Float[Array, ""], stiffness: Float[Array, " k"], outward: Float[Array, " d"]
+        self,
+        rate: Float[Array, ""],
+        stiffness: Float[Array, " k"],
+        outward: Float[Array, " d"],
+        tension_only: bool,
     ) -> Float[Array, ""]:
         """Strain rate (1/s) of the segment that would follow beyond the end; `outward` a unit vector.
 
-        `stiffness` (N) is that of the last segments, the end's own and one more if there is. It repeats
-        at an end whose motion is known. At one loaded by F it is 2 g - rate: the force gives the end's
-        own strain rate g = F' . u / T'(e), the mean of the two. Of a slack segment it says nothing: one
-        alone has run ahead of its neighbours, and g is 0; where two are slack the line falls slack, and
-        what it does repeats.
+        `stiffness` (N) is that of the last segments, the end's own first. It repeats at an end whose
+        motion is known. At one loaded by F it is 2 g - rate: the force gives the end's own strain rate
+        g = F' . u / T'(e), the mean of the two. Of slack segments it says nothing: a few have run ahead
+        of their neighbours, and g is 0; where all of these are slack the line falls slack, and what it
+        does repeats.
         """
         if self.loaded is False:
             return rate
-        own, slack = stiffness[0], jnp.max(stiffness) <= SOFT
-        loaded = -rate
+        own, loaded = stiffness[0], -rate
         if self.force_rate is not None:
             taut = own > SOFT
             g = jnp.dot(self.force_rate, outward) / jnp.where(taut, own, 1.0)
             loaded = loaded + 2.0 * jnp.where(taut, g, 0.0)
-        loaded = jnp.where(slack, rate, loaded)
+        if tension_only:
+            loaded = jnp.where(jnp.max(stiffness) <= SOFT, rate, loaded)
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, rate)
 
     def at_load(self, rate: Float[Array, " n"], segment: int) -> Float[Array, " n"] | None:
@@ -156,7 +161,7 @@ class ReleaseWaves(eqx.Module):
 
         And what they were found from, written over `over` if that is given.
         """
-        ghosted = self._ghosted(tension, stiffness, rate, tangent, ends, over)
+        ghosted = self._ghosted(tension, stiffness, rate, tangent, ends, tension_only, over)
         rate = ghosted.rate[1:-1]
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
@@ -201,12 +206,13 @@ class ReleaseWaves(eqx.Module):
         rate: Float[Array, " n"],
         tangent: Float[Array, "d n"],
         ends: tuple[Boundary, Boundary],
+        tension_only: bool,
         over: Ghosted | None,
     ) -> Ghosted:
         start, end = ends
         over = Ghosted(None, None) if over is None else over  # type: ignore[arg-type]
-        first = start.ghost_rate(rate[0], stiffness[:2], -tangent[:, 0])
-        last = end.ghost_rate(rate[-1], stiffness[:-3:-1], tangent[:, -1])
+        first = start.ghost_rate(rate[0], stiffness[:FALLEN], -tangent[:, 0], tension_only)
+        last = end.ghost_rate(rate[-1], stiffness[: -FALLEN - 1 : -1], tangent[:, -1], tension_only)
         rates = framed(first[None], rate, last[None], over.rate)
         if not self.corrected:
             return Ghosted(None, rates)

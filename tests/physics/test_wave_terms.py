@@ -105,7 +105,7 @@ class TestBoundary:
 
     def test_a_wall_mirrors_the_tension(self):
         assert float(WALL.ghost_tension(jnp.asarray(7.0), self.outward)) == 7.0
-        rate = WALL.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward)
+        rate = WALL.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward, True)
         assert float(rate) == 7.0
 
     def test_a_load_is_the_mean_of_the_tensions_on_its_two_sides(self):
@@ -119,22 +119,24 @@ class TestBoundary:
         force = 10.0 * self.outward
         fading = Boundary(True, force, force_rate=600.0 * self.outward)
 
-        def ghost(boundary, *stiffness):
-            found = boundary.ghost_rate(jnp.asarray(1.0), jnp.asarray(stiffness), self.outward)
-            return float(found)
+        def ghost(boundary, *stiffness, cut=True):
+            rate, stiffness = jnp.asarray(1.0), jnp.asarray(stiffness)
+            return float(boundary.ghost_rate(rate, stiffness, self.outward, cut))
 
         assert ghost(fading, 200.0, 200.0) == pytest.approx(5.0)
         assert ghost(Boundary(True, force), 200.0, 200.0) == -1.0
-        # a slack segment follows no force: alone it has run ahead, else the line falls slack
+        # slack segments follow no force: a few have run ahead, else the line falls slack
         assert ghost(fading, 0.0, 200.0) == -1.0
         assert ghost(fading, 0.0, 0.0) == ghost(fading, 0.0) == 1.0
+        # a law with a dead band is not slack there: it has come to rest
+        assert ghost(fading, 0.0, 0.0, cut=False) == -1.0
 
     def test_what_breaks_is_a_wall_before_and_a_load_after(self):
         for begun in (False, True):
             breaks = Boundary(jnp.asarray(begun), None)
             fixed = free = float(breaks.ghost_tension(jnp.asarray(7.0), self.outward))
             assert (free == -7.0) if begun else (fixed == 7.0)
-            rate = breaks.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward)
+            rate = breaks.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward, True)
             assert float(rate) == (-7.0 if begun else 7.0)
 
     def test_no_correction_at_a_joint(self):
