@@ -34,8 +34,7 @@ def averaged(time: Array, values: Array, width: float) -> Array:
     reach = np.arange(time[0] - width, time[-1] + width + step, step)
     at = np.interp(reach, time, values)
     integral = np.concatenate([[0.0], np.cumsum(0.5 * step * (at[1:] + at[:-1]))])
-    ends = (np.interp(time + side * 0.5 * width, reach, integral) for side in (-1.0, 1.0))
-    before, after = ends
+    before, after = (np.interp(time + side, reach, integral) for side in (-width / 2, width / 2))
     return (after - before) / width
 
 

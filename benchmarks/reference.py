@@ -149,16 +149,15 @@ def run(quick: bool, tell: Callable[[str], None]) -> dict[str, Any]:
     """The scheme against exact answers, and a fine mesh of the engine against what is stored."""
     tell("finite volumes against exact answers")
     found = [check._asdict() for check in checks((100, 200) if quick else (200, 400, 800, 1600))]
-    coarse = []
+    segments, known = 400 if quick else 6400, load()
+    coarse, rows = [], []
     for case in (c for c in MAIN if not quick or c.name.startswith("45 kN")):
+        stored = known[case.name]
         tell(f"{case.name}, finite volumes with {COARSE_CELLS} cells")
         rough = solve(line_of(scene_of(*case.changes)), COARSE_CELLS, DURATION, FINE)
-        wrong = errors(rough, load()[case.name].histories)
+        wrong = errors(rough, stored.histories)
         coarse.append({"case": case.name, "errors": wrong._asdict()})
-    segments, rows = 400 if quick else 6400, []
-    for case in (c for c in MAIN if not quick or c.name.startswith("45 kN")):
         tell(f"{case.name}, engine with {segments} segments")
-        stored = load()[case.name]
         ran = Runner(scene_of(*case.changes, f"segments={segments}")).fine()
         distance = errors(ran, stored.histories)
         rows.append({

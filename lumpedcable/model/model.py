@@ -244,8 +244,7 @@ class Model(eqx.Module):
         result = {}
         for name, e in found.items():
             gain = inertia.acceleration(e.nodes, e.force, velocity[name])
-            step = None if dt is None else dt.astype(gain.dtype)
-            result[name] = corrected_ends(self.lines[name], e, gain, step)
+            result[name] = corrected_ends(self.lines[name], e, gain, dt)
         for name, node, end in self._driven():
             given = jax.jvp(lambda s, m=end.motion: velocity_of(m, s), (t,), (jnp.ones_like(t),))[1]
             given = given.astype(result[name].dtype)

@@ -87,7 +87,8 @@ class Leapfrog(diffrax.AbstractSolver):
         """Velocities and work half a step after the start, from the accelerations at the start."""
         t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
         half = 0.5 * dt
-        slope, _ = rates(args, t0, y0, dt)
+        kind = next(iter(y0.velocity.values())).dtype
+        slope, _ = rates(args, t0, y0, dt.astype(kind))
         velocity, work = jax.tree.map(
             lambda v, a: v + half.astype(v.dtype) * a,
             (y0.velocity, y0.work),

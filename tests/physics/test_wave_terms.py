@@ -128,7 +128,7 @@ class TestBoundary:
         # slack segments follow no force: a few have run ahead, else the line falls slack
         assert ghost(fading, 0.0, 200.0) == -1.0
         assert ghost(fading, 0.0, 0.0) == ghost(fading, 0.0) == 1.0
-        # a law with a dead band is not slack there: it has come to rest
+        # a line that can push is never slack, whatever its stiffness
         assert ghost(fading, 0.0, 0.0, cut=False) == -1.0
 
     def test_what_breaks_is_a_wall_before_and_a_load_after(self):
