@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from benchmarks.cases import HELD_OUT
+from benchmarks.measures import ERROR_HEADS, error_cells
 from benchmarks.methods import DEFAULT, METHODS
 from benchmarks.reference import load
 from benchmarks.work_precision import measure
@@ -26,19 +27,13 @@ def run(quick: bool, tell: Callable[[str], None]) -> dict[str, Any]:
 def table(data: dict[str, Any]) -> str:
     """Errors in per cent, default / plain."""
     rows = [
-        "| N = 100, default / plain | end displacement, % | end velocity, % | tension, % | T_c, % "
-        "| front, ms |",
+        f"| N = 100, default / plain | {ERROR_HEADS} |",
         "|---|---|---|---|---|---|",
     ]
     for case in dict.fromkeys(p["case"] for p in data["points"]):
-        a, b = (
+        both = [
             next(p for p in data["points"] if (p["case"], p["method"]) == (case, name))["errors"]
             for name in (DEFAULT, PLAIN)
-        )
-        cells = [
-            f"{100 * a[key]:.2g} / {100 * b[key]:.2g}"
-            for key in ("displacement", "velocity", "tension", "tension_fine")
         ]
-        cells.append(f"{1e3 * a['front']:+.3f} / {1e3 * b['front']:+.3f}")
-        rows.append(f"| {case} | {' | '.join(cells)} |")
+        rows.append(f"| {case} | {' | '.join(error_cells(both))} |")
     return "\n".join(rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,3 +79,15 @@ def errors(found: Histories, truth: Histories, fine: Histories | None = None) ->
         relative(c.tension, d.tension),
         fine.front - truth.front,
     )
+
+
+ERROR_HEADS = "end displacement, % | end velocity, % | tension, % | T_c, % | front, ms"
+
+
+def error_cells(found: Sequence[Mapping[str, float]]) -> list[str]:
+    """A cell of a table for each kind of error, under `ERROR_HEADS`; in each all cases, by " / "."""
+    forms = {key: (1e3, "+.3f") if key == "front" else (100.0, ".2g") for key in Errors._fields}
+    return [
+        " / ".join(f"{factor * errors[key]:{form}}" for errors in found)
+        for key, (factor, form) in forms.items()
+    ]

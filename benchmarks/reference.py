@@ -17,7 +17,16 @@ import numpy as np
 
 from benchmarks.cases import HELD_OUT, MAIN, Case, seen
 from benchmarks.engine import Runner, scene_of
-from benchmarks.measures import COARSE, FINE, Errors, Histories, errors, relative
+from benchmarks.measures import (
+    COARSE,
+    ERROR_HEADS,
+    FINE,
+    Errors,
+    Histories,
+    error_cells,
+    errors,
+    relative,
+)
 from benchmarks.problem import Line, line_of
 from benchmarks.volumes import Cells, solve
 from lumpedcable.exact import LinearRelease, ramped_release, release_wave
@@ -206,13 +215,9 @@ def _coarse(found: list[dict[str, Any]]) -> str:
         mine = [row for row in found if row["case"].endswith(kind)]
         _, pretensions = seen(mine)
         if not rows:
-            words = "end displacement, % | end velocity, % | tension, % | T_c, % | front, ms"
-            rows = [f"| finite volumes, {COARSE_CELLS} cells, {pretensions} kN | {words} |"]
+            rows = [f"| finite volumes, {COARSE_CELLS} cells, {pretensions} kN | {ERROR_HEADS} |"]
             rows.append("|---|---|---|---|---|---|")
-        cells = []
-        for key in Errors._fields:
-            factor, form = (1e3, "+.3f") if key == "front" else (100.0, ".2g")
-            cells.append(" / ".join(f"{factor * row['errors'][key]:{form}}" for row in mine))
+        cells = error_cells([row["errors"] for row in mine])
         rows.append(f"| break {kind} | {' | '.join(cells)} |")
     return "\n".join(rows)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from benchmarks.cases import MAIN, Case, seen
+from benchmarks.measures import ERROR_HEADS, error_cells
 from benchmarks.methods import METHODS, Method, point
 from benchmarks.reference import Reference, load
 
@@ -57,8 +58,7 @@ def table(points: Sequence[dict[str, Any]], kind: str, segments: int = 100) -> s
     points = [p for p in points if p["case"].endswith(kind) and p["segments"] == segments]
     cases, pulls = seen(points)
     rows = [
-        f"| N = {segments}, break {kind}, {pulls} kN | end displacement, % | end velocity, % "
-        "| tension, % | T_c, % | front, ms | time, ms | steps |",
+        f"| N = {segments}, break {kind}, {pulls} kN | {ERROR_HEADS} | time, ms | steps |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for name in dict.fromkeys(p["method"] for p in points):
@@ -68,11 +68,7 @@ def table(points: Sequence[dict[str, Any]], kind: str, segments: int = 100) -> s
 
 
 def _cells(points: Sequence[dict[str, Any]]) -> str:
-    cells = [
-        " / ".join(f"{100 * p['errors'][key]:.2g}" for p in points)
-        for key in ("displacement", "velocity", "tension", "tension_fine")
-    ]
-    cells.append(" / ".join(f"{1e3 * p['errors']['front']:+.3f}" for p in points))
+    cells = error_cells([p["errors"] for p in points])
     cells.append(" / ".join(f"{1e3 * p['warm']:.2g}" for p in points))
     cells.append(" / ".join(f"{p['steps']}" for p in points))
     return " | ".join(cells)
