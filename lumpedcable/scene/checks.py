@@ -146,8 +146,8 @@ def inside(value: Any, path: Path, sound: frozenset[int] = frozenset()) -> Itera
     if isinstance(value, Part):
         for problem in value.problems():
             yield Problem((*path, *problem.path), problem.message)
-    if isinstance(value, Part | dict):
-        for key, child in children(value):
+    for key, child in children(value):
+        if isinstance(child, (Part, dict)) and id(child) not in sound:
             yield from inside(child, (*path, key), sound)
 
 

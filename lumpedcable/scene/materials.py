@@ -6,6 +6,7 @@ Strain e is (stretched length - unstretched length) / unstretched length; tensio
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -44,8 +45,7 @@ class _Law(Part):
 
     def reach(self) -> float:
         """Return the largest tension in N on strains from 0 to :meth:`top_strain`."""
-        with np.errstate(all="ignore"):
-            return float(np.max(self.curve(np.linspace(0.0, self.top_strain(), _SAMPLES))))
+        return _reach(self)
 
     def problems(self) -> Iterator[Problem]:
         """Yield a fault where the law never rises, so that no wave could run along the line."""
@@ -58,6 +58,13 @@ class _Law(Part):
             yield Problem(
                 (), f"expected a tension that rises with strain, found none on [0, {top}]"
             )
+
+
+@lru_cache
+def _reach(law: _Law) -> float:
+    """The reach of a law (N), which all runs of a sweep ask for that differ in other things."""
+    with np.errstate(all="ignore"):
+        return float(np.max(law.curve(np.linspace(0.0, law.top_strain(), _SAMPLES))))
 
 
 class LinearMaterial(_Law):

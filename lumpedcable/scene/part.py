@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, StringConstraints
@@ -58,14 +59,21 @@ def children(value: Any) -> Iterator[tuple[str | int, Any]]:
     Absent optional fields (None) are left out: what a scene does not name is not there.
     """
     if isinstance(value, Part):
-        for name in type(value).model_fields:
-            child = getattr(value, name)
+        own = value.__dict__
+        for name in _fields(type(value)):
+            child = own[name]
             if child is not None:
                 yield name, child
     elif isinstance(value, dict):
         yield from value.items()
     elif isinstance(value, tuple):
         yield from enumerate(value)
+
+
+@cache
+def _fields(kind: type[Part]) -> tuple[str, ...]:
+    """Return the names of a part's fields; pydantic takes longer, and a large sweep asks often."""
+    return tuple(kind.model_fields)
 
 
 def tag(kind: str) -> str:

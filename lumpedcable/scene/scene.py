@@ -165,15 +165,14 @@ def _digest(*columns: Any) -> str:
 
 def _replaced(value: Any, tree: dict[str, Any], path: str) -> Any:
     """Return ``value`` with the leaves of ``tree`` put in."""
-    known = {str(key): key for key, _ in children(value)}
+    known = {str(key): (key, child) for key, child in children(value)}
     changed = {}
     for text, branch in tree.items():
         here = f"{path}.{text}" if path else text
         if text not in known:
             raise KeyError(here)
-        key = known[text]
-        inside = dict(children(value))[key] if isinstance(branch, dict) else None
-        changed[key] = _replaced(inside, branch, here) if isinstance(branch, dict) else branch
+        key, child = known[text]
+        changed[key] = _replaced(child, branch, here) if isinstance(branch, dict) else branch
     if isinstance(value, Part):
         return value.model_copy(update=changed)
     if isinstance(value, dict):

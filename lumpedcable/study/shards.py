@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event, Lock
 
+import jax
 import numpy as np
 
 from lumpedcable import __version__
@@ -17,6 +20,10 @@ from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.run import run_runs
 
 __all__ = ["Share", "compute_shard", "open_study", "run_here", "show_all"]
+
+# shards under way at once in a process: while one is checked, brought to rest, summed up or written,
+# which is work of Python on one core, the other moves
+AT_ONCE = 2
 
 
 @dataclass(frozen=True)
@@ -83,14 +90,15 @@ def run_here(
     share: Share,
     on_progress: Callable[[int, int], None],
 ) -> list[int]:
-    """Compute the missing shards of a share in this process, one after the other.
+    """Compute the missing shards of a share in this process, `AT_ONCE` of them under way.
 
     A shard that fails as a whole leaves its reason in the folder, and the rest goes on.
 
     Args:
         folder, laid: the study.
         share: which shards are this process's.
-        on_progress: called with finished and all outputs of all runs that are to be computed.
+        on_progress: called with finished and all outputs of all runs that are to be computed; by one
+            thread at a time, not always the same.
 
     Returns:
         The shards that failed.
@@ -99,18 +107,75 @@ def run_here(
         KeyboardInterrupt: interrupted; finished shards stay.
     """
     missing, failed = share.among(folder.missing()), []
-    total = sum(len(folder.runs(shard)) for shard in missing) * laid.count
-    before = 0
-    on_progress(0, total)
-    for shard in missing:
+    teller = _Teller(
+        {shard: len(folder.runs(shard)) * laid.count for shard in missing}, on_progress
+    )
+    teller.tell()
+
+    def compute(shard: int) -> None:
         try:
-            compute_shard(
-                folder, laid, shard, lambda done, _, b=before: on_progress(b + done, total)
-            )
+            compute_shard(folder, laid, shard, lambda done, _: teller.tell(shard, done))
         except Exception as error:
             folder.note_failure(shard, f"{type(error).__name__}: {error}")
             failed.append(shard)
-        before += len(folder.runs(shard)) * laid.count
-        on_progress(before, total)
+        teller.end(shard)
+
+    with ThreadPoolExecutor(_at_once()) as pool:
+        tasks = []
+        try:
+            for shard in missing:
+                tasks.append(pool.submit(compute, shard))
+                teller.moving.wait()  # programs are compiled by the first shard, for all
+            for task in tasks:
+                task.result()
+        except BaseException:
+            teller.stop()
+            pool.shutdown(cancel_futures=True)
+            raise
     show_all(folder, laid)
-    return failed
+    return sorted(failed)
+
+
+def _at_once() -> int:
+    """Shards under way at once: one alone where a process is to keep to one core."""
+    return 1 if jax.default_backend() == "cpu" and jax.device_count() == 1 else AT_ONCE
+
+
+class _Teller:
+    """Adds up the outputs of shards under way in several threads.
+
+    Attributes:
+        moving: set once some shard has moved, or has ended.
+    """
+
+    def __init__(self, outputs: Mapping[int, int], on_progress: Callable[[int, int], None]):
+        self.outputs, self.on_progress = outputs, on_progress
+        self.total = sum(outputs.values())
+        self.moving = Event()
+        self._done = dict.fromkeys(outputs, 0)
+        self._lock, self._stopped = Lock(), False
+
+    def tell(self, shard: int | None = None, done: int = 0) -> None:
+        """Outputs of a shard that are done; KeyboardInterrupt once anybody has interrupted."""
+        with self._lock:
+            if shard is not None:
+                self._done[shard] = done
+            if self._stopped:
+                raise KeyboardInterrupt
+            try:
+                self.on_progress(sum(self._done.values()), self.total)
+            except BaseException:
+                self._stopped = True
+                raise
+            finally:
+                if done > 0 or self._stopped:
+                    self.moving.set()
+
+    def end(self, shard: int) -> None:
+        """A shard has ended, however it did."""
+        self.tell(shard, self.outputs[shard])
+        self.moving.set()
+
+    def stop(self) -> None:
+        """Interrupt every shard at its next outputs."""
+        self._stopped = True

@@ -156,6 +156,57 @@ def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(scene, tmp_pa
     assert folder.failures() == {}
 
 
+@pytest.mark.parametrize("at_once", [2, 3])
+def test_shards_under_way_at_once_have_the_same_bits(scene, whole, tmp_path, monkeypatch, at_once):
+    monkeypatch.setattr(shards, "_at_once", lambda: at_once)
+    under_way, most = set(), []
+    real = shards.run_runs
+
+    def watched(laid, runs, *others, **more):
+        under_way.add(runs[0])
+        most.append(len(under_way))
+        found = real(laid, runs, *others, **more)
+        under_way.discard(runs[0])
+        return found
+
+    monkeypatch.setattr(shards, "run_runs", watched)
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 2)
+    seen = []
+    assert run_here(folder, laid, Share(), lambda done, total: seen.append((done, total))) == []
+    assert 1 < max(most) <= at_once
+    assert seen[0] == (0, 48)
+    assert seen[-1] == (48, 48)
+    assert sorted(seen) == seen
+    small, all_ = contents(folder.view), contents(whole.view)
+    for name in ("status", "summary/rope.end/peak_end_speed", "summary/rope.end/reach"):
+        np.testing.assert_allclose(small[name], all_[name], rtol=1e-9)
+    monkeypatch.setattr(shards, "_at_once", lambda: 1)
+    alone, laid = open_study(load_study(scene), tmp_path / "alone", 2)
+    run_here(alone, laid, Share(), lambda done, total: None)
+    for shard in range(6):
+        assert_equal_bits(contents(folder.file(shard)), contents(alone.file(shard)))
+
+
+@pytest.mark.parametrize("at_once", [1, 2])
+def test_an_interruption_stops_all_that_is_under_way(scene, tmp_path, monkeypatch, at_once):
+    monkeypatch.setattr(shards, "_at_once", lambda: at_once)
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 2)
+    seen = []
+
+    def interrupt(done, total):
+        seen.append(done)
+        if done >= 16:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_here(folder, laid, Share(), interrupt)
+    # told once, and nobody goes on: of six shards two or three at most can have been finished
+    assert sum(done >= 16 for done in seen) == 1
+    assert 3 <= len(folder.missing()) < 6
+    assert run_here(folder, laid, Share(), lambda done, total: None) == []
+    assert folder.missing() == []
+
+
 def test_another_study_is_not_mixed_in(scene, whole):
     where = whole.path
     other = say(where.parent, "study", scene, "-o", where, "--set", "gravity=1.62")
