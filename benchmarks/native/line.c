@@ -32,7 +32,8 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
     const REAL l = p->length, m = p->mass, back = 1 / l, rest = (REAL)0.25 * l / dt;
     const REAL squared = dt * dt / (l * l * m), share = l / dt / 6;
     const REAL twice = 2 * m * l / dt, resist = 4 * p->drag * l;
-    const REAL noise = 50 * (sizeof(REAL) == 8 ? (REAL)DBL_EPSILON : (REAL)FLT_EPSILON);
+    const REAL eps = sizeof(REAL) == 8 ? (REAL)DBL_EPSILON : (REAL)FLT_EPSILON;
+    const REAL noise = 50 * eps, next_to = sqrt(eps);
     REAL peak = 0;
     for (long k = 1; k <= steps; k++) {
         const REAL t = k * dt;
@@ -61,7 +62,8 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
         for (int j = 0; j < n; j++) {
             const REAL D = jump[j], T = tension[j];
             const REAL speed = sqrt(nu2[j] / squared / m);
-            const int still = fabs(D) <= noise * speed;
+            const REAL beside = most(fabs(jump[j - 1]), fabs(jump[j + 1]));
+            const int still = fabs(D) <= most(noise * speed, next_to * beside);
             const REAL inverse = 1 / (still ? 1 : D);
             const REAL rl = jump[j - 1] * inverse, rr = jump[j + 1] * inverse;
             REAL phi = least((REAL)0.5 * (rl + rr), least(2 * rl, 2 * rr));

@@ -126,7 +126,8 @@ class ReleaseWaves(eqx.Module):
       tensions of `Boundary`.
     - smoothness phi from the ratios of neighbouring g (monotonised central limiter), f = (1 - phi)^2:
       0 where the rate varies smoothly, 1 at an extremum (Christensen's limited viscosity). Where D is
-      rounding, of some 50 eps c, phi is 1: else its sign would decide ahead of a front.
+      rounding, of some 50 eps c or below sqrt(eps) of a neighbour's, phi is 1: else the sign of what
+      rest has left would decide ahead of a front.
     - viscosity Q = m b D f (N), b = min(0.1 c + 0.5 |D|, 0.4 (1 - nu^2)(3 - nu^2) l / (6 dt)) (m/s);
       the second bound keeps a viscosity lagging by half a step stable. In the segment of a loaded end,
       where a break leaves what no mesh resolves, the first is half as much again and the second half as
@@ -246,7 +247,7 @@ def _at_loads(
 def _smoothness(rates: Float[Array, " n+2"], noise: Float[Array, " n"]) -> Float[Array, " n"]:
     """phi of each segment from the strain rates (1/s) of all and of a ghost beyond each end.
 
-    1 where the rate is below `noise` (1/s).
+    1 where the rate is below `noise` (1/s), or next to nothing beside a neighbour's.
     """
     return _limited(rates, noise)[0]
 
@@ -258,8 +259,10 @@ def _limited(rates, noise):
     else whether it is the left one.
     """
     left, rate, right = rates[:-2], rates[1:-1], rates[2:]
+    beside = most(jnp.abs(left), jnp.abs(right))
     # a rate whose square underflows would have an inverse that no derivative can be taken of
-    still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
+    noise = most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
+    still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).eps) ** 0.5 * beside)
     inverse = 1.0 / jnp.where(still, 1.0, rate)
     rl, rr = left * inverse, right * inverse
     mean, less = 0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr)

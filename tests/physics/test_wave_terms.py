@@ -47,6 +47,27 @@ def test_the_correction_is_the_leading_error_of_the_scheme():
     np.testing.assert_allclose(correction[1:-1], -(1 - nu2) / 12 * 14.0, rtol=1e-9)
 
 
+@pytest.mark.parametrize(("left", "kind"), [(1e-9, "float64"), (1e-2, "float32")])
+def test_what_rest_has_left_ahead_of_a_front_decides_nothing(left, kind):
+    # statics leave velocities of some hundred rounding errors of the wave speed, of either sign; next to
+    # a front of 50 m/s they must not switch the correction of what the front has pulled at
+    rate, tension = np.zeros(N), np.full(N, 9e3)
+    rate[-1], tension[-1] = -50.0 / LENGTH, 6e3
+    found = []
+    for sign in (-1.0, 1.0):
+        noise = sign * left * np.random.default_rng(1).uniform(0.5, 1.0, N - 1) / LENGTH
+        rate[:-1] = noise
+        arrays = (jnp.asarray(x, kind) for x in (tension, np.full(N, EA), rate, np.ones((1, N))))
+        numbers = (jnp.asarray(x, kind) for x in (LENGTH, MASS))
+        correction, viscous, _ = ReleaseWaves(True).terms(
+            *arrays, *numbers, (WALL, WALL), jnp.asarray(DT, kind), False
+        )
+        found.append((correction, viscous))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, atol=2.0 * MASS * left * np.sqrt(EA / MASS))
+    assert abs(found[0][0][-2]) > 10.0
+
+
 def test_a_step_at_courant_one_needs_no_correction():
     # leapfrog at c dt = l is exact on a linear line
     correction, viscous = terms(
