@@ -44,6 +44,11 @@ INLINE = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "core_ca
           "custom_jvp_call": "call_jaxpr", "custom_vjp_call": "call_jaxpr",
           "custom_vmap_call": "call", "checkpoint": "jaxpr"}  # fmt: skip
 _MARKS: weakref.WeakKeyDictionary[Any, dict[tuple[bool, ...], Flags]] = weakref.WeakKeyDictionary()
+FOLDED = {"reduce_sum": lax.add, "reduce_max": lax.max, "reduce_min": lax.min,
+          "reduce_and": lax.bitwise_and, "reduce_or": lax.bitwise_or}  # fmt: skip
+FEW_RUNS = 8  # fewer do not fill a vector
+LONG = 32  # nor does an axis that is longer, unless it is taken in pieces
+WIDTH = 8  # as wide as a vector, or a multiple of it
 FEW = 16  # terms of a product that is written as a sum; a library call costs more
 
 
@@ -120,6 +125,8 @@ def _apply(eqn: Any, operands: Values, flags: Flags, size: int) -> Found | None:
     if name in ELEMENTWISE:
         shape = (*eqn.outvars[0].aval.shape, size)
         return _all([_elementwise(eqn, operands, flags, shape)])
+    if name in FOLDED and size < FEW_RUNS:
+        return _all([_folded(eqn, operands[0])])
     if name in ALONG:
         return _all([eqn.primitive.bind(*operands, **eqn.params)])
     if name in INLINE:
@@ -163,6 +170,28 @@ def _elementwise(eqn: Any, operands: Values, flags: Flags, shape: tuple[int, ...
         axes = [*range(own), rank] if batched else range(own)
         wide.append(x if x.shape == shape else lax.broadcast_in_dim(x, shape, axes))
     return eqn.primitive.bind(*wide, **eqn.params)
+
+
+def _folded(eqn, x):
+    """A reduction of few runs along the line, whose parts are laid on each other first.
+
+    One number after the other would each wait for the one before.
+    """
+    axis, count = x.ndim - 2, x.shape[-2] if x.ndim > 1 else 0
+    if count <= LONG or axis not in eqn.params["axes"]:
+        return eqn.primitive.bind(x, **eqn.params)
+    combine = FOLDED[eqn.primitive.name]
+    width = WIDTH * max(count // (8 * WIDTH), 1)
+    whole = count - count % width
+    parts = [lax.slice_in_dim(x, k, k + width, axis=axis) for k in range(0, whole, width)]
+    while len(parts) > 1:
+        pairs = zip(parts[::2], parts[1::2], strict=False)
+        parts = [combine(a, b) for a, b in pairs] + parts[len(parts) - len(parts) % 2 :]
+    total = _folded(eqn, parts[0])
+    if whole == count:
+        return total
+    rest = eqn.primitive.bind(lax.slice_in_dim(x, whole, count, axis=axis), **eqn.params)
+    return combine(total, rest)
 
 
 def _slice(eqn, operands, flags, size):

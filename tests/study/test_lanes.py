@@ -102,6 +102,26 @@ def test_the_same_as_each_alone(function):
         np.testing.assert_allclose(got, jnp.stack(expected), rtol=1e-14, atol=1e-14)
 
 
+def along(x):
+    """Reductions of every kind, of one axis, of two and of the other."""
+    whole = jnp.sum(x), jnp.max(x), jnp.min(x), jnp.all(x > 1e-3), jnp.any(x > 0.999)
+    return whole, jnp.sum(x, axis=1), jnp.sum(x, axis=0), jnp.max(x[0]), jnp.mean(x[1])
+
+
+@pytest.mark.parametrize("count", [31, 32, 33, 40, 100, 101, 127, 128, 1601])
+@pytest.mark.parametrize("runs", [1, 7, 8])
+def test_long_axes_of_few_runs_are_reduced_as_they_are_alone(runs, count):
+    x = jnp.asarray(np.random.default_rng(count).random((runs, 2, count)))
+    x = x.at[0, 1, count // 2].set(jnp.inf)  # shows in sums and in extremes
+    together = jax.jit(lambda a: across(along, a))(x)
+    alone = [along(one) for one in x]
+    for got, *expected in zip(
+        jax.tree.leaves(together), *(jax.tree.leaves(one) for one in alone), strict=True
+    ):
+        np.testing.assert_allclose(got, jnp.stack(expected), rtol=1e-13)
+    assert np.isinf(together[0][0][0])
+
+
 def test_a_wrong_lane_would_be_found():
     x = jnp.arange(6.0).reshape(3, 2)
     got = across(lambda v: v[::-1], x)
