@@ -45,7 +45,7 @@ class _Law(Part):
 
     def reach(self) -> float:
         """Return the largest tension in N on strains from 0 to :meth:`top_strain`."""
-        return _reach(self)
+        return _reach(self)  # pyright: ignore[reportArgumentType] (frozen models have a hash)
 
     def problems(self) -> Iterator[Problem]:
         """Yield a fault where the law never rises, so that no wave could run along the line."""
