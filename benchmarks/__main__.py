@@ -35,6 +35,7 @@ PARTS: dict[str, Callable[[bool, Tell], dict[str, Any]]] = {
 # what is beside the page's main parts, which know how to run themselves: `run(quick)` and `table(data)`
 GUESTS = {
     "hard": "benchmarks.hard",
+    "batches": "benchmarks.batches",
     "chain": "benchmarks.peers.moordyn_chain",
     "fit": "benchmarks.fitting",
     "page": "benchmarks.page",
