@@ -152,7 +152,8 @@ def test_slack_is_left_on_the_bed(tmp_path, length):
 @pytest.mark.parametrize(
     ("key", "change"),
     [
-        pytest.param("seabed.stiffness", 1e3, marks=pytest.mark.slow),
+        # the difference is off by 1e-4 with a step of 1e3, by 8e-6 with this, by 1e-6 with 100
+        pytest.param("seabed.stiffness", 250.0, marks=pytest.mark.slow),
         ("seabed.height", 1e-3),
         pytest.param("lines.chain.length", 1e-4, marks=pytest.mark.slow),
     ],
@@ -257,11 +258,18 @@ def test_a_line_falls_on_the_bed_and_stays_there(tmp_path, damping):
 
 @pytest.mark.slow
 def test_an_undamped_bed_gives_back_what_it_takes(tmp_path):
-    ran = run_text(tmp_path, FALL.replace('damping = "{damping}"\n', "").format())
-    assert ran.statuses == ["OK"]
-    assert "lost_contact" not in ran.energy
-    assert np.max(ran.energy["seabed"][0]) > 2.0 * ran.energy["seabed"][0, 0]
-    assert ran.outcomes[0].energy_closure < 2e-3
+    # the lift, one segment with 10 J in it, flies off and rings next to the largest stable step: at the
+    # default one leapfrog's own energy is 4 J off, 0.4 % of what is released, to second order in the step
+    scene = FALL.replace('damping = "{damping}"\n', "").format()
+    closures = []
+    for courant in (0.45, 0.225):
+        ran = run_text(tmp_path, f"{scene}\n[solver]\ncourant = {courant}\n")
+        assert ran.statuses == ["OK"]
+        assert "lost_contact" not in ran.energy
+        assert np.max(ran.energy["seabed"][0]) > 2.0 * ran.energy["seabed"][0, 0]
+        closures.append(ran.outcomes[0].energy_closure)
+    assert closures[0] < 2e-3
+    assert closures[0] / closures[1] > 3.5
 
 
 def test_without_a_bed_there_is_none(tmp_path):
