@@ -259,7 +259,7 @@ def test_a_line_falls_on_the_bed_and_stays_there(tmp_path, damping):
 @pytest.mark.slow
 def test_an_undamped_bed_gives_back_what_it_takes(tmp_path):
     # the lift, one segment with 10 J in it, flies off and rings next to the largest stable step: at the
-    # default one leapfrog's own energy is 4 J off, 0.4 % of what is released, to second order in the step
+    # default leapfrog's own energy is 4 J off, 0.4 % of what is released, to second order in the step
     scene = FALL.replace('damping = "{damping}"\n', "").format()
     closures = []
     for courant in (0.45, 0.225):
