@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -86,7 +87,9 @@ def table(data: dict[str, Any]) -> str:
     for row in data["rows"]:
         rate, speed = row["runs"] / row["seconds"], row["node_steps"] / row["seconds"] / 1e6
         later = row["under_way"]
-        later = "" if later is None else f"{row['node_steps'] / later / 1e6:.0f}"
+        # read back from JSON, what is absent is NaN
+        known = later is not None and math.isfinite(later)
+        later = f"{row['node_steps'] / later / 1e6:.0f}" if known else ""
         rows.append(
             f"| {row['runs']} | {row['dtype']} | {row['seconds']:.1f} | {rate:.0f} | {speed:.0f} "
             f"| {later} | {row['peak'] / 1e6:.0f} | {row['failed']} |"
