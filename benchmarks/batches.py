@@ -86,16 +86,13 @@ def rows(dtype: str, counts: tuple[int, ...]) -> list[dict[str, Any]]:
                 jax.tree.map(np.asarray, samples)
         return time.perf_counter() - begun
 
-    line = jax.tree.map(lambda x: np.asarray(x), ready.model).lines["rope"]
-    strain, hold = line.reference_strain[:, 0], np.linspace(45e3, 450e3, PREPARED)
-    one = jax.tree.map(lambda x: np.asarray(x)[:1], ready.model).lines["rope"]
-    dt, all_steps = EVERY / steps, steps * laid.count
-    cores = os.cpu_count() or 1
+    (hold,) = laid.study.runs.columns(np.arange(PREPARED)).values()
+    strain = np.asarray(ready.model.lines["rope"].reference_strain)[:, 0]
+    line = parameters(rows_of(ready, np.arange(1)).model.lines["rope"], 5e-3)
+    dt, all_steps, cores = EVERY / steps, steps * laid.count, jax.device_count()
 
     def in_c(flags: str) -> float:
-        made = go(
-            parameters(one, 5e-3), strain, hold, SEGMENTS, all_steps, dt, dtype, flags, cores
-        )  # fmt: skip
+        made = go(line, strain, hold, SEGMENTS, all_steps, dt, dtype, flags, cores)
         return PREPARED * (SEGMENTS + 1) * all_steps / made.seconds
 
     through(size)

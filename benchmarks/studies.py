@@ -65,15 +65,15 @@ def one(runs: int, dtype: str, tell: Tell) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _under_way(ended: list[float]) -> float | None:
-    """Seconds that a study takes for all its work at the pace of its later shards.
+def _under_way(ended: list[float]) -> float:
+    """Seconds that a study takes for all its work at the pace of its later shards; NaN of few.
 
     Args:
         ended: when each shard was finished (s), rising. The first ones waited for the compiler.
     """
     left_out = len(ended) // 4
     if left_out < 2:
-        return None
+        return math.nan
     return (ended[-1] - ended[left_out]) * len(ended) / (len(ended) - 1 - left_out)
 
 
@@ -86,10 +86,8 @@ def table(data: dict[str, Any]) -> str:
     ]
     for row in data["rows"]:
         rate, speed = row["runs"] / row["seconds"], row["node_steps"] / row["seconds"] / 1e6
-        later = row["under_way"]
-        # read back from JSON, what is absent is NaN
-        known = later is not None and math.isfinite(later)
-        later = f"{row['node_steps'] / later / 1e6:.0f}" if known else ""
+        later = row["node_steps"] / row["under_way"] / 1e6
+        later = "" if math.isnan(later) else f"{later:.0f}"
         rows.append(
             f"| {row['runs']} | {row['dtype']} | {row['seconds']:.1f} | {rate:.0f} | {speed:.0f} "
             f"| {later} | {row['peak'] / 1e6:.0f} | {row['failed']} |"

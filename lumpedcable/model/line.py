@@ -173,6 +173,7 @@ class Line(eqx.Module):
                     tension, stiffness, rate, shape.tangent, self.segment_length, self.mass, ends, dt,
                     self.tension_only, None if over is None else over.ghosted, self.damping,
                 )  # fmt: skip
+                # a step reads them where it has written them; who keeps nothing need not write them
                 if over is not None and ghosted.tension is not None:
                     tension = ghosted.tension[1:-1]
         result = LineForces(

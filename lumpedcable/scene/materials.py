@@ -47,10 +47,14 @@ class _Law(Part):
         """Return the largest tension in N on strains from 0 to :meth:`top_strain`."""
         return _reach(self)  # pyright: ignore[reportArgumentType] (frozen models have a hash)
 
+    def sampled(self) -> np.ndarray:
+        """Return the tensions in N at strains evenly from 0 to :meth:`top_strain`."""
+        with np.errstate(all="ignore"):
+            return self.curve(np.linspace(0.0, self.top_strain(), _SAMPLES))
+
     def problems(self) -> Iterator[Problem]:
         """Yield a fault where the law never rises, so that no wave could run along the line."""
-        with np.errstate(all="ignore"):
-            tension = self.curve(np.linspace(0.0, self.top_strain(), _SAMPLES))
+        tension = self.sampled()
         if not np.all(np.isfinite(tension)):
             yield Problem((), "expected a finite tension on [0, max_strain], found an overflow")
         elif not np.any(np.diff(tension) > 0):
@@ -63,8 +67,7 @@ class _Law(Part):
 @lru_cache
 def _reach(law: _Law) -> float:
     """The reach of a law (N), which all runs of a sweep ask for that differ in other things."""
-    with np.errstate(all="ignore"):
-        return float(np.max(law.curve(np.linspace(0.0, law.top_strain(), _SAMPLES))))
+    return float(np.max(law.sampled()))
 
 
 class LinearMaterial(_Law):

@@ -107,29 +107,31 @@ def run_here(
         KeyboardInterrupt: interrupted; finished shards stay.
     """
     missing, failed = share.among(folder.missing()), []
-    teller = _Teller(
-        {shard: len(folder.runs(shard)) * laid.count for shard in missing}, on_progress
-    )
-    teller.tell()
+    outputs = {shard: len(folder.runs(shard)) * laid.count for shard in missing}
+    together = _Together(outputs, on_progress)
+    together.tell()
 
     def compute(shard: int) -> None:
         try:
-            compute_shard(folder, laid, shard, lambda done, _: teller.tell(shard, done))
-        except Exception as error:
-            folder.note_failure(shard, f"{type(error).__name__}: {error}")
-            failed.append(shard)
-        teller.end(shard)
+            try:
+                compute_shard(folder, laid, shard, lambda done, _: together.tell(shard, done))
+            except Exception as error:
+                folder.note_failure(shard, f"{type(error).__name__}: {error}")
+                failed.append(shard)
+            together.tell(shard, outputs[shard])
+        finally:
+            together.moving.set()  # whatever becomes of it, nobody waits for it any more
 
     with ThreadPoolExecutor(_at_once()) as pool:
         tasks = []
         try:
             for shard in missing:
                 tasks.append(pool.submit(compute, shard))
-                teller.moving.wait()  # programs are compiled by the first shard, for all
+                together.moving.wait()  # programs are compiled by the first shard, for all
             for task in tasks:
                 task.result()
         except BaseException:
-            teller.stop()
+            together.stop()
             pool.shutdown(cancel_futures=True)
             raise
     show_all(folder, laid)
@@ -141,16 +143,15 @@ def _at_once() -> int:
     return 1 if jax.default_backend() == "cpu" and jax.device_count() == 1 else AT_ONCE
 
 
-class _Teller:
+class _Together:
     """Adds up the outputs of shards under way in several threads.
 
     Attributes:
-        moving: set once some shard has moved, or has ended.
+        moving: set once some shard has moved or ended.
     """
 
     def __init__(self, outputs: Mapping[int, int], on_progress: Callable[[int, int], None]):
-        self.outputs, self.on_progress = outputs, on_progress
-        self.total = sum(outputs.values())
+        self.total, self.on_progress = sum(outputs.values()), on_progress
         self.moving = Event()
         self._done = dict.fromkeys(outputs, 0)
         self._lock, self._stopped = Lock(), False
@@ -158,23 +159,17 @@ class _Teller:
     def tell(self, shard: int | None = None, done: int = 0) -> None:
         """Outputs of a shard that are done; KeyboardInterrupt once anybody has interrupted."""
         with self._lock:
-            if shard is not None:
-                self._done[shard] = done
             if self._stopped:
                 raise KeyboardInterrupt
+            if shard is not None:
+                self._done[shard] = done
             try:
                 self.on_progress(sum(self._done.values()), self.total)
             except BaseException:
-                self._stopped = True
+                self.stop()
                 raise
-            finally:
-                if done > 0 or self._stopped:
-                    self.moving.set()
-
-    def end(self, shard: int) -> None:
-        """A shard has ended, however it did."""
-        self.tell(shard, self.outputs[shard])
-        self.moving.set()
+        if done > 0:
+            self.moving.set()
 
     def stop(self) -> None:
         """Interrupt every shard at its next outputs."""

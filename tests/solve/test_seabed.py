@@ -256,14 +256,28 @@ def test_a_line_falls_on_the_bed_and_stays_there(tmp_path, damping):
     assert np.max(speed[-1]) < 0.02 * np.max(speed)
 
 
+UNDAMPED = FALL.replace('damping = "{damping}"\n', "").format()
+
+
 @pytest.mark.slow
+@pytest.mark.xfail(
+    strict=True,
+    raises=AssertionError,
+    reason="the lift, one segment with 10 J in it, rings next to the largest stable step: 0.44 %",
+)
 def test_an_undamped_bed_gives_back_what_it_takes(tmp_path):
-    # the lift, one segment with 10 J in it, flies off and rings next to the largest stable step: at the
-    # default leapfrog's own energy is 4 J off, 0.4 % of what is released, to second order in the step
-    scene = FALL.replace('damping = "{damping}"\n', "").format()
+    ran = run_text(tmp_path, UNDAMPED)
+    assert ran.statuses == ["OK"]
+    assert "lost_contact" not in ran.energy
+    assert np.max(ran.energy["seabed"][0]) > 2.0 * ran.energy["seabed"][0, 0]
+    assert ran.outcomes[0].energy_closure < 2e-3
+
+
+@pytest.mark.slow
+def test_with_shorter_steps_an_undamped_bed_gives_back_what_it_takes(tmp_path):
     closures = []
     for courant in (0.45, 0.225):
-        ran = run_text(tmp_path, f"{scene}\n[solver]\ncourant = {courant}\n")
+        ran = run_text(tmp_path, f"{UNDAMPED}\n[solver]\ncourant = {courant}\n")
         assert ran.statuses == ["OK"]
         assert "lost_contact" not in ran.energy
         assert np.max(ran.energy["seabed"][0]) > 2.0 * ran.energy["seabed"][0, 0]

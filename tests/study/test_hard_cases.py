@@ -63,10 +63,10 @@ def test_a_break_in_no_time_up_to_6400_segments():
         found = ran("break-at-once", segments)
         assert found.outcome.status is Status.OK
         error = abs(CASE["break-at-once"].measure(found)["end speed, m/s"] / right - 1.0)
-        # from 800 segments on a trace of the overshoot stays that does not depend on the mesh
-        assert error < (worse if segments <= 800 else 5e-4)
+        assert error < worse
         assert 0.0 < arrives(found, segments) < 3.0
         worse = error
+    assert worse < 1e-3
 
 
 def reversed_after(segments):

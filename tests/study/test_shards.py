@@ -207,6 +207,21 @@ def test_an_interruption_stops_all_that_is_under_way(scene, tmp_path, monkeypatc
     assert folder.missing() == []
 
 
+@pytest.mark.parametrize("at_once", [1, 2])
+def test_a_reason_that_cannot_be_kept_is_raised(scene, tmp_path, monkeypatch, at_once):
+    # as on a full disk: nobody waits for the shard whose end could not be told
+    monkeypatch.setattr(shards, "_at_once", lambda: at_once)
+
+    def full(*_, **__):
+        raise OSError("no room")
+
+    monkeypatch.setattr(shards, "run_runs", full)
+    monkeypatch.setattr(StudyFolder, "note_failure", full)
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
+    with pytest.raises(OSError, match="no room"):
+        run_here(folder, laid, Share(), lambda done, total: None)
+
+
 def test_another_study_is_not_mixed_in(scene, whole):
     where = whole.path
     other = say(where.parent, "study", scene, "-o", where, "--set", "gravity=1.62")
