@@ -59,6 +59,8 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
     for name, part in parts.items():
         if "table" in part:
             found[name] = part["table"]
+        if "machine" in part:
+            found[name] += f"\n\n{sentence(part['machine'])}"
     return found
 
 

@@ -19,7 +19,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, Progress, begin, cast, interval
 from lumpedcable.solve.observe import Sample, sample
-from lumpedcable.solve.reverse import scan_in_blocks
+from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE
@@ -112,7 +112,7 @@ def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, conve
 
     def run(model, every, shares, index, mix, less):
         numbers = Numbers(every, steps, arrays.rtol, arrays.atol)  # pyright: ignore[reportArgumentType]
-        kept, status = history(model, spec, numbers, coordinates, shares)
+        kept, status = history(model, spec, numbers, coordinates, shares, arrays.every.shape[0])
         near = kept[index]
         cubic = jnp.einsum("pk,pko->op", mix, near)
         change = jnp.max(jnp.abs(cubic - jnp.einsum("pk,pko->op", less, near)), axis=1)
@@ -142,9 +142,9 @@ def _steps(spec: GroupSpec, arrays: GroupArrays, bound: Float[Array, " runs"]):
 
 
 def history(
-    model: Model, spec: GroupSpec, numbers: Numbers, coordinates: Coordinates, shares
+    model: Model, spec: GroupSpec, numbers: Numbers, coordinates: Coordinates, shares, runs: int
 ) -> tuple[Float[Array, "outputs observed"], Int[Array, ""]]:
-    """Observed values at every output of one run, the start first, and its `Status`."""
+    """Observed values at every output of one of `runs` runs, the start first, and its `Status`."""
     plan = spec.plan
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
@@ -161,16 +161,28 @@ def history(
         finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
         return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted])
 
-    def body(run, k):
-        run = interval(model, plan, numbers, run, k * numbers.every)
+    def look_at(run: Progress, k):
         t = (k + 1) * numbers.every
-        return run, seen(run, sample(model, t, run.y, plan.quantities, dt, run.exhausted))
+        return seen(run, sample(model, t, run.y, plan.quantities, dt, run.exhausted))
 
     run, first = begin(model, plan, numbers)
     if spec.steps is None:
+
+        def body(run, k):
+            run = interval(model, plan, numbers, run, k * numbers.every)
+            return run, look_at(run, k)
+
         _, (values, wrong) = jax.lax.scan(body, run, jnp.arange(spec.count))
     else:  # for reverse mode
-        _, (values, wrong) = scan_in_blocks(body, run, spec.count, spec.steps)
+        block = block_length(spec.count * spec.steps, run, runs)
+
+        def turn(run, k):
+            run = interval(model, plan, numbers, run, k * numbers.every, block)
+            return run, run._replace(solver_state=None)  # which nobody looks at
+
+        # blocks of whole outputs, or where one takes more steps than that, of a part of its steps
+        turns = block // spec.steps or spec.count
+        _, (values, wrong) = scan_in_blocks(turn, run, spec.count, turns, look_at)
     now, _ = seen(run, first)
     finite, step, many = jnp.any(wrong, axis=0)
     # what is undefined was something else first

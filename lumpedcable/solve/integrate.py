@@ -26,6 +26,7 @@ from lumpedcable.physics.place import place
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
+from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 
 __all__ = [
@@ -174,7 +175,9 @@ def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
     return method(**options)
 
 
-def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
+def _fixed(
+    model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None
+) -> Progress:
     """One output interval from `start` (s) in equal steps."""
     solver, term = fixed_solver(plan, numbers), CableTerm(jnp.zeros(()))
     dt = numbers.every / numbers.steps
@@ -194,7 +197,8 @@ def _fixed(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> 
     if isinstance(numbers.steps, int):
         # for reverse mode: the way back takes each step again, which is cheaper than to fetch from
         # memory all that a step has worked out
-        return jax.lax.fori_loop(0, numbers.steps, jax.checkpoint(step, prevent_cse=False), run)
+        again = jax.checkpoint(lambda run, i: (step(i, run), None), prevent_cse=False)
+        return scan_in_blocks(again, run, numbers.steps, block or numbers.steps)[0]
     return jax.lax.fori_loop(0, numbers.steps, step, run)
 
 
@@ -302,10 +306,17 @@ def _rms(tree: PyTree) -> Float[Array, ""]:
     return jnp.sqrt(jnp.mean(jnp.concatenate(leaves) ** 2))
 
 
-def interval(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
-    """One output interval of a run, from `start` (s) on."""
-    move = _adaptive if plan.adaptive else _fixed
-    return move(model, plan, numbers, run, start)
+def interval(
+    model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None = None
+) -> Progress:
+    """One output interval of a run, from `start` (s) on.
+
+    `block` is the number of steps from one state that reverse mode keeps to the next, see
+    `block_length`; None: it keeps all.
+    """
+    if plan.adaptive:
+        return _adaptive(model, plan, numbers, run, start)
+    return _fixed(model, plan, numbers, run, start, block)
 
 
 def advance(
@@ -314,6 +325,9 @@ def advance(
 ) -> tuple[Progress, Sample]:  # fmt: skip
     """`count` outputs on from output number `first`; samples (outputs of the plan, ...)."""
     dt = None if plan.adaptive else numbers.every / numbers.steps
+    block = None
+    if isinstance(numbers.steps, int):
+        block = block_length(plan.outputs * numbers.steps, run)
 
     def sample_at(run: Progress, t) -> Sample:
         found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
@@ -326,7 +340,7 @@ def advance(
 
     def body(k, carry):
         run, kept = carry
-        run = interval(model, plan, numbers, run, (first + k) * numbers.every)
+        run = interval(model, plan, numbers, run, (first + k) * numbers.every, block)
         found = sample_at(run, (first + k + 1) * numbers.every)
         return run, jax.tree.map(
             lambda all_, x: place(all_, x[None], k, *(0,) * x.ndim), kept, found

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks import report
+from benchmarks.__main__ import elsewhere
+from benchmarks.machine import sentence
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "docs" / "benchmarks"
@@ -33,6 +35,20 @@ def test_the_pages_have_the_tables_of_the_results():
         digit = page.index(".", page.index("<!-- benchmark"))
         wrong = page[:digit] + "5." + page[digit + 1 :]
         assert report.filled(wrong, found) == page
+
+
+def test_a_table_of_another_machine_says_so():
+    data = report.read(KEPT)
+    assert data is not None
+    mine = data["machine"]
+    name = next(name for name, part in data["parts"].items() if "table" in part)
+    data["parts"][name].pop("machine", None)
+    assert mine["processor"] not in report.tables(data)[name]
+    data["parts"][name]["machine"] = mine | {"processor": "Abacus 3000"}
+    assert report.tables(data)[name].endswith(sentence(data["parts"][name]["machine"]))
+    assert "Abacus 3000" not in report.tables(data)["machine"]
+    assert elsewhere(data | {"machine": data["parts"][name]["machine"]}, data)
+    assert not elsewhere(data, data)
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from lumpedcable.fitting.scalar import read_scalar, usual_scalar
 from lumpedcable.fitting.sensitivity import sensitivity_of
 from lumpedcable.fitting.write import write_fit
 from lumpedcable.scene import Scene
+from lumpedcable.solve import reverse
 
 # Hooke's law without weight or drag: c = sqrt(EA/m) = 1000 m/s, speed of the end F0/sqrt(EA m) = 50 m/s
 LINE = HOOKE.replace("segments = 50", "segments = 10").replace('"100 ms"', '"60 ms"')
@@ -128,8 +129,11 @@ def test_shares_of_the_exact_speed_by_the_command(tmp_path):
     assert (tmp_path / "out" / "sensitivity.png").exists()
 
 
-def test_shares_of_the_exact_speed_in_reverse(tmp_path):
-    study = study_of(tmp_path, SLOW_BREAK)
+# all states kept; blocks of some outputs; blocks of a part of an output's steps
+@pytest.mark.parametrize(("kept", "every"), [(reverse.KEPT, "1 ms"), (1, "2 ms"), (1, "60 ms")])
+def test_shares_of_the_exact_speed_in_reverse(monkeypatch, tmp_path, kept, every):
+    monkeypatch.setattr(reverse, "KEPT", kept)
+    study = study_of(tmp_path, SLOW_BREAK, f"output.every={every}")
     assert str(usual_scalar(study.scene)) == "max velocity at rope.end"
     found = sensitivity_of(
         study, read_scalar("max velocity at rope.end", study.scene), reverse=True

@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 from benchmarks.engine import Runner, scene_of
+from lumpedcable.solve import reverse
 from lumpedcable.solve.integrate import advance, begin
-from lumpedcable.solve.reverse import scan_in_blocks
+from lumpedcable.solve.reverse import block_length, scan_in_blocks
 
 SEGMENTS, STEPS, SPAN = 12, 240, 0.25
 
 
-def test_backward_forward_and_differences_agree():
+@pytest.mark.parametrize("kept", [reverse.KEPT, 1])  # all steps' states, or those of blocks alone
+def test_backward_forward_and_differences_agree(monkeypatch, kept):
     """The line goes slack once the front has come back; where it is, sqrt(T') has no slope."""
+    monkeypatch.setattr(reverse, "KEPT", kept)
     runner = Runner(scene_of(f"segments={SEGMENTS}"))
     model = jax.tree.map(lambda x: x[0], runner.ready.model)
     plan = dataclasses.replace(runner.plan, outputs=1, recoils=(), quantities=("tension",))
@@ -43,32 +46,56 @@ def test_backward_forward_and_differences_agree():
     np.testing.assert_allclose(forward, difference, rtol=1e-6)
 
 
-def test_a_loop_in_blocks_gives_what_a_loop_gives_in_less_memory():
-    """x <- x + h sin(x) many times: values and derivatives equal; memory like the root of the count."""
+def body(x, k):
+    """x <- x + h sin(x), a thousand numbers of 8 bytes."""
+    x = x + 1e-3 * jnp.sin(x * (1.0 + 1e-3 * k))
+    return x, x[0]
 
-    def body(x, k):
-        x = x + 1e-3 * jnp.sin(x * (1.0 + 1e-3 * k))
-        return x, x[0]
 
-    def plain(x, count):
-        x, seen = jax.lax.scan(body, x, jnp.arange(count))
-        return jnp.sum(x) + jnp.sum(seen)
+def plain(x, count):
+    """All steps kept."""
+    x, seen = jax.lax.scan(body, x, jnp.arange(count))
+    return jnp.sum(x) + jnp.sum(seen)
 
-    def blocks(x, count):
-        x, seen = scan_in_blocks(body, x, count, 1)
-        return jnp.sum(x) + jnp.sum(seen)
 
-    x = jnp.linspace(0.1, 2.0, 1000)
-    for count in (1, 7, 1000, 1009):  # blocks of one turn, of some, with and without a rest
-        value, slope = jax.value_and_grad(blocks)(x, count)
-        expected, steep = jax.value_and_grad(plain)(x, count)
-        assert value == pytest.approx(float(expected), rel=1e-13)
-        np.testing.assert_allclose(slope, steep, rtol=1e-12)
+def blocks(x, count):
+    """The same with as many kept as `block_length` says."""
+    x, seen = scan_in_blocks(body, x, count, block_length(count, x))
+    return jnp.sum(x) + jnp.sum(seen)
 
-    def memory(f, count):
-        compiled = jax.jit(jax.grad(f), static_argnums=1).lower(x, count).compile()
-        return compiled.memory_analysis().temp_size_in_bytes
 
-    # sixteen times the turns: all of them are kept by the plain loop, four times as many by blocks
+X = jnp.linspace(0.1, 2.0, 1000)
+
+
+def memory(f, count):
+    """Bytes that the way there and back needs beside its input and output."""
+    compiled = jax.jit(jax.grad(f), static_argnums=1).lower(X, count).compile()
+    return compiled.memory_analysis().temp_size_in_bytes
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 1000, 1009])  # blocks of one turn, of some; with a rest
+def test_a_loop_in_blocks_gives_what_a_loop_gives(monkeypatch, count):
+    """Values and derivatives."""
+    monkeypatch.setattr(reverse, "KEPT", 1)
+    value, slope = jax.value_and_grad(blocks)(X, count)
+    expected, steep = jax.value_and_grad(plain)(X, count)
+    assert value == pytest.approx(float(expected), rel=1e-13)
+    np.testing.assert_allclose(slope, steep, rtol=1e-12)
+
+
+def test_memory_of_a_loop_in_blocks_grows_with_the_root_of_its_turns(monkeypatch):
+    """Sixteen times the turns: all of them are kept by the plain loop, four times as many by blocks."""
+    monkeypatch.setattr(reverse, "KEPT", 1)
     assert memory(plain, 16000) / memory(plain, 1000) > 12.0
     assert memory(blocks, 16000) / memory(blocks, 1000) < 6.0
+
+
+def test_what_fits_into_the_memory_that_is_always_there_is_kept():
+    """No block below 64 MiB; from there on hardly more memory, however many turns."""
+    most = reverse.KEPT // X.nbytes
+    assert block_length(most, X) == most
+    assert block_length(most, X, runs=4) == most // 4
+    assert block_length(10 * most, X) == most
+    assert block_length(most**2 * 4, X) == 2 * most  # the root
+    assert memory(blocks, most) == pytest.approx(memory(plain, most), rel=1e-3)
+    assert memory(blocks, 16 * most) < 1.2 * memory(blocks, 2 * most)
