@@ -17,7 +17,7 @@ Index = int | Array
 
 def place(whole: Float[Array, "..."], part: Float[Array, "..."], *start: Index) -> Array:
     """`whole` with `part`, of as many axes, from the indices `start` on; the indices are not batched."""
-    return _place(whole, part, tuple(jnp.asarray(i, jnp.int32) for i in start))
+    return _traced(whole, part, tuple(jnp.asarray(i, jnp.int32) for i in start))
 
 
 def place_at_end(
@@ -73,3 +73,7 @@ def _place_jvp(values, tangents):
     # linear in both; the tangent is left to jax's own write, which it can transpose
     whole, part, start = values
     return _place(whole, part, start), jax.lax.dynamic_update_slice(tangents[0], tangents[1], start)
+
+
+# there are hundreds of writes of few shapes: jax then follows each kind once
+_traced = jax.jit(_place)

@@ -284,6 +284,8 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int)
         force = static_residual(mine, net.spread(everything), net)
         return jnp.where(held, -everything, force).reshape(blocks, b)
 
+    # asked for again and again with arrays of one shape: jax then follows it through the model once
+    residual = jax.jit(residual)
     frozen = partial(residual, jax.lax.stop_gradient(model))
 
     shortest = jnp.min(jnp.stack([jnp.min(line.segment_length) for line in model.lines.values()]))

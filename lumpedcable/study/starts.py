@@ -8,7 +8,7 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.study.compiled import Ready, Structure, number, prepare_batch
+from lumpedcable.study.compiled import Ready, Structure, number, prepare_batch, prepare_cells
 from lumpedcable.study.laying import Laid
 from lumpedcable.study.plan import lanes
 
@@ -80,7 +80,8 @@ def _prepare(
     }
     shared = {key: number(v) for key, v in scene.numbers().items() if key not in numbers}
     axes, origin = laid.coordinates.axes, laid.coordinates.origin
-    return prepare_batch(structure, scene.solver.dtype, axes, origin, shared, swept, beside)
+    common = structure, scene.solver.dtype, axes, origin, shared, swept
+    return prepare_cells(*common, beside) if beside else prepare_batch(*common)
 
 
 def _joined(found: list[Ready]) -> Ready:
