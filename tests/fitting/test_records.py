@@ -129,8 +129,11 @@ def test_shares_of_the_exact_speed_by_the_command(tmp_path):
     assert (tmp_path / "out" / "sensitivity.png").exists()
 
 
-# all states kept; blocks of some outputs; blocks of a part of an output's steps
-@pytest.mark.parametrize(("kept", "every"), [(reverse.KEPT, "1 ms"), (1, "2 ms"), (1, "60 ms")])
+# blocks of some outputs, of a part of an output's steps, and all states kept
+@pytest.mark.parametrize(
+    ("kept", "every"),
+    [(1, "1 ms"), (1, "60 ms"), pytest.param(reverse.KEPT, "2 ms", marks=pytest.mark.slow)],
+)
 def test_shares_of_the_exact_speed_in_reverse(monkeypatch, tmp_path, kept, every):
     monkeypatch.setattr(reverse, "KEPT", kept)
     study = study_of(tmp_path, SLOW_BREAK, f"output.every={every}")

@@ -11,14 +11,13 @@ from benchmarks.engine import Runner, scene_of
 from lumpedcable.solve import reverse
 from lumpedcable.solve.integrate import advance, begin
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
+from lumpedcable.study.compiled import RUN_ONCE
 
 SEGMENTS, STEPS, SPAN = 12, 240, 0.25
 
 
-@pytest.mark.parametrize("kept", [reverse.KEPT, 1])  # all steps' states, or those of blocks alone
-def test_backward_forward_and_differences_agree(monkeypatch, kept):
+def test_backward_forward_and_differences_agree(monkeypatch):
     """The line goes slack once the front has come back; where it is, sqrt(T') has no slope."""
-    monkeypatch.setattr(reverse, "KEPT", kept)
     runner = Runner(scene_of(f"segments={SEGMENTS}"))
     model = jax.tree.map(lambda x: x[0], runner.ready.model)
     plan = dataclasses.replace(runner.plan, outputs=1, recoils=(), quantities=("tension",))
@@ -31,17 +30,22 @@ def test_backward_forward_and_differences_agree(monkeypatch, kept):
         state, sample = advance(mine, plan, numbers, state, 0, 1)
         return state.y.displacement["rope"][0, -1], sample.fields["rope"]["tension"][0]
 
+    def compiled(f):
+        return jax.jit(f, compiler_options=RUN_ONCE)
+
     at = model.lines["rope"].mass
     steps = jnp.asarray(STEPS)
-    _, tension = jax.jit(moved)(at, steps)
+    both = compiled(lambda mass: moved(mass, steps))
+    _, tension = both(at)
     assert float(jnp.min(tension)) == 0.0, "no segment went slack"
-    value = jax.jit(lambda mass: moved(mass, steps)[0])
-    forward = float(jax.jit(jax.jacfwd(lambda mass: moved(mass, steps)[0]))(at))
-    # a loop is transposed only if the number of its turns is known
-    backward = float(jax.jit(jax.grad(lambda mass: moved(mass, STEPS)[0]))(at))
+    forward = float(compiled(jax.jacfwd(lambda mass: moved(mass, steps)[0]))(at))
+    for kept in (reverse.KEPT, 1):  # all steps' states, or those of blocks alone
+        monkeypatch.setattr(reverse, "KEPT", kept)
+        # a loop is transposed only if the number of its turns is known
+        backward = float(compiled(jax.grad(lambda mass: moved(mass, STEPS)[0]))(at))
+        np.testing.assert_allclose(backward, forward, rtol=1e-10)
     h = 1e-5 * at
-    difference = float((value(at + h) - value(at - h)) / (2.0 * h))
-    np.testing.assert_allclose(backward, forward, rtol=1e-10)
+    difference = float((both(at + h)[0] - both(at - h)[0]) / (2.0 * h))
     # (h/m)^2 and rounding over h are both far below
     np.testing.assert_allclose(forward, difference, rtol=1e-6)
 
