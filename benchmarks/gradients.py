@@ -131,7 +131,7 @@ def _measured(work: dict[str, Any], rounds: int) -> dict[str, Any]:
         result[name] = {
             "compile": taken,
             "result": jax.tree.map(lambda y: np.asarray(y).tolist(), calls[name]()),
-            "memory": compiled.memory_analysis().temp_size_in_bytes,  # pyright: ignore
+            "memory": compiled.memory_analysis().temp_size_in_bytes,
         }
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(rounds):  # one after the other, so that the machine is the same for all

@@ -198,7 +198,8 @@ def _fixed(
         # for reverse mode: the way back takes each step again, which is cheaper than to fetch from
         # memory all that a step has worked out
         again = jax.checkpoint(lambda run, i: (step(i, run), None), prevent_cse=False)
-        return scan_in_blocks(again, run, numbers.steps, block or numbers.steps)[0]
+        block = block_length(numbers.steps, run) if block is None else block
+        return scan_in_blocks(again, run, numbers.steps, block)[0]
     return jax.lax.fori_loop(0, numbers.steps, step, run)
 
 
@@ -311,8 +312,8 @@ def interval(
 ) -> Progress:
     """One output interval of a run, from `start` (s) on.
 
-    `block` is the number of steps from one state that reverse mode keeps to the next, see
-    `block_length`; None: it keeps all.
+    `block` is the number of steps from one state that reverse mode keeps to the next; None: what
+    `block_length` says of this interval alone.
     """
     if plan.adaptive:
         return _adaptive(model, plan, numbers, run, start)
@@ -325,9 +326,6 @@ def advance(
 ) -> tuple[Progress, Sample]:  # fmt: skip
     """`count` outputs on from output number `first`; samples (outputs of the plan, ...)."""
     dt = None if plan.adaptive else numbers.every / numbers.steps
-    block = None
-    if isinstance(numbers.steps, int):
-        block = block_length(plan.outputs * numbers.steps, run)
 
     def sample_at(run: Progress, t) -> Sample:
         found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
@@ -340,7 +338,7 @@ def advance(
 
     def body(k, carry):
         run, kept = carry
-        run = interval(model, plan, numbers, run, (first + k) * numbers.every, block)
+        run = interval(model, plan, numbers, run, (first + k) * numbers.every)
         found = sample_at(run, (first + k + 1) * numbers.every)
         return run, jax.tree.map(
             lambda all_, x: place(all_, x[None], k, *(0,) * x.ndim), kept, found

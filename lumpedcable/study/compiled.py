@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import jax
@@ -117,38 +118,22 @@ class Ready(NamedTuple):
     imbalance: Float[Array, " runs"]
 
 
-@partial(jax.jit, static_argnames=("structure", "dtype"), compiler_options=RUN_ONCE)
-def prepare_batch(
+def _prepare(
     structure: Structure,
     dtype: str,
     axes: Float[Array, "3 d"],
     origin: Float[Array, " 3"],
     shared: Mapping[str, Float[Array, ""]],
     swept: Mapping[str, Float[Array, " runs"]],
+    beside: Mapping[str, Float[Array, "runs more"]] = MappingProxyType({}),
 ) -> Ready:
-    """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not."""
-    return _prepared(structure, dtype, axes, origin, shared, swept, {})
+    """Static equilibria of a batch: `swept` numbers differ between runs, `shared` ones do not.
 
-
-@partial(jax.jit, static_argnames=("structure", "dtype"), compiler_options=RUN_SELDOM)
-def prepare_cells(
-    structure: Structure,
-    dtype: str,
-    axes: Float[Array, "3 d"],
-    origin: Float[Array, " 3"],
-    shared: Mapping[str, Float[Array, ""]],
-    swept: Mapping[str, Float[Array, " runs"]],
-    beside: Mapping[str, Float[Array, "runs more"]],
-) -> Ready:
-    """The same, where each of the runs is many that differ in the numbers `beside` too.
-
-    The result has runs * more. What does not depend on these, most often the whole search for the
-    equilibrium, is done once for all of them.
+    With `beside`, each of the runs is many that differ in these numbers too, and the result has
+    runs * more. What does not depend on them, most often the whole search for the equilibrium, is
+    done once for all of these.
     """
-    return _prepared(structure, dtype, axes, origin, shared, swept, beside)
 
-
-def _prepared(structure: Structure, dtype: str, axes, origin, shared, swept, beside) -> Ready:
     def one(mine, shared, axes, origin):
         coordinates = Coordinates(axes, origin)
         scene = structure.scene.with_numbers({**shared, **mine})
@@ -166,6 +151,13 @@ def _prepared(structure: Structure, dtype: str, axes, origin, shared, swept, bes
     if not beside:
         return found
     return jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), found)
+
+
+# without `beside`, and with it
+prepare_batch, prepare_cells = (
+    jax.jit(_prepare, static_argnames=("structure", "dtype"), compiler_options=options)
+    for options in (RUN_ONCE, RUN_SELDOM)
+)
 
 
 @partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)
