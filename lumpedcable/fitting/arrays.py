@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float, Int
 
 from lumpedcable.fitting.data import Problem, Record, Smooth
 from lumpedcable.fitting.observe import Grid, Watched, grid_of
@@ -33,6 +34,7 @@ __all__ = [
 ]
 
 SEEN = ("position", "velocity", "tension")
+MANY = 1000  # times as many steps as at the start values: a wave a thousand times as fast
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,8 @@ class GroupArrays(NamedTuple):
     `shared` are the same in all runs, `own` differ (runs,). every (runs,) in s; near, mix
     (runs, points, 4), and `less` those of a parabola; data and weight (runs, observed, points), the
     weight 0 where there is nothing.
-    `steps` is the least number of steps between outputs.
+    `steps` is the least number of steps between outputs, `most` the largest that values may ask for: a
+    run that needs more fails, so that one wild trial does not take hours.
     """
 
     shared: dict[str, Float[Any, ""]]
@@ -100,6 +103,7 @@ class GroupArrays(NamedTuple):
     data: Float[Any, "runs observed points"]
     weight: Float[Any, "runs observed points"]
     steps: Any
+    most: Any
     courant: Float[Any, ""]
     rtol: Float[Any, ""]
     atol: Float[Any, ""]
@@ -222,6 +226,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
     grids = _grids(members, bound)
     points = max(member.record.series[0].x.size for member in members)
     solver = scenes[0].solver
+    courant = solver.courant if solver.step is None else 1.0
     arrays = GroupArrays(
         shared, own, np.asarray(coordinates.axes), np.asarray(coordinates.origin),
         np.array([member.record.shares for member in members]),
@@ -231,7 +236,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
         np.stack([_padded(grid.less, points, 0) for grid in grids]),
         np.stack([_rows(member.record, points, "values") for member in members]),
         np.stack([_rows(member.record, points, "weight") for member in members]),
-        jnp.asarray(1, int), number(solver.courant if solver.step is None else 1.0),
+        jnp.asarray(1, int), _most(grids, bound, courant), number(courant),
         number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
     )  # fmt: skip
     count = max(grid.outputs for grid in grids)
@@ -265,6 +270,13 @@ def _bounds(problem: Problem, members: list[Member], coordinates) -> list[float]
     )
     bound = np.asarray(ready.bound)
     return [float(b) for b in np.where(np.isfinite(bound), bound, np.nan)]
+
+
+def _most(grids: list[Grid], bounds: list[float], courant: float) -> Int[Array, ""]:
+    """The most steps between outputs: `MANY` for each that the start values need."""
+    needs = [grid.every / (courant * bound) for grid, bound in zip(grids, bounds, strict=True)]
+    need = max((n for n in needs if np.isfinite(n)), default=1.0)
+    return jnp.asarray(MANY * max(1, math.ceil(need)), int)
 
 
 def _grids(members: list[Member], bounds: list[float]) -> list[Grid]:

@@ -121,12 +121,21 @@ def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, conve
     found, status, rough = jax.vmap(run)(
         models, arrays.every, arrays.shares, arrays.near, arrays.mix, arrays.less
     )
+    if spec.steps is None and not spec.plan.adaptive:
+        wild = _needs(arrays, bound) > steps  # samples alone may miss it: of a slack line, say
+        status = jnp.where(wild, int(Status.STEP_BOUND_BROKEN), status)
     status = jnp.where(converged, status, int(Status.STATICS_NOT_CONVERGED))
     return found, status, steps, rough
 
 
+def _needs(arrays: GroupArrays, bound: Float[Array, " runs"]) -> Float[Array, " runs"]:
+    """Steps between outputs that stability asks of each run, not rounded to whole ones."""
+    need = arrays.every / (arrays.courant * jax.lax.stop_gradient(bound))
+    return need * (1.0 - 1e-9)
+
+
 def _steps(spec: GroupSpec, arrays: GroupArrays, bound: Float[Array, " runs"]):
-    """Steps between outputs: as many as stability asks for, and no fewer than the arrays say.
+    """Steps between outputs: as many as stability asks for, within what the arrays say.
 
     Rounded up as those of a run are, so that nearby values take the same number.
     """
@@ -134,11 +143,11 @@ def _steps(spec: GroupSpec, arrays: GroupArrays, bound: Float[Array, " runs"]):
         return 1
     if spec.steps is not None:
         return spec.steps
-    need = jnp.max(arrays.every / (arrays.courant * jax.lax.stop_gradient(bound)))
-    count = jnp.maximum(jnp.ceil(need * (1.0 - 1e-9)), 1.0)
+    count = jnp.maximum(jnp.ceil(jnp.max(_needs(arrays, bound))), 1.0)
     count = jnp.where(jnp.isfinite(count), count, 1.0)
     unit = 2.0 ** jnp.maximum(jnp.floor(jnp.log2(count)) - 4.0, 0.0)
-    return jnp.maximum((jnp.ceil(count / unit) * unit).astype(int), arrays.steps)
+    count = jnp.minimum(jnp.ceil(count / unit) * unit, arrays.most)  # which an int can hold
+    return jnp.maximum(count.astype(int), arrays.steps)
 
 
 def history(

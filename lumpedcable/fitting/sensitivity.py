@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 AT_ONCE = 32  # most directions that go through time together
 WILD = 1e4  # per cent per per cent from which a derivative tells of rounding alone
 SURROUNDINGS = ("water", "air", "sea", "seabed")  # whose numbers' labels do not say whose they are
+NO_END = np.iinfo(np.int32).max  # steps: those of a run are known, and no trial asks for more
 REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
 
 
@@ -159,8 +160,9 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
         shared, {}, jnp.asarray(coordinates.axes), jnp.asarray(coordinates.origin),
         jnp.array([[share]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
         jnp.asarray(mix)[None], jnp.asarray(mix)[None], jnp.zeros((1, 1, count + 1)),
-        jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), number(solver.courant),
-        number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
+        jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), jnp.asarray(NO_END, int),
+        number(solver.courant), number(solver.rtol or DEFAULT_RTOL),
+        number(solver.atol or DEFAULT_ATOL),
     )  # fmt: skip
     free = tuple((key, (k,)) for k, key in enumerate(keys))
     structure = Structure(scene.skeleton(), layout, scene)

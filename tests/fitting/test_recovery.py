@@ -15,9 +15,10 @@ from nylon_line import tension
 from benchmarks.fitting import begun
 from lumpedcable.fitting.arrays import arrays_of
 from lumpedcable.fitting.report import remarks_of, status_of
-from lumpedcable.fitting.residual import predict
+from lumpedcable.fitting.residual import group_start, predict
 from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.run import fit_problem
+from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE
 
 # four pretensions of Zhu, Yin & Shen 2018; the law is told by the force at the wall and the end's place
@@ -109,6 +110,23 @@ def test_a_law_that_cannot_reach_a_pretension_is_told(tmp_path):
     assert status_of(fitted) == "run failed"
     assert any("experiments.at-530" in remark for remark in remarks_of(fitted))
     assert np.all(np.isfinite(fitted.values))
+
+
+def test_a_wild_trial_fails_instead_of_taking_hours(tmp_path):
+    # p1 a million million times too large: waves a million times as fast, and so many steps more
+    problem = breaks(tmp_path)
+    spec, arrays = arrays_of(problem)
+    (own,), (group,) = arrays.groups, spec.groups
+    wild = TRUTH * np.array([1e12, 1, 1, 1, 1])
+    _, bound, converged = group_start(group, own, wild)
+    assert np.all(converged)
+    assert np.max(own.every / (own.courant * bound)) > 100 * own.most
+    said = jax.jit(predict, static_argnames=("spec",), compiler_options=RUN_ONCE)
+    calm, found = said(spec, arrays, TRUTH), said(spec, arrays, wild)
+    assert np.all(calm.status[0] == Status.OK)
+    assert int(found.steps[0]) == int(own.most)
+    assert own.most == pytest.approx(1000 * int(calm.steps[0]), rel=0.1)
+    assert np.all(found.status[0] != Status.OK)
 
 
 def test_what_breaks_cannot_tell_is_named(clean):
