@@ -127,10 +127,10 @@ def powers(
             power["friction"] = jnp.zeros_like(v[0]) if e.grip is None else -dot(e.grip, v)
         if e.line.damping is not None:
             power["damping"] = e.line.damping * rate
-        if e.line.viscosity is not None:
-            power["viscosity"] = e.line.viscosity * rate
-        if e.line.correction is not None:
-            power["correction"] = e.line.correction * rate
+        if e.line.waves is not None:
+            power["viscosity"] = e.line.waves.viscosity * rate
+        if e.line.waves is not None and e.line.waves.correction is not None:
+            power["correction"] = e.line.waves.correction * rate
             power["correction"] -= _end_gain_power(line, e, v, gain, dt)
         if dt is not None:
             power["stepping"] = _stepping(line, e, before[name], after[name], dt)

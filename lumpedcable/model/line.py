@@ -12,7 +12,7 @@ from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.seabed import BedGrip
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
 from lumpedcable.physics.vectors import dot
-from lumpedcable.physics.waves import Boundary, Ghosted, ReleaseWaves
+from lumpedcable.physics.waves import Boundary, Ghosted, ReleaseWaves, WaveTensions
 
 __all__ = [
     "Line",
@@ -40,9 +40,9 @@ class LineForces(NamedTuple):
     """What acts along a line at one instant; n segments, n + 1 nodes, d dimensions.
 
     `force` is the net force on each node (N) without drag, with the end forces that were given. The
-    tensions are the law's, the damping's, the dispersion correction's and the viscosity's (N), None
-    where the line has no such thing. `resistances` are the nodal forces (N), each (d, n+1), of the
-    line's resistances; empty at rest.
+    tensions are the law's, the damping's and those for waves (N), None where the line has no such
+    thing. `resistances` are the nodal forces (N), each (d, n+1), of the line's resistances; empty at
+    rest.
     """
 
     shape: Shape
@@ -50,14 +50,13 @@ class LineForces(NamedTuple):
     tension: Float[Array, " n"]
     stiffness: Float[Array, " n"]
     damping: Float[Array, " n"] | None
-    correction: Float[Array, " n"] | None
-    viscosity: Float[Array, " n"] | None
+    waves: WaveTensions | None
     resistances: tuple[Float[Array, "d nodes"], ...] = ()
     workspace: Workspace | None = None
 
     def total_tension(self) -> Float[Array, " n"]:
         """All that the segment carries (N): what its two nodes feel."""
-        parts = (self.damping, self.correction, self.viscosity)
+        parts = (self.damping, None if self.waves is None else self.waves.total)
         return sum((p for p in parts if p is not None), self.tension)
 
 
@@ -161,7 +160,7 @@ class Line(eqx.Module):
         if self.inextensible and velocity is not None:
             # its tensions keep its length and are found with its motion
             tension = stiffness = jnp.zeros_like(tension)
-        damping = correction = viscosity = ghosted = None
+        damping = waves = ghosted = None
         if velocity is not None and (self.damping is not None or self.waves is not None):
             rate = strain_rate(self, shape, velocity)
             if self.damping is not None:
@@ -169,16 +168,14 @@ class Line(eqx.Module):
                 if self.tension_only:
                     damping = jnp.maximum(damping, -tension)
             if self.waves is not None and ends is not None:
-                correction, viscosity, ghosted = self.waves.terms(
+                waves, ghosted = self.waves.terms(
                     tension, stiffness, rate, shape.tangent, self.segment_length, self.mass, ends, dt,
                     self.tension_only, None if over is None else over.ghosted, self.damping,
                 )  # fmt: skip
                 # a step reads them where it has written them; who keeps nothing need not write them
                 if over is not None and ghosted.tension is not None:
                     tension = ghosted.tension[1:-1]
-        result = LineForces(
-            shape, jnp.zeros(()), tension, stiffness, damping, correction, viscosity
-        )
+        result = LineForces(shape, jnp.zeros(()), tension, stiffness, damping, waves)
         force, carried = between_nodes(
             result.total_tension() * shape.tangent,
             end_forces,

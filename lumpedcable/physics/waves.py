@@ -14,10 +14,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from lumpedcable.physics.each import at_each
 from lumpedcable.physics.place import framed
 from lumpedcable.physics.vectors import least, most
 
-__all__ = ["Boundary", "Ghosted", "ReleaseWaves"]
+__all__ = ["Boundary", "Ghosted", "ReleaseWaves", "WaveTensions"]
 
 LINEAR_VISCOSITY = 0.1
 QUADRATIC_VISCOSITY = 0.5
@@ -106,13 +107,25 @@ class Boundary(eqx.Module):
 
 
 class Ghosted(NamedTuple):
-    """Tension (N) and strain rate (1/s) of all segments with a ghost beyond each end, (n + 2,).
+    """Tension, strain rate (1/s), stiffness (N) of all segments and a ghost beyond each end, (n + 2,).
 
-    The tension is None where nothing asks for its ghosts.
+    The tension and the stiffness are None where nothing asks for their ghosts.
     """
 
     tension: Float[Array, " n+2"] | None
     rate: Float[Array, " n+2"]
+    stiffness: Float[Array, " n+2"] | None
+
+
+class WaveTensions(NamedTuple):
+    """What the remedies add to the tension of each segment (N): both together, and each.
+
+    The correction is None where it is not asked for.
+    """
+
+    total: Float[Array, " n"]
+    correction: Float[Array, " n"] | None
+    viscosity: Float[Array, " n"]
 
 
 class ReleaseWaves(eqx.Module):
@@ -157,48 +170,27 @@ class ReleaseWaves(eqx.Module):
         tension_only: bool,
         over: Ghosted | None = None,
         damping: Float[Array, ""] | None = None,
-    ) -> tuple[Float[Array, " n"] | None, Float[Array, " n"], Ghosted]:
-        """The correction C (None if not asked for) and the viscous tension Q (N) of each segment.
-
-        And what they were found from, written over `over` if that is given.
-        """
+    ) -> tuple[WaveTensions, Ghosted]:
+        """The tensions that they add, and what these were found from, written over `over` if given."""
         ghosted = self._ghosted(tension, stiffness, rate, tangent, ends, tension_only, over)
-        rate = ghosted.rate[1:-1]
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
-        # factors that are the same at every step come first, in brackets: they are worked out once
-        stiff = most(stiffness, SOFT)
-        speed = jnp.sqrt(stiff * (1.0 / mass))
-        jump = rate * length
-        f = 1.0 - _smoothness(ghosted.rate, STILL * jnp.finfo(rate.dtype).eps * speed / length)
-        f = f * f
-        b = LINEAR_VISCOSITY * speed + QUADRATIC_VISCOSITY * jnp.abs(jump)
-        share, there = VISCOSITY_SHARE_OF_LIMIT, _at_loads(ends, rate)
-        if there is not None:
-            b = b * (1.0 + (MORE_AT_LOAD - 1.0) * there)
-            share = share * (1.0 + (LESS_LIMIT_AT_LOAD - 1.0) * there)
-        if dt is None:
-            nu2 = jnp.zeros_like(stiff)
-        else:
-            nu2 = stiff * ((dt / length) ** 2 / mass)
-            limit = (1.0 - nu2) * (3.0 - nu2) * (share / 6.0 * length / dt)
-            b = least(b, most(limit, 0.0))
-        if damping is not None:
-            b = most(b - damping / (mass * length), 0.0)
-        if dt is not None and tension_only:
-            b = jnp.where(tension > 0.0, b, _slack_share(nu2, jump) * (length / dt))
-        viscous = mass * b * jump * f
-        if ghosted.tension is None:
-            return None, viscous, ghosted
-        bend = ghosted.tension[2:] - 2.0 * tension + ghosted.tension[:-2]
-        correction = (nu2 - 1.0) * (1.0 / 12.0) * bend
-        correction = (1.0 - f) * correction
-        for node, end in zip((0, -1), ends, strict=True):
-            inside = end.off_joint(rate.shape[0], node)
-            correction = correction if inside is None else jnp.where(inside, correction, 0.0)
-        if tension_only:
-            correction = most(correction, -tension)
-        return correction, viscous, ghosted
+        given = _Given(
+            _at_loads(ends, rate),
+            (ends[0].off_joint(rate.shape[0], 0), ends[1].off_joint(rate.shape[0], -1)),
+            tension > 0.0 if tension_only else None,
+        )
+        values = _Values(
+            _three(ghosted.rate),
+            stiffness,
+            None if ghosted.stiffness is None else _three(ghosted.stiffness)[::2],
+            None if ghosted.tension is None else _three(ghosted.tension),
+            length,
+            mass,
+            dt,
+            damping,
+        )
+        return at_each(_tensions, given, values), ghosted
 
     def _ghosted(
         self,
@@ -211,25 +203,95 @@ class ReleaseWaves(eqx.Module):
         over: Ghosted | None,
     ) -> Ghosted:
         start, end = ends
-        over = Ghosted(None, None) if over is None else over  # type: ignore[arg-type]
+        over = Ghosted(None, None, None) if over is None else over  # type: ignore[arg-type]
         first = start.ghost_rate(rate[0], stiffness[:FALLEN], -tangent[:, 0], tension_only)
         last = end.ghost_rate(rate[-1], stiffness[: -FALLEN - 1 : -1], tangent[:, -1], tension_only)
         rates = framed(first[None], rate, last[None], over.rate)
+        near = None
+        if tension_only:
+            near = framed(stiffness[:1], stiffness, stiffness[-1:], over.stiffness)
         if not self.corrected:
-            return Ghosted(None, rates)
+            return Ghosted(None, rates, near)
         before = start.ghost_tension(tension[0], -tangent[:, 0])
         after = end.ghost_tension(tension[-1], tangent[:, -1])
-        return Ghosted(framed(before[None], tension, after[None], over.tension), rates)
+        tensions = framed(before[None], tension, after[None], over.tension)
+        return Ghosted(tensions, rates, near)
+
+
+class _Given(NamedTuple):
+    """1 in segments of loaded ends; off the joints at either end; taut. None: nowhere, never asked."""
+
+    there: Float[Array, " n"] | None
+    off_joint: tuple[Bool[Array, " n"] | None, Bool[Array, " n"] | None]
+    taut: Bool[Array, " n"] | None
+
+
+class _Values(NamedTuple):
+    """Numbers at each segment: of rate and tension its left neighbour's, its own and its right one's.
+
+    `beside` are the stiffnesses of the two neighbours.
+    """
+
+    rate: tuple[Float[Array, " n"], ...]
+    stiffness: Float[Array, " n"]
+    beside: tuple[Float[Array, " n"], ...] | None
+    tension: tuple[Float[Array, " n"], ...] | None
+    length: Float[Array, "..."]
+    mass: Float[Array, ""]
+    dt: Float[Array, ""] | None
+    damping: Float[Array, ""] | None
+
+
+def _three(ghosted: Float[Array, " n+2"]) -> tuple[Float[Array, " n"], ...]:
+    return ghosted[:-2], ghosted[1:-1], ghosted[2:]
+
+
+def _tensions(given: _Given, values: _Values) -> WaveTensions:
+    """The formulas of `ReleaseWaves`."""
+    rate, length, mass, dt = values.rate[1], values.length, values.mass, values.dt
+    # factors that are the same at every step come first, in brackets: they are worked out once
+    stiff = most(values.stiffness, SOFT)
+    speed = jnp.sqrt(stiff * (1.0 / mass))
+    jump = rate * length
+    f = 1.0 - _smoothness(*values.rate, STILL * jnp.finfo(rate.dtype).eps * speed / length)
+    f = f * f
+    b = LINEAR_VISCOSITY * speed + QUADRATIC_VISCOSITY * jnp.abs(jump)
+    share = VISCOSITY_SHARE_OF_LIMIT
+    if given.there is not None:
+        b = b * (1.0 + (MORE_AT_LOAD - 1.0) * given.there)
+        share = share * (1.0 + (LESS_LIMIT_AT_LOAD - 1.0) * given.there)
+    if dt is None:
+        nu2 = jnp.zeros_like(stiff)
+    else:
+        nu2 = stiff * ((dt / length) ** 2 / mass)
+        limit = (1.0 - nu2) * (3.0 - nu2) * (share / 6.0 * length / dt)
+        b = least(b, most(limit, 0.0))
+    if values.damping is not None:
+        b = most(b - values.damping / (mass * length), 0.0)
+    if dt is not None and values.beside is not None:
+        assert given.taut is not None
+        near = most(most(*values.beside), SOFT) * ((dt / length) ** 2 / mass)
+        b = jnp.where(given.taut, b, _slack_share(near, jump) * (length / dt))
+    viscous = mass * b * jump * f
+    if values.tension is None:
+        return WaveTensions(viscous, None, viscous)
+    before, tension, after = values.tension
+    correction = (nu2 - 1.0) * (1.0 / 12.0) * (after - 2.0 * tension + before)
+    correction = (1.0 - f) * correction
+    for inside in given.off_joint:
+        correction = correction if inside is None else jnp.where(inside, correction, 0.0)
+    if given.taut is not None:
+        correction = most(correction, -tension)
+    return WaveTensions(correction + viscous, correction, viscous)
 
 
 def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Array, " n"]:
     """Viscosity of slack segments in l / dt: `SLACK_VISCOSITY`, less where its lag would ring.
 
-    A node between a slack and a taut segment has the taut one's spring besides, and both must fit
-    into a step. A segment that comes apart becomes taut itself and needs no such care.
+    A node between a slack and a taut segment has the taut one's spring besides, of the nu^2 given, and
+    both must fit into a step. A segment that comes apart becomes taut itself and needs no such care.
     """
-    near = framed(nu2[:1], nu2, nu2[-1:])
-    left = most(1.0 - most(near[:-2], near[2:]), 0.0)
+    left = most(1.0 - nu2, 0.0)
     less = least(SLACK_SHARE_OF_REST * left, SLACK_VISCOSITY)
     return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
 
@@ -244,21 +306,23 @@ def _at_loads(
 
 
 @jax.custom_jvp
-def _smoothness(rates: Float[Array, " n+2"], noise: Float[Array, " n"]) -> Float[Array, " n"]:
-    """phi of each segment from the strain rates (1/s) of all and of a ghost beyond each end.
+def _smoothness(
+    left: Float[Array, " n"], rate: Float[Array, " n"], right: Float[Array, " n"],
+    noise: Float[Array, " n"],
+) -> Float[Array, " n"]:  # fmt: skip
+    """phi of each segment from the strain rates (1/s) of its neighbours and its own.
 
     1 where the rate is below `noise` (1/s), or next to nothing beside a neighbour's.
     """
-    return _limited(rates, noise)[0]
+    return _limited(left, rate, right, noise)[0]
 
 
-def _limited(rates, noise):
+def _limited(left, rate, right, noise):
     """phi, and what its derivative is made of.
 
     That is g where phi is between 0 and 1, else infinity; whether the mean of the two ratios decides,
     else whether it is the left one.
     """
-    left, rate, right = rates[:-2], rates[1:-1], rates[2:]
     beside = most(jnp.abs(left), jnp.abs(right))
     # a rate whose square underflows would have an inverse that no derivative can be taken of
     noise = most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
@@ -278,6 +342,6 @@ def _smoothness_jvp(values, tangents):
     # (a dg_left + b dg_right - phi dg) / g: a third of what the rules for each operation make of it.
     # A division, since the compiler works that out once and a product for each that reads it
     phi, divisor, mean, lower = _limited(*values)
-    left, rate, right = tangents[0][:-2], tangents[0][1:-1], tangents[0][2:]
+    left, rate, right, _ = tangents
     sides = jnp.where(mean, 0.5 * (left + right), 2.0 * jnp.where(lower, left, right))
     return phi, (sides - phi * rate) / divisor

@@ -1,0 +1,72 @@
+"""Functions at one place with slopes worked out once: the same values and derivatives as jax's own."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from lumpedcable.physics.each import at_each
+
+N = 7
+X = np.linspace(-1.0, 2.0, N)
+
+
+def bent(given, values):
+    """Two results and one that is not asked for, of a mask and of x, y or none, and a number k."""
+    x, y, k = values
+    kept = jnp.where(given, jnp.sin(k * x), x * x)
+    return kept if y is None else kept * y, None, jnp.abs(x) + k
+
+
+GIVEN = jnp.asarray(X > 0.5)
+CASES = {"all": (jnp.asarray(X), jnp.cos(jnp.asarray(X)), jnp.asarray(1.7)),
+         "one missing": (jnp.asarray(X), None, jnp.asarray(1.7))}  # fmt: skip
+
+
+@pytest.mark.parametrize("values", CASES.values(), ids=CASES)
+def test_values_and_derivatives_in_both_modes(values):
+    def once(v):
+        return at_each(bent, GIVEN, v)
+
+    def plain(v):
+        return bent(GIVEN, v)
+
+    for mine, own in zip(
+        jax.tree.leaves(once(values)), jax.tree.leaves(plain(values)), strict=True
+    ):
+        np.testing.assert_array_equal(mine, own)
+    for mode in (jax.jacfwd, jax.jacrev):
+        found, expected = (jax.tree.leaves(mode(f)(values)) for f in (once, plain))
+        assert len(found) == len(expected)
+        for mine, own in zip(found, expected, strict=True):
+            np.testing.assert_allclose(mine, own, rtol=1e-14, atol=1e-15)
+
+
+def test_second_derivatives_and_batches():
+    def total(f):
+        return lambda x: jnp.sum(f(GIVEN, (x, jnp.exp(x), jnp.sum(x)))[0])
+
+    x = jnp.asarray(X)
+    once, plain = (jax.hessian(total(f)) for f in (lambda g, v: at_each(bent, g, v), bent))
+    np.testing.assert_allclose(once(x), plain(x), rtol=1e-12, atol=1e-13)
+    some = jnp.stack([x, 2.0 * x])
+    np.testing.assert_allclose(jax.vmap(once)(some), jax.vmap(plain)(some), rtol=1e-12, atol=1e-13)
+
+
+def test_what_does_not_change_costs_no_slope():
+    """A slope of each of two results by each value that changes: one division, which settles it."""
+
+    def divisions(f, *at):
+        return str(jax.make_jaxpr(lambda *v: jax.jvp(f, v, v)[1])(*at)).count(" div ")
+
+    x, y, k = CASES["all"]
+    assert divisions(lambda x, y, k: at_each(bent, GIVEN, (x, y, k)), x, y, k) == 6
+    assert divisions(lambda k: at_each(bent, GIVEN, (x, y, k)), k) == 2
+
+
+def test_a_slope_without_a_value_stays_one():
+    """Where the derivative is not a number, it says so."""
+    _, change = jax.jvp(
+        lambda x: at_each(lambda _, v: jnp.sqrt(v), None, x), (jnp.zeros(2),), (jnp.ones(2),)
+    )
+    assert np.all(np.isinf(change))
