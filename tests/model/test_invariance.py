@@ -115,7 +115,7 @@ def test_a_plane_computed_in_space(tmp_path, level):
     assert close(space["tension"], level["tension"], 90e3) < 1e-8
 
 
-@pytest.mark.parametrize("dt", [None, 2e-4])
+@pytest.mark.parametrize("dt", [pytest.param(None, marks=pytest.mark.slow), 2e-4])
 def test_galilean_invariance(tmp_path, dt):
     # seen from a frame that moves at -V, line and water both move at V faster: same accelerations
     still = scene_of(tmp_path, scene(current=(0.5, 0.3, 0)))

@@ -144,7 +144,8 @@ def period_of(t, x):
     return np.mean(np.diff(cross))
 
 
-@pytest.mark.parametrize("amplitude", [pytest.param(0.05, marks=pytest.mark.slow), 0.6])
+@pytest.mark.slow  # the peers' pendulum is among the quick tests
+@pytest.mark.parametrize("amplitude", [0.05, 0.6])
 def test_a_pendulum_swings_in_its_time(tmp_path, amplitude):
     # 10 m of stiff line, one segment, drawn aside by a horizontal line until that parts
     x, z = 10.0 * np.sin(amplitude), -10.0 * np.cos(amplitude)

@@ -145,6 +145,7 @@ def test_a_shock_goes_on_converging(tmp_path):
     assert errors[-1] < 1e-3 * 450e3
 
 
+@pytest.mark.slow
 def test_a_plain_chain_gets_the_shock_wrong(tmp_path):
     # without viscosity the chain converges to a front that is 1.5 ms late (59.98 ms instead of
     # 58.43 ms at 4000 segments): the very reason for the viscosity

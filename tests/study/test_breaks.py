@@ -110,7 +110,7 @@ LATER = {
 
 # each is a program of its own
 SOME_LATER = [
-    pytest.param(*case, marks=[] if name in ("held end", "along the line") else pytest.mark.slow)
+    pytest.param(*case, marks=[] if name == "held end" else pytest.mark.slow)
     for name, case in LATER.items()
 ]
 
