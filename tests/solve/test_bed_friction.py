@@ -72,6 +72,7 @@ def slid(folder, EA, end, line, speed=0.0):
     return ran, ran.bodies["block"]["position"][0, :, 0]
 
 
+@pytest.mark.slow
 def test_a_block_with_an_elastic_line_stops_where_coulomb_says_and_stays(tmp_path):
     ran, x = slid(tmp_path, 10.0, '"free"', 1e-3, speed=1.0)
     slow = 0.4 * 9.81

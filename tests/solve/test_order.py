@@ -68,6 +68,7 @@ def second_order(errors, factor):
     assert speed[-1] < 0.02  # of 43 m/s
 
 
+@pytest.mark.slow
 def test_smooth_release_converges_with_the_square_of_the_mesh(corrected):
     second_order(corrected, 2)
 

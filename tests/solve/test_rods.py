@@ -155,6 +155,7 @@ def slid(folder, end, line, speed=0.0, volume=None):
     return ran, ran.bodies["block"]["position"][0, :, 0]
 
 
+@pytest.mark.slow
 def test_a_sliding_block_stops_where_coulomb_says_and_stays(tmp_path):
     # in water: (m - rho V) g on the bed, and friction of 0.4 of it; a gram of line hangs from it
     ran, x = slid(tmp_path, '"free"', 1e-3, speed=1.0, volume=0.4)

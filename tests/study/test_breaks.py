@@ -143,12 +143,9 @@ def test_a_later_break_is_the_same_break_later(tmp_path, text, place, time):
                 np.testing.assert_allclose(a, b, rtol=0, atol=50.0 * now.outcomes[0].solver_step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("place", "length", "name"),
-    [
-        pytest.param("rope.end", 100.0, "rope", marks=pytest.mark.slow),
-        ("rope@40 m", 40.0, "rope-1"),
-    ],
+    ("place", "length", "name"), [("rope.end", 100.0, "rope"), ("rope@40 m", 40.0, "rope-1")]
 )
 def test_a_break_against_all_its_reflections(tmp_path, place, length, name):
     # the linear line by d'Alembert, 20 ms to break: what is left of it is 100 m or 40 m long

@@ -87,6 +87,7 @@ def test_tension_of_a_hanging_line_at_any_place(tmp_path):
     assert outcome.energy_closure == 0.0  # nothing moved: there is nothing to be a share of
 
 
+@pytest.mark.slow
 def test_places_of_a_parted_line_are_what_the_fields_say(tmp_path):
     target, _ = ran(tmp_path, PARTED)
     with open_result(target) as result:
