@@ -16,10 +16,10 @@ __all__ = ["at_each"]
 def at_each(of: Callable[[Any, Any], Any], given: Any, values: Any) -> Any:
     """`of(given, values)`, for a function that makes its results at a place of the values there alone.
 
-    The result is the same. Its derivative is the sum of slopes times changes, and the slopes, which are
-    those of all results by each value that changes, are worked out once, as the way back of `of`
-    finds them: a change costs a multiplication for each value then. jax's own rule would repeat a
-    good part of `of` in each direction that it follows.
+    The result r is the same. Its change is dr = sum over k of (dr/dv_k) dv_k for the values v_k that
+    change, and the slopes dr/dv_k at each place are worked out once, by one way back through `of` for
+    each result: a direction then costs one multiplication for each value. jax's own rule would repeat
+    a good part of `of` in every direction that it follows.
 
     Args:
         of: results, all of one shape, of what is given and of values; trees of arrays or None.
