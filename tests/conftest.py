@@ -12,9 +12,9 @@ import pytest
 # one cache of compiled programs for all tests, and for the next time they run
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "xla"
 os.environ.setdefault("LUMPEDCABLE_CACHE", str(CACHE))
-# as the engine does when it is imported, before jax is used for the first time: else what jax is told
-# would depend on which tests run, and in which order
-importlib.import_module("lumpedcable.study.compiled").configure()
+# it sets jax up, before that is used for the first time: else what jax is told would depend on which
+# tests run, and in which order
+importlib.import_module("lumpedcable.study.compiled")
 gc.set_threshold(50_000, 50, 100)  # as the command line does: jax leaves little garbage
 
 MAPS = Path("/proc/self/maps")

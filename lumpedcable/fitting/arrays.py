@@ -274,9 +274,10 @@ def _bounds(problem: Problem, members: list[Member], coordinates) -> list[float]
 
 def _most(grids: list[Grid], bounds: list[float], courant: float) -> Int[Array, ""]:
     """The most steps between outputs: `MANY` for each that the start values need."""
-    needs = [grid.every / (courant * bound) for grid, bound in zip(grids, bounds, strict=True)]
-    need = max((n for n in needs if np.isfinite(n)), default=1.0)
-    return jnp.asarray(MANY * max(1, math.ceil(need)), int)
+    with np.errstate(divide="ignore"):
+        needs = np.array([grid.every for grid in grids]) / (courant * np.array(bounds))
+    need = np.max(needs, where=np.isfinite(needs), initial=1.0)
+    return jnp.asarray(MANY * math.ceil(need), int)
 
 
 def _grids(members: list[Member], bounds: list[float]) -> list[Grid]:

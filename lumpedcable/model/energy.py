@@ -129,9 +129,9 @@ def powers(
             power["damping"] = e.line.damping * rate
         if e.line.waves is not None:
             power["viscosity"] = e.line.waves.viscosity * rate
-        if e.line.waves is not None and e.line.waves.correction is not None:
-            power["correction"] = e.line.waves.correction * rate
-            power["correction"] -= _end_gain_power(line, e, v, gain, dt)
+            if e.line.waves.correction is not None:
+                power["correction"] = e.line.waves.correction * rate
+                power["correction"] -= _end_gain_power(line, e, v, gain, dt)
         if dt is not None:
             power["stepping"] = _stepping(line, e, before[name], after[name], dt)
         result[name] = {kind: power[kind] for kind in kinds}

@@ -24,7 +24,7 @@ def at_each(of: Callable[[Any, Any], Any], given: Any, values: Any) -> Any:
     Args:
         of: results, all of one shape, of what is given and of values; trees of arrays or None.
         given: what has no derivative, such as masks.
-        values: floats, of the shape of the results or of one that goes with it.
+        values: floats, one of them of the shape of the results, the others of one that goes with it.
     """
     return of(given, values)
 
@@ -39,7 +39,7 @@ def _changes(of, primals, tangents):
         mine = dict(zip(moved, some, strict=True))
         return of(given, jax.tree.unflatten(tree, [mine.get(k, x) for k, x in enumerate(leaves)]))
 
-    shape = jax.tree.leaves(jax.eval_shape(of, given, values))[0].shape
+    shape = jnp.broadcast_shapes(*(jnp.shape(x) for x in leaves))
     results, back = jax.vjp(by_moved, *(jnp.broadcast_to(leaves[k], shape) for k in moved))
     parts, form = jax.tree.flatten(results)
 

@@ -183,7 +183,7 @@ class ReleaseWaves(eqx.Module):
         values = _Values(
             _three(ghosted.rate),
             stiffness,
-            None if ghosted.stiffness is None else _three(ghosted.stiffness)[::2],
+            None if ghosted.stiffness is None or dt is None else _three(ghosted.stiffness)[::2],
             None if ghosted.tension is None else _three(ghosted.tension),
             length,
             mass,
@@ -229,7 +229,7 @@ class _Given(NamedTuple):
 class _Values(NamedTuple):
     """Numbers at each segment: of rate and tension its left neighbour's, its own and its right one's.
 
-    `beside` are the stiffnesses of the two neighbours.
+    `beside` are the stiffnesses of the two neighbours, None where no fixed step asks for them.
     """
 
     rate: tuple[Float[Array, " n"], ...]

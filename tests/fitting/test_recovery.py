@@ -126,7 +126,8 @@ def test_a_wild_trial_fails_instead_of_taking_hours(tmp_path):
     calm, found = said(spec, arrays, TRUTH), said(spec, arrays, wild)
     assert np.all(calm.status[0] == Status.OK)
     assert int(found.steps[0]) == int(own.most)
-    assert own.most == pytest.approx(1000 * int(calm.steps[0]), rel=0.1)
+    # the steps that a run takes are rounded up by a sixteenth at most
+    assert 16 / 17 * int(calm.steps[0]) <= int(own.most) / 1000 <= int(calm.steps[0])
     assert np.all(found.status[0] != Status.OK)
 
 
