@@ -74,7 +74,7 @@ configure()
 ON_CPU = jax.default_backend() == "cpu"
 
 
-def _understood(options: dict[str, Any]) -> dict[str, Any] | None:
+def understood(options: dict[str, Any]) -> dict[str, Any] | None:
     """Options of the CPU's compiler, or None where this version of it does not know them."""
     if not ON_CPU:
         return None
@@ -89,13 +89,13 @@ def _understood(options: dict[str, Any]) -> dict[str, Any] | None:
 # compiler is asked not to try hard. Nor to go by its newer way from fused operations to machine code,
 # which takes twice as long to the same speed.
 PLAINLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
-RUN_ONCE = _understood(PLAINLY | {"xla_cpu_use_fusion_emitters": False}) or _understood(PLAINLY)
+RUN_ONCE = understood(PLAINLY | {"xla_cpu_use_fusion_emitters": False}) or understood(PLAINLY)
 # A study's start runs for hundreds of lanes, several times in each structure: in a seventh of the time,
 # for a tenth more of compiling.
 RUN_SELDOM = None if RUN_ONCE is None else RUN_ONCE | {"xla_backend_optimization_level": 1}
 # Sums of a hundred numbers go to a library for large ones otherwise; steps of 64 lines take a fifth
 # less time without it.
-RUN_OFTEN = _understood({"xla_cpu_experimental_ynn_fusion_type": ""})
+RUN_OFTEN = understood({"xla_cpu_experimental_ynn_fusion_type": ""})
 
 
 @dataclass(frozen=True)

@@ -162,3 +162,10 @@ def test_options_of_the_user_are_kept(monkeypatch):
     monkeypatch.setenv("XLA_FLAGS", f"{name}=mine=1")
     compiled.configure()
     assert os.environ["XLA_FLAGS"] == f"{name}=mine=1"
+
+
+@pytest.mark.skipif(not compiled.ON_CPU, reason="these are options of the CPU's compiler")
+def test_options_that_the_compiler_does_not_know_are_not_given():
+    known = {"xla_backend_optimization_level": 0}
+    assert compiled.understood(known) == known
+    assert compiled.understood(known | {"xla_cpu_no_such_option": True}) is None
