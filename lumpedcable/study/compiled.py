@@ -90,8 +90,8 @@ def understood(options: dict[str, Any]) -> dict[str, Any] | None:
 # which takes twice as long to the same speed.
 PLAINLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
 RUN_ONCE = understood(PLAINLY | {"xla_cpu_use_fusion_emitters": False}) or understood(PLAINLY)
-# A study's start runs for hundreds of lanes, several times in each structure: in a seventh of the time,
-# for a tenth more of compiling.
+# A study's start runs for hundreds of lanes, several times in each structure: in a sixth of the time,
+# for some tenths of a second more of compiling.
 RUN_SELDOM = None if RUN_ONCE is None else RUN_ONCE | {"xla_backend_optimization_level": 1}
 # Sums of a hundred numbers go to a library for large ones otherwise; steps of 64 lines take a fifth
 # less time without it.
