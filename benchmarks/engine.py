@@ -20,6 +20,7 @@ from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepa
 from lumpedcable.study.plan import (
     DEFAULT_ATOL,
     DEFAULT_RTOL,
+    courant_of,
     output_count,
     plan_of,
     rounded_steps,
@@ -73,7 +74,7 @@ class Runner:
         self.limit = 1.0 if stretch is None else stretch
         bound = np.asarray(self.ready.bound)
         if stretch is not None:
-            bound = bound * stretch / scene.solver.courant
+            bound = bound * stretch / courant_of(scene)
         self.steps = 1 if self.plan.adaptive else int(rounded_steps(scene, bound)[0])
         self.line = next(iter(self.ready.model.lines))
 

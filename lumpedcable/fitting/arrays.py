@@ -19,7 +19,7 @@ from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene
 from lumpedcable.solve.integrate import Plan
 from lumpedcable.study.compiled import Structure, number, prepare_batch
-from lumpedcable.study.plan import DEFAULT_ATOL, DEFAULT_RTOL, plan_of, rounded_steps
+from lumpedcable.study.plan import DEFAULT_ATOL, DEFAULT_RTOL, courant_of, plan_of, rounded_steps
 
 __all__ = [
     "Arrays",
@@ -226,7 +226,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
     grids = _grids(members, bound)
     points = max(member.record.series[0].x.size for member in members)
     solver = scenes[0].solver
-    courant = solver.courant if solver.step is None else 1.0
+    courant = courant_of(scenes[0]) if solver.step is None else 1.0
     arrays = GroupArrays(
         shared, own, np.asarray(coordinates.axes), np.asarray(coordinates.origin),
         np.array([member.record.shares for member in members]),
@@ -284,7 +284,7 @@ def _grids(members: list[Member], bounds: list[float]) -> list[Grid]:
     grids = []
     for member, bound in zip(members, bounds, strict=True):
         solver = member.scene.solver
-        step = solver.step if solver.step is not None else solver.courant * bound
+        step = solver.step if solver.step is not None else courant_of(member.scene) * bound
         times = member.record.series[0].x
         grids.append(grid_of(times, step if np.isfinite(step) else times[-1] / 1000.0))
     return grids

@@ -161,7 +161,7 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
         jnp.array([[share]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
         jnp.asarray(mix)[None], jnp.asarray(mix)[None], jnp.zeros((1, 1, count + 1)),
         jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), jnp.asarray(NO_END, int),
-        number(solver.courant), number(solver.rtol or DEFAULT_RTOL),
+        number(1.0), number(solver.rtol or DEFAULT_RTOL),
         number(solver.atol or DEFAULT_ATOL),
     )  # fmt: skip
     free = tuple((key, (k,)) for k, key in enumerate(keys))

@@ -28,6 +28,7 @@ from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
+from lumpedcable.solve.stop import halted, rests
 
 __all__ = [
     "METHODS",
@@ -56,7 +57,6 @@ METHODS = {
     "kvaerno4": diffrax.Kvaerno4,
     "kvaerno5": diffrax.Kvaerno5,
 }
-HALF_STEPS = ("leapfrog", "constrained")  # they keep velocities in the middle of steps
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _fixed(
         failed = result != diffrax.RESULTS.successful if implicit else False
         peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.peaks.items()}
         after = Progress(y, state, seen, run.exhausted | failed, run.stopped, peaks)
-        return after if plan.stop is None else _halted(model, plan, run, after, t0, dt)
+        return after if plan.stop is None else halted(model, plan, run, after, t0, dt)
 
     if isinstance(numbers.steps, int):
         # for reverse mode: the way back takes each step again, which is cheaper than to fetch from
@@ -222,79 +222,6 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     failed = solution.result != diffrax.RESULTS.successful
     failed = run.exhausted | failed
     return Progress(y, numbers.every / taken, seen, failed, run.stopped, run.peaks)
-
-
-def _halted(model: Model, plan: Plan, run: Progress, after: Progress, t0, dt) -> Progress:
-    """A run after a step, or before it if its body has come to rest.
-
-    Where derivatives are wanted, the state at the stop is that of the very instant: the end of a step
-    would change by leaps with the numbers of the scene.
-    """
-    assert plan.stop is not None
-    when, stops = _stop(model, plan, run, after, t0, dt)
-    stops &= jnp.isnan(run.stopped)
-    done = _rests(model, plan, run)
-    kept = jax.tree.map(lambda old, new: jnp.where(done, old, new), run, after)
-    if plan.sloped:
-        instant = _between(run.y, after.y, jnp.where(stops, when - t0, 0.0), dt)
-        y = jax.tree.map(lambda now, new: jnp.where(stops, now, new), instant, kept.y)
-        kept = kept._replace(y=y)
-    return kept._replace(stopped=jnp.where(stops, when, run.stopped))
-
-
-def _rests(model: Model, plan: Plan, run: Progress) -> Bool[Array, ""]:
-    """Whether a run has come to its end; without derivatives, at the first step without speed."""
-    if plan.stop is None:
-        return jnp.zeros((), bool)
-    along = model.bodies[plan.stop].start_velocity
-    assert along is not None
-    still = plan.sloped | (jnp.dot(run.y.velocity[body_key(plan.stop)], along) <= 0.0)
-    return ~jnp.isnan(run.stopped) & still
-
-
-def _stop(model: Model, plan: Plan, run: Progress, after: Progress, t0, dt):
-    """When the body comes to rest (s), and whether it does so in this step.
-
-    The zero of its speed, linear between half steps where the method keeps those. Friction that holds a
-    body leaves it a speed of zero until the end of the kick: there the slope is that of the kick before.
-    """
-    assert plan.stop is not None
-    key, along = body_key(plan.stop), model.bodies[plan.stop].start_velocity
-    assert along is not None
-    now, then = (jnp.dot(x.y.velocity[key], along).astype(dt.dtype) for x in (run, after))
-    if plan.method in HALF_STEPS:
-        whole = now
-        now, then = (jnp.dot(x.solver_state[0][key], along).astype(dt.dtype) for x in (run, after))
-        drop = jnp.where(then == 0.0, jnp.maximum(now, 2.0 * (whole - now)), now - then)
-        t0 = t0 + 0.5 * dt
-    else:
-        drop = now - then
-    stops = then <= 0.0
-    return t0 + dt * jnp.where(stops, now, 0.0) / jnp.where(stops & (drop > 0.0), drop, 1.0), stops
-
-
-def _between(y0: State, y1: State, after, dt) -> State:
-    """The state so long (s) after the first of two that lie a step dt (s) apart.
-
-    Coordinates are the parabola through both places and the first velocity, velocities its slope.
-    """
-    share = after / dt
-
-    def place(x0, x1, v0):
-        return (x0 + after * v0 + share**2 * (x1 - x0 - dt * v0)).astype(x0.dtype)
-
-    def rate(x0, x1, v0):
-        return (v0 + 2.0 * share * ((x1 - x0) / dt - v0)).astype(v0.dtype)
-
-    def line(a, b):
-        return (a + share * (b - a)).astype(a.dtype)
-
-    ways = y0.displacement, y1.displacement, y0.velocity
-    moved, rates = jax.tree.map(place, *ways), jax.tree.map(rate, *ways)
-    work, tension = (
-        jax.tree.map(line, *pair) for pair in ((y0.work, y1.work), (y0.tension, y1.tension))
-    )
-    return State(moved, rates, work, y1.reaction, tension)
 
 
 def _size(error: State) -> Float[Array, ""]:
@@ -329,7 +256,7 @@ def advance(
 
     def sample_at(run: Progress, t) -> Sample:
         found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
-        return found._replace(stopped=_rests(model, plan, run))
+        return found._replace(stopped=rests(model, plan, run))
 
     empty = jax.tree.map(
         lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),

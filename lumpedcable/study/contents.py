@@ -31,7 +31,7 @@ from lumpedcable.study.carried import (
     rider_fields,
 )
 from lumpedcable.study.laying import Laid, node_places
-from lumpedcable.study.plan import fields_of
+from lumpedcable.study.plan import courant_of, fields_of
 from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
 
@@ -271,7 +271,7 @@ class Contents:
             "overrides": json.dumps(list(self.study.overrides)),
             "effective_scene": self.study.effective_text,
             "solver": scene.solver.method,
-            "courant": scene.solver.courant,
+            "courant": courant_of(scene),
             "dtype": scene.solver.dtype,
             "waves": wave_scheme(scene),
             "coordinates": self.laid.coordinates.dimensions,
