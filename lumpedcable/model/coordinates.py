@@ -60,7 +60,8 @@ class Coordinates(NamedTuple):
 
     def expand(self, q: np.ndarray, axis: int, place: bool = False) -> np.ndarray:
         """Arrays with d components along `axis`, with x, y, z there instead; places if `place`."""
-        full = np.moveaxis(np.tensordot(self.axes, q, axes=(1, axis)), 0, axis)
+        with np.errstate(invalid="ignore", over="ignore"):  # of a run that has blown up
+            full = np.moveaxis(np.tensordot(self.axes, q, axes=(1, axis)), 0, axis)
         if not place:
             return full
         shape = [1] * full.ndim
