@@ -52,8 +52,8 @@ class Solver(Part):
 
     method: Method = "leapfrog"
     """The engine's own staggered leapfrog or classical Runge-Kutta (rk4), or a method of diffrax."""
-    courant: Fraction | None = None
-    """Fixed step over the largest stable step of the model (fixed-step methods). Absent: 0.9, or 0.75
+    courant: Fraction = 0.9
+    """Fixed step over the largest stable step of the model (fixed-step methods). Not given, it is 0.75
     where waves are viscous."""
     step: PositiveTime | None = None
     """Fixed step in s, instead of courant."""
@@ -71,7 +71,7 @@ class Solver(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield settings that exclude each other."""
-        if self.step is not None and self.courant is not None:
+        if self.step is not None and "courant" in self.model_fields_set:
             yield Problem(("step",), "expected step or courant, found both")
         if self.method in ("leapfrog", "rk4", "euler"):
             for key in ("rtol", "atol"):

@@ -31,7 +31,7 @@ MANY = 1024  # runs beyond which filling up batches costs less than compiling fo
 ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
-COURANT, VISCOUS_COURANT = 0.9, 0.75
+VISCOUS_COURANT = 0.75
 ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
             "kvaerno3", "kvaerno4", "kvaerno5"}  # fmt: skip
 
@@ -94,19 +94,21 @@ def courant_of(scene: Scene) -> float:
     """The step over the largest stable one, where a scene gives no step: its choice or what it needs.
 
     Where nothing but limited viscosity makes heat of a shock, it needs room between its own bound and
-    that of the line's stiffness: with less the lumps that a front has picked up go on jostling, and
-    loads peak 2 to 3 % too high on any mesh.
+    that of the line's stiffness: at 0.74 that bound, 0.4 (1 - nu^2)(3 - nu^2) c / (6 nu), still leaves
+    the linear viscosity 0.1 c of `ReleaseWaves` whole. With less room the lumps that a front has picked
+    up go on jostling, and loads peak 2 to 3 % too high on any mesh.
     """
-    if scene.solver.courant is not None:
-        return scene.solver.courant
-    return VISCOUS_COURANT if wave_scheme(scene) == "viscous" else COURANT
+    solver = scene.solver
+    if "courant" not in solver.model_fields_set and wave_scheme(scene) == "viscous":
+        return VISCOUS_COURANT
+    return solver.courant
 
 
 def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     """The plan of `runs` runs: fixed steps for leapfrog and Euler or where a step is asked for."""
     solver = scene.solver
     rigid = any(scene.materials[x.material].law == "inextensible" for x in scene.lines.values())
-    fixed = solver.step is not None or solver.courant is not None
+    fixed = solver.step is not None or "courant" in solver.model_fields_set
     return Plan(
         method="constrained" if rigid else solver.method,
         adaptive=not rigid and solver.method in ADAPTIVE and not fixed,

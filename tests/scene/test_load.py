@@ -97,7 +97,7 @@ def test_every_kind_of_part_is_read(bridle):
 
 def test_defaults_are_those_of_the_language(rope):
     scene = load_study(rope).scene
-    assert (scene.solver.courant, scene.solver.dtype, scene.solver.waves) == (None, "float64", None)
+    assert (scene.solver.courant, scene.solver.dtype, scene.solver.waves) == (0.9, "float64", None)
     assert (scene.statics.tolerance, scene.statics.max_iterations) == (1e-10, 200)
     assert scene.output.precision == "float64"
     assert "energy" in scene.output.quantities

@@ -113,11 +113,10 @@ def traces():
 
 
 def test_another_number_needs_no_other_program(tmp_path):
-    text = f"{ROPE}\n[solver]\ncourant = 0.9\n"
-    run_study(study_of(tmp_path, text), tmp_path / "first.h5")
+    run_study(study_of(tmp_path, ROPE), tmp_path / "first.h5")
     before = traces()
     for change in CHANGES:
-        run_study(study_of(tmp_path, text, change), tmp_path / "next.h5")
+        run_study(study_of(tmp_path, ROPE, change), tmp_path / "next.h5")
     assert traces() == before
 
 
