@@ -18,13 +18,12 @@ from lumpedcable.solve.integrate import Numbers
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
 from lumpedcable.study.plan import (
-    DEFAULT_ATOL,
-    DEFAULT_RTOL,
     courant_of,
     output_count,
     plan_of,
     rounded_steps,
     structure_of,
+    tolerances,
 )
 
 HERE = Path(__file__).parent
@@ -83,7 +82,7 @@ class Runner:
         solver = self.scene.solver
         return Numbers(
             number(every), jnp.asarray(steps),
-            number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
+            *map(number, tolerances(solver)),
         )  # fmt: skip
 
     def through(self, every: float, steps: int, count: int, most: int | None = None):

@@ -19,7 +19,7 @@ from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene
 from lumpedcable.solve.integrate import Plan
 from lumpedcable.study.compiled import Structure, number, prepare_batch
-from lumpedcable.study.plan import DEFAULT_ATOL, DEFAULT_RTOL, courant_of, plan_of, rounded_steps
+from lumpedcable.study.plan import courant_of, plan_of, rounded_steps, tolerances
 
 __all__ = [
     "Arrays",
@@ -188,7 +188,7 @@ def _table(problem: Problem, k: int) -> tuple[TableSpec, TableArrays]:
 
 
 def grouped(problem: Problem) -> list[list[Member]]:
-    """Records that share their structure, what is observed and which parameters they have."""
+    """Records that share their structure, their steps, what is observed and their parameters."""
     groups: dict[object, list[Member]] = {}
     for record in problem.records:
         scene = record.study.runs[0]
@@ -196,7 +196,7 @@ def grouped(problem: Problem) -> list[list[Member]]:
         plan = plan_of(scene, structure.layout)
         plan = seen_plan(plan)
         owned = tuple(key for key in scene.numbers() if problem.owner(key, record.name) is not None)
-        key = (structure, plan, record.watched, owned)
+        key = (structure, plan, scene.solver, record.watched, owned)
         groups.setdefault(key, []).append(Member(record, scene, structure, plan))
     return list(groups.values())
 
@@ -237,7 +237,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
         np.stack([_rows(member.record, points, "values") for member in members]),
         np.stack([_rows(member.record, points, "weight") for member in members]),
         jnp.asarray(1, int), _most(grids, bound, courant), number(courant),
-        number(solver.rtol or DEFAULT_RTOL), number(solver.atol or DEFAULT_ATOL),
+        *map(number, tolerances(solver)),
     )  # fmt: skip
     count = max(grid.outputs for grid in grids)
     if solver.step is not None:

@@ -23,11 +23,10 @@ from lumpedcable.scene import Scene, Study
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE, Structure, number
 from lumpedcable.study.plan import (
-    DEFAULT_ATOL,
-    DEFAULT_RTOL,
     output_count,
     plan_of,
     rounded_steps,
+    tolerances,
 )
 
 __all__ = ["Sensitivity", "scalar_slopes", "sensitivity_of", "setting_of"]
@@ -161,8 +160,7 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
         jnp.array([[share]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
         jnp.asarray(mix)[None], jnp.asarray(mix)[None], jnp.zeros((1, 1, count + 1)),
         jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), jnp.asarray(NO_END, int),
-        number(1.0), number(solver.rtol or DEFAULT_RTOL),
-        number(solver.atol or DEFAULT_ATOL),
+        number(1.0), *map(number, tolerances(solver)),
     )  # fmt: skip
     free = tuple((key, (k,)) for k, key in enumerate(keys))
     structure = Structure(scene.skeleton(), layout, scene)

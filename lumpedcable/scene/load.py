@@ -167,12 +167,14 @@ def _with_first_values(data: dict[str, Any], factors: Iterable[Factor]) -> dict[
 
 
 def _is_open(data: Any, path: Path) -> bool:
-    """Return whether a path is absent, below tables that exist."""
-    for key in path[:-1]:
-        if not isinstance(data, dict) or key not in data:
+    """Return whether a path is absent, and no value but a table stands on the way to it."""
+    for key in path:
+        if not isinstance(data, dict):
             return False
+        if key not in data:
+            return True
         data = data[key]
-    return isinstance(data, dict) and path[-1] not in data
+    return False
 
 
 def read_toml(file: FilePath, holds: str = SCENE) -> tuple[str, dict[str, Any]]:

@@ -62,7 +62,7 @@ class Solver(Part):
     atol: PositiveNumber | None = None
     """Absolute tolerance (adaptive methods)."""
     max_steps: Annotated[int, Count(1, 10**12)] | None = None
-    """Largest number of steps before a run gives up."""
+    """Largest number of steps before a run gives up (adaptive methods)."""
     dtype: Precision = "float64"
     """Floating-point type of the computation."""
     waves: Literal["corrected", "viscous", "plain"] | None = None
@@ -74,13 +74,12 @@ class Solver(Part):
         if self.step is not None and "courant" in self.model_fields_set:
             yield Problem(("step",), "expected step or courant, found both")
         if self.method in ("leapfrog", "rk4", "euler"):
-            for key in ("rtol", "atol"):
-                if getattr(self, key) is not None:
-                    yield Problem(
-                        (key,),
-                        f'expected no {key} with method = "{self.method}" (it has no error '
-                        f"estimate), found {getattr(self, key):g}",
-                    )
+            reasons = {"rtol": "it has no error estimate", "atol": "it has no error estimate",
+                       "max_steps": "its steps are fixed"}  # fmt: skip
+            for key, reason in reasons.items():
+                if (value := getattr(self, key)) is not None:
+                    message = f'expected no {key} with method = "{self.method}" ({reason})'
+                    yield Problem((key,), f"{message}, found {value:g}")
 
 
 class Statics(Part):

@@ -1,6 +1,8 @@
 """Which runs go together, and how each is stepped."""
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import jax
 import numpy as np
@@ -9,6 +11,7 @@ from lumpedcable.model.assemble import wave_scheme
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.layout import Layout, make_layout
 from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.scene.run import Solver
 from lumpedcable.solve.integrate import Plan
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.study.compiled import Structure
@@ -23,7 +26,9 @@ __all__ = [
     "plan_of",
     "recoils_of",
     "rounded_steps",
+    "stepping",
     "structure_of",
+    "tolerances",
 ]
 
 LANES = 64  # runs that are advanced together, on each device
@@ -139,22 +144,46 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
 
-def rounded_steps(scene: Scene, bound: np.ndarray) -> np.ndarray:
+def rounded_steps(
+    scene: Scene, bound: np.ndarray, swept: Mapping[str, np.ndarray] = MappingProxyType({})
+) -> np.ndarray:
     """Steps per output interval for each run, from its own bound on the step (s).
 
-    A run's steps must not depend on which runs it shares a batch with, and few distinct numbers
-    make few batches: beyond 16, numbers are rounded up to five significant bits, at most 6 % more.
+    `swept` are the runs' own numbers by key, of which a step or a Courant number is obeyed. A run's
+    steps must not depend on which runs it shares a batch with, and few distinct numbers make few
+    batches: beyond 16, numbers are rounded up to five significant bits, at most 6 % more.
     """
     if scene.output.static:
         return np.ones(bound.shape, int)
-    solver = scene.solver
-    step = (
-        np.full(bound.shape, solver.step) if solver.step is not None else courant_of(scene) * bound
-    )
-    count = np.ceil(scene.output.every / step * (1.0 - 1e-9))
+    step = swept.get("solver.step", scene.solver.step)
+    if step is None:
+        step = swept.get("solver.courant", courant_of(scene)) * bound
+    count = np.ceil(scene.output.every / np.broadcast_to(step, bound.shape) * (1.0 - 1e-9))
     count = np.where(np.isfinite(count), np.maximum(count, 1.0), 1.0)
     unit = 2.0 ** np.maximum(np.floor(np.log2(count)) - 4.0, 0.0)
     return (np.ceil(count / unit) * unit).astype(int)
+
+
+def stepping(
+    scene: Scene, layout: Layout, bound: np.ndarray, swept: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """How each run is stepped, shape (runs, 3): steps per output interval, rtol, atol.
+
+    Runs go through time together where these are the same. Arguments as of `rounded_steps`.
+    """
+    steps = rounded_steps(scene, bound, swept)
+    if plan_of(scene, layout).adaptive:
+        steps = np.ones_like(steps)
+    rtol, atol = (
+        np.broadcast_to(swept.get(f"solver.{key}", value), bound.shape)
+        for key, value in zip(("rtol", "atol"), tolerances(scene.solver), strict=True)
+    )
+    return np.stack([steps, rtol, atol], axis=-1)
+
+
+def tolerances(solver: Solver) -> tuple[float, float]:
+    """The relative and the absolute tolerance of adaptive methods."""
+    return solver.rtol or DEFAULT_RTOL, solver.atol or DEFAULT_ATOL
 
 
 def output_count(scene: Scene) -> int:

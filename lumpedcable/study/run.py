@@ -21,12 +21,7 @@ from lumpedcable.study.account import Account
 from lumpedcable.study.compiled import Ready, Structure, begin_batch, number
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
-from lumpedcable.study.plan import (
-    DEFAULT_ATOL,
-    DEFAULT_RTOL,
-    plan_of,
-    rounded_steps,
-)
+from lumpedcable.study.plan import plan_of, stepping
 from lumpedcable.study.rest import write_chosen, write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
@@ -148,7 +143,7 @@ class _Teller:
 
 @dataclass(frozen=True)
 class Part:
-    """Runs of one structure that go through time together, with the same number of steps.
+    """Runs of one structure that go through time together, stepped alike.
 
     Attributes:
         structure: what they share.
@@ -157,6 +152,7 @@ class Part:
         size: lanes of the batch; those beyond the runs repeat the last one.
         plan: how they are stepped.
         steps: steps in each output interval.
+        numbers: that, and the other numbers that steps are taken with, as the programs want them.
     """
 
     structure: Structure
@@ -165,6 +161,7 @@ class Part:
     size: int
     plan: Plan
     steps: int
+    numbers: Numbers
 
 
 def _run_block(
@@ -199,19 +196,22 @@ def _prepared(
     rows: NDArray[np.int64],
     timings: Timings,
 ) -> Iterator[tuple[Part, Ready]]:
-    """Start states of runs of one structure, then the runs by the number of steps they need."""
+    """Start states of runs of one structure, then the runs by the steps they need."""
     if len(rows) == 0:
         return
     scene = structure.scene
     ready = starts(laid, structure, block[rows])
     timings.mark("statics")
-    steps = rounded_steps(scene, np.asarray(ready.bound))
-    if plan_of(scene, structure.layout).adaptive:
-        steps = np.ones_like(steps)
-    for each in np.unique(steps):
-        for mine, size in batched(np.flatnonzero(steps == each), laid.sizes):
+    swept = laid.study.runs.columns(block[rows])
+    table = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
+    for steps, *tolerances in np.unique(table, axis=0):
+        alike = np.all(table == (steps, *tolerances), axis=1)
+        numbers = Numbers(
+            number(scene.output.every), jnp.asarray(int(steps)), *map(number, tolerances)
+        )
+        for mine, size in batched(np.flatnonzero(alike), laid.sizes):
             plan = plan_of(scene, structure.layout, size)
-            part = Part(structure, block[rows[mine]], rows[mine], size, plan, int(each))
+            part = Part(structure, block[rows[mine]], rows[mine], size, plan, int(steps), numbers)
             yield part, rows_of(ready, filled(mine, size))
 
 
@@ -227,13 +227,7 @@ def _run_part(
 ) -> None:
     """All outputs of the runs of a part: to the file as they come, and to the account."""
     scene, rows, lived = contents.laid.scene, first_row + part.rows, len(part.runs)
-    numbers = Numbers(
-        number(scene.output.every),
-        jnp.asarray(part.steps),
-        number(scene.solver.rtol or DEFAULT_RTOL),
-        number(scene.solver.atol or DEFAULT_ATOL),
-    )
-    run, sample = begin_batch(ready.model, part.plan, numbers)
+    run, sample = begin_batch(ready.model, part.plan, part.numbers)
     sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample)
     start = account.start_positions(ready) if contents.fields or scene.output.static else {}
     account.add(sample, 0, 1)
@@ -249,7 +243,7 @@ def _run_part(
     while done < account.count:
         now = min(tell.pace, batch.plan.outputs, account.count - done)
         asked = clock.perf_counter()
-        samples: Any = batch.advance(numbers, done, now)
+        samples: Any = batch.advance(part.numbers, done, now)
         timings.mark("advance")
         took = clock.perf_counter() - asked
         account.add(samples, done + 1, now)

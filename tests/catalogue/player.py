@@ -29,12 +29,11 @@ from lumpedcable.solve.observe import watches
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE, number, prepare_batch
 from lumpedcable.study.plan import (
-    DEFAULT_ATOL,
-    DEFAULT_RTOL,
     output_count,
     plan_of,
     rounded_steps,
     structure_of,
+    tolerances,
 )
 
 Array = np.ndarray
@@ -132,7 +131,7 @@ def numbers_of(scene: Scene, steps) -> Numbers:
     """The numbers of a plan for a scene."""
     return Numbers(
         number(scene.output.every), steps,
-        number(scene.solver.rtol or DEFAULT_RTOL), number(scene.solver.atol or DEFAULT_ATOL),
+        *map(number, tolerances(scene.solver)),
     )  # fmt: skip
 
 

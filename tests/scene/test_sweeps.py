@@ -186,6 +186,22 @@ def test_every_run_of_a_large_sweep_is_asked_by_itself(tmp_path, monkeypatch):
     assert "materials.nylon: expected a tension that rises" in said[2]
 
 
+@pytest.mark.parametrize("overrides", [(), ("solver.step=[1e-5, 2e-5]",)])
+def test_a_swept_number_may_be_of_a_table_that_the_file_does_not_give(tmp_path, overrides):
+    text = good_scenes.ROPE[:REFERENCE].replace(LIST, "")
+    text = text.replace('[solver]\nmethod = "leapfrog"\n', "")
+    swept = "" if overrides else '[sweep]\n"solver.step" = [1e-5, "20 us"]\n'
+    study = load_study(good_scenes.write(tmp_path, text + swept), overrides)
+    assert [run.solver.step for run in study.runs] == [1e-5, 2e-5]
+    assert list(study.runs.numbers([1, 0])["solver.step"]) == [2e-5, 1e-5]
+
+
+def test_what_else_such_a_table_needs_is_told(tmp_path):
+    told = faults(tmp_path, '[sweep]\n"seabed.friction" = [0.1, 0.2]\n')
+    assert [key for key, _ in told] == ["seabed.height", "seabed.stiffness"]
+    assert all("found nothing" in message for _, message in told)
+
+
 def test_a_number_that_moves_others_moves_them_in_the_columns(tmp_path):
     direction = "lines.rope.end.held.direction"
     study = study_of(tmp_path, f'[sweep]\n"{direction}.2" = [0, 1]\n')

@@ -1,0 +1,41 @@
+"""A sweep over how time is stepped: every run has its own step, as it would have it alone."""
+
+import numpy as np
+import pytest
+from engine_runs import HOOKE, run_text
+
+SOLVER = "\n[solver]\n{}\n"
+
+
+def alone_and_together(tmp_path, key, values, solver=""):
+    """Final velocities of runs with each value alone, and of a sweep over them."""
+    text = HOOKE + (SOLVER.format(solver) if solver else "")
+    single = [run_text(tmp_path, text, f"{key}={v!r}") for v in values]
+    swept = run_text(tmp_path, text, f"{key}={list(values)!r}")
+    return [ran["velocity"][0] for ran in single], swept
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "solver"),
+    [
+        ("solver.courant", (0.2, 0.9), ""),
+        ("solver.step", (1e-4, 2e-5), ""),
+        ("solver.step", (1e-4, 2e-5), 'method = "rk4"'),
+        ("solver.courant", (0.1, 0.5), 'method = "tsit5"'),
+        ("solver.rtol", (1e-2, 1e-7), 'method = "tsit5"'),
+        ("solver.atol", (1e-1, 1e-7), 'method = "tsit5"\nrtol = 1e-7'),
+    ],
+)
+def test_each_run_of_a_sweep_is_the_run_alone(tmp_path, key, values, solver):
+    alone, swept = alone_and_together(tmp_path, key, values, solver)
+    scale = np.max(np.abs(alone[0]))
+    for mine, its in zip(swept["velocity"], alone, strict=True):
+        np.testing.assert_allclose(mine, its, atol=1e-9 * scale)
+    # and they do differ
+    assert np.max(np.abs(alone[0] - alone[1])) > 1e-6 * scale
+
+
+def test_the_steps_that_were_asked_for_are_in_the_results(tmp_path):
+    _, swept = alone_and_together(tmp_path, "solver.step", (1e-4, 2e-5))
+    steps = [outcome.solver_step for outcome in swept.outcomes]
+    assert steps == pytest.approx([1e-4, 2e-5], rel=1e-12)
