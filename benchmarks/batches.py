@@ -71,7 +71,7 @@ def rows(dtype: str, counts: tuple[int, ...]) -> list[dict[str, Any]]:
     steps = int(rounded_steps(laid.scene, np.asarray(ready.bound)).max())
     plan = plan_of(laid.scene, structure.layout, size)
     numbers = Numbers(number(EVERY), jax.numpy.asarray(steps), number(1.0), number(1.0))
-    models = [rows_of(ready, np.arange(k, k + size)).model for k in range(0, PREPARED, size)]
+    models = [rows_of(ready, np.arange(k, k + size)).packed for k in range(0, PREPARED, size)]
 
     def through(runs: int) -> float:
         """Seconds that so many runs take from their start to the numbers of their last sample."""

@@ -16,9 +16,9 @@ import jax.numpy as jnp
 
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.model.coordinates import coordinates_of
-from lumpedcable.model.model import Model
 from lumpedcable.solve.integrate import Numbers
 from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
+from lumpedcable.study.packed import Packed
 from lumpedcable.study.plan import plan_of, structure_of
 
 Tell = Callable[[str], None]
@@ -63,19 +63,19 @@ def step_cost(segments: int, waves: str, tell: Tell) -> dict[str, Any]:
     runner = Runner(scene_of(f"segments={segments}", f'solver.waves="{waves}"'))
     steps = max(1000, 10 * runner.steps)
     numbers = runner.numbers(10 * runner.every, steps)
-    seconds = advance_time(runner.ready.model, runner, numbers, 2)
+    seconds = advance_time(runner.ready.packed, runner, numbers, 2)
     return {"segments": segments, "waves": waves, "step": seconds / (2 * steps), "steps": 2 * steps}
 
 
-def advance_time(model: Model, runner: Runner, numbers: Numbers, outputs: int) -> float:
+def advance_time(models: Packed, runner: Runner, numbers: Numbers, outputs: int) -> float:
     """Median time (s) of some outputs from the start, which itself is not counted."""
 
     def through() -> float:
-        state, _ = begin_batch(model, runner.plan, numbers)
+        state, _ = begin_batch(models, runner.plan, numbers)
         jax.block_until_ready(state)
         start = time.perf_counter()
         done = advance_batch(
-            model, runner.plan, numbers, state, jnp.asarray(0), jnp.asarray(outputs)
+            models, runner.plan, numbers, state, jnp.asarray(0), jnp.asarray(outputs)
         )
         jax.block_until_ready(done)
         return time.perf_counter() - start
@@ -93,13 +93,13 @@ def throughput(sizes: tuple[int, ...], tell: Tell, segments: int = 100) -> list[
     shared.pop(PARAMETERS[-1])
     tell("statics of the largest batch")
     swept = {PARAMETERS[-1]: jnp.linspace(45e3, 450e3, max(sizes))}
-    model = prepare_batch(
+    models = prepare_batch(
         structure, "float64", coordinates.axes, coordinates.origin, shared, swept
-    ).model
+    ).packed
     numbers, found = runner.numbers(runner.every, runner.steps), []
     for lanes in sizes:
         tell(f"a batch of {lanes} lines")
-        some = jax.tree.map(lambda x, b=lanes: x[:b], model)
+        some = jax.tree.map(lambda x, b=lanes: x[:b], models)
         outputs = max(2, 1024 // lanes)
         runner.plan = plan_of(scene, structure.layout, lanes)
         outputs = min(outputs, runner.plan.outputs)

@@ -90,27 +90,29 @@ class Runner:
 
         At most `most` outputs a call; without it, as many as the plan allows.
         """
-        model, plan, numbers = self.ready.model, self.plan, self.numbers(every, steps)
-        state, samples = begin_batch(model, plan, numbers)
-        yield state, jax.tree.map(lambda x: x[:, None], samples), 1
+        models, plan, numbers = self.ready.packed, self.plan, self.numbers(every, steps)
+        state, samples = begin_batch(models, plan, numbers)
+        yield state.tree(), jax.tree.map(lambda x: x[:, None], samples).tree(), 1
         done = 0
         while done < count:
             now = min(most or plan.outputs, count - done)
             # numbers of the kind that `seconds` gives, or the program is compiled twice
             state, samples = advance_batch(
-                model, plan, numbers, state, np.asarray(done), np.asarray(now)
+                models, plan, numbers, state, np.asarray(done), np.asarray(now)
             )
-            yield state, samples, now
+            yield state.tree(), samples.tree(), now
             done += now
 
     def seconds(self) -> float:
         """Run once without looking at anything (s)."""
-        model, plan, numbers = self.ready.model, self.plan, self.numbers(self.every, self.steps)
+        models, plan, numbers = self.ready.packed, self.plan, self.numbers(self.every, self.steps)
         begin, done = time.perf_counter(), 0
-        state, _ = begin_batch(model, plan, numbers)
+        state, _ = begin_batch(models, plan, numbers)
         while done < self.count:
             now = min(plan.outputs, self.count - done)
-            state, _ = advance_batch(model, plan, numbers, state, np.asarray(done), np.asarray(now))
+            state, _ = advance_batch(
+                models, plan, numbers, state, np.asarray(done), np.asarray(now)
+            )
             done += now
         jax.block_until_ready(state)
         return time.perf_counter() - begin

@@ -25,7 +25,7 @@ def _step(rods: int) -> dict[str, Any]:
     assert bool(runner.ready.converged[0])
     steps = max(10, WORK // (rods * OUTPUTS))
     numbers = runner.numbers(steps * runner.every / runner.steps, steps)
-    seconds = advance_time(runner.ready.model, runner, numbers, OUTPUTS)
+    seconds = advance_time(runner.ready.packed, runner, numbers, OUTPUTS)
     return {"rods": rods, "step": seconds / (OUTPUTS * steps), "steps": OUTPUTS * steps}
 
 

@@ -51,21 +51,21 @@ def case(segments: int, lanes: int, dtype: str, rounds: int, tell: Tell) -> dict
             f"rope.end.held.pretension={PRETENSION} N",
         )
     )
-    model = jax.tree.map(lambda x: jnp.repeat(x, lanes, axis=0), runner.ready.model)
+    models = jax.tree.map(lambda x: jnp.repeat(x, lanes, axis=0), runner.ready.packed)
     # the steps themselves: two outputs, so that writing them does not count
     steps = max(STEPS // lanes, 50)
     plan = dataclasses.replace(runner.plan, outputs=2)
     numbers = runner.numbers(steps * runner.every / runner.steps, steps)
-    line = jax.tree.map(lambda x: np.asarray(x)[:1], model).lines[runner.line]
+    line = runner.ready.model.lines[runner.line]
     own = parameters(line, 5e-3)
     strain = np.full(lanes, float(line.reference_strain[0, 0]))
     hold = np.full(lanes, PRETENSION)
 
     def engine() -> float:
-        state, _ = begin_batch(model, plan, numbers)
+        state, _ = begin_batch(models, plan, numbers)
         jax.block_until_ready(state)
         begin = time.perf_counter()
-        done = advance_batch(model, plan, numbers, state, jnp.asarray(0), jnp.asarray(2))
+        done = advance_batch(models, plan, numbers, state, jnp.asarray(0), jnp.asarray(2))
         jax.block_until_ready(done)
         return time.perf_counter() - begin
 

@@ -5,8 +5,9 @@ the number of steps between them; a loop outside it shows progress, writes what 
 interrupted.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import diffrax
 import equinox as eqx
@@ -41,6 +42,7 @@ __all__ = [
     "interval",
 ]
 
+Kept = TypeVar("Kept")
 METHODS = {
     "leapfrog": Leapfrog,
     "constrained": Constrained,
@@ -249,14 +251,17 @@ def interval(
 
 def advance(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Int[Array, ""],
-    count: Int[Array, ""],
-) -> tuple[Progress, Sample]:  # fmt: skip
-    """`count` outputs on from output number `first`; samples (outputs of the plan, ...)."""
+    count: Int[Array, ""], keep: Callable[[Sample], Kept] = lambda found: found,
+) -> tuple[Progress, Kept]:  # fmt: skip
+    """`count` outputs on from output number `first`; samples (outputs of the plan, ...).
+
+    `keep` makes of a sample what is kept of it.
+    """
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
-    def sample_at(run: Progress, t) -> Sample:
+    def sample_at(run: Progress, t) -> Kept:
         found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
-        return found._replace(stopped=rests(model, plan, run))
+        return keep(found._replace(stopped=rests(model, plan, run)))
 
     empty = jax.tree.map(
         lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),

@@ -6,7 +6,7 @@ the persistent cache, in the next.
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import platformdirs
+from jax.extend import core
 from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.coordinates import Coordinates
@@ -23,12 +25,12 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
 from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
-from lumpedcable.solve.integrate import Numbers, Plan, Progress, advance, begin, cast
+from lumpedcable.solve.integrate import Numbers, Plan, advance, begin, cast
 from lumpedcable.solve.modal import Linear, linearised
-from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.study.devices import shared_out
 from lumpedcable.study.lanes import across
+from lumpedcable.study.packed import Packed, pack
 
 __all__ = [
     "Ready",
@@ -48,12 +50,14 @@ WHOLE_LOOPS = ("--xla_backend_extra_options", "xla_cpu_small_while_loop_byte_thr
 
 
 def configure() -> None:
-    """Float64, loops compiled whole, and programs kept in the user's cache folder for the next process.
+    """Float64, calls without threads, loops compiled whole, programs kept for the next process.
 
-    LUMPEDCABLE_CACHE names another folder, or "off". Who has options of that kind in XLA_FLAGS keeps
-    them; a process that has used jax already has read its own.
+    They are in the user's cache folder; LUMPEDCABLE_CACHE names another one, or "off". Who has options
+    of that kind in XLA_FLAGS keeps them; a process that has used jax already has read its own.
     """
     jax.config.update("jax_enable_x64", True)
+    # a call waits for its numbers at once: to hand it to another thread takes longer than a short one
+    jax.config.update("jax_cpu_enable_async_dispatch", False)
     flags, (name, value) = os.environ.get("XLA_FLAGS", ""), WHOLE_LOOPS
     if name not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} {name}={value}".strip()
@@ -110,10 +114,15 @@ class Structure:
 class Ready(NamedTuple):
     """A batch of runs ready to move: models at rest, step bounds (s), how statics went."""
 
-    model: Model
+    packed: Packed
     bound: Float[Array, " runs"]
     converged: Bool[Array, " runs"]
     imbalance: Float[Array, " runs"]
+
+    @property
+    def model(self) -> Model:
+        """The models, every array with an axis of runs before its own."""
+        return Packed(np.asarray(self.packed.numbers), self.packed.form).tree()
 
 
 def _prepare(
@@ -137,7 +146,7 @@ def _prepare(
         scene = structure.scene.with_numbers({**shared, **mine})
         found = rest_of(scene, structure.layout, coordinates)
         bound = step_bound(found.model)
-        return Ready(cast(found.model, dtype), bound, found.converged, found.imbalance)
+        return Ready(pack(cast(found.model, dtype)), bound, found.converged, found.imbalance)
 
     def many(mine, beside, *common):
         if not beside:
@@ -159,22 +168,57 @@ prepare_batch, prepare_cells = (
 
 
 @partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)
-def begin_batch(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]:
+def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, Packed]:
     """States and samples at the start of every run."""
-    every = jax.vmap(lambda m, n: begin(m, plan, n), in_axes=(0, None))
-    return shared_out(every, (model,), (numbers,))
+
+    def every(models, numbers):
+        def one(model):
+            run, found = begin(model.tree(), plan, numbers)
+            return pack(run), pack(found)
+
+        return in_one_piece(plan, numbers.steps > 0, jax.vmap(one), models)
+
+    return shared_out(every, (models,), (numbers,))
 
 
-@partial(jax.jit, static_argnames=("plan",), donate_argnames=("run",), compiler_options=RUN_OFTEN)
+@partial(jax.jit, static_argnames=("plan",), donate_argnames=("runs",), compiler_options=RUN_OFTEN)
 def advance_batch(
-    model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Array, count: Array
-) -> tuple[Progress, Sample]:
-    """The next `count` outputs of every run."""
+    models: Packed, plan: Plan, numbers: Numbers, runs: Packed, first: Array, count: Array
+) -> tuple[Packed, Packed]:
+    """The next `count` outputs of every run: states, samples with an axis of outputs."""
 
-    def every(model, run, numbers, first, count):
-        return across(lambda m, r: advance(m, plan, numbers, r, first, count), model, run)
+    def every(models, runs, numbers, first, count):
+        def one(model, run):
+            run, found = advance(model.tree(), plan, numbers, run.tree(), first, count, pack)
+            return pack(run), found
 
-    return shared_out(every, (model, run), (numbers, first, count))
+        return in_one_piece(plan, count >= 0, partial(across, one), models, runs)
+
+    return shared_out(every, (models, runs), (numbers, first, count))
+
+
+def in_one_piece(
+    plan: Plan, sure: Bool[Array, ""], function: Callable[..., Any], *batches: Packed
+) -> Any:
+    """`function(*batches)`, to be traced: of a single run the CPU makes one function of it.
+
+    Else it has a list of some hundred small ones to call, each for a handful of numbers, which takes as
+    long as thirty steps of a short line; many runs, or a constrained step, have more to do than that.
+    Loops are compiled whole (`WHOLE_LOOPS`), so that this is one of a single turn: `sure` is true, but
+    only who calls knows.
+    """
+    if not ON_CPU or batches[0].numbers.shape[0] > 1 or plan.method == "constrained":
+        return function(*batches)
+    numbers = [batch.numbers for batch in batches]
+    closed, shapes = jax.make_jaxpr(function, return_shape=True)(*batches)
+    again = core.jaxpr_as_fun(closed)  # what has been followed once is not followed again
+    empty = [jnp.zeros(x.shape, x.dtype) for x in closed.out_avals]
+
+    def once(_):
+        return jnp.zeros((), bool), again(*numbers)
+
+    found = jax.lax.while_loop(lambda carry: carry[0], once, (sure, empty))[1]
+    return jax.tree.unflatten(jax.tree.structure(shapes), found)
 
 
 @partial(jax.jit, compiler_options=RUN_ONCE)

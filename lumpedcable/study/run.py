@@ -227,8 +227,8 @@ def _run_part(
 ) -> None:
     """All outputs of the runs of a part: to the file as they come, and to the account."""
     scene, rows, lived = contents.laid.scene, first_row + part.rows, len(part.runs)
-    run, sample = begin_batch(ready.model, part.plan, part.numbers)
-    sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample)
+    run, sample = begin_batch(ready.packed, part.plan, part.numbers)
+    sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample).tree()
     start = account.start_positions(ready) if contents.fields or scene.output.static else {}
     account.add(sample, 0, 1)
     contents.write(writer, rows, sample, start, 0)

@@ -74,7 +74,7 @@ def compute_shard(
     shard: int,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
-    """Compute a shard and put it into the folder; the same bits wherever it is done.
+    """Compute a shard and put it into the folder; the same bits wherever it is done on as many devices.
 
     Raises:
         OutputError: it cannot be written, or another process writes it.

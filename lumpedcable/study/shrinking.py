@@ -10,6 +10,7 @@ import numpy as np
 from lumpedcable.solve.integrate import Numbers, Progress
 from lumpedcable.solve.observe import Sample
 from lumpedcable.study.compiled import Ready, advance_batch
+from lumpedcable.study.packed import Packed
 from lumpedcable.study.plan import plan_of
 from lumpedcable.study.starts import filled, rows_of
 
@@ -30,7 +31,7 @@ class Batch:
     would not hold the others, or would have too little left to do to pay for its program.
     """
 
-    def __init__(self, part: Part, ready: Ready, run: Progress):
+    def __init__(self, part: Part, ready: Ready, run: Packed):
         self.part, self.ready, self.run = part, ready, run
         self.plan, self.size = part.plan, part.size
         self.rows = np.arange(len(part.runs))  # of the part's runs, those that have a lane
@@ -40,10 +41,10 @@ class Batch:
     def advance(self, numbers: Numbers, done: int, count: int) -> Sample:
         """Samples (runs, count, ...) of all runs, of the outputs after number `done`."""
         self.run, found = advance_batch(
-            self.ready.model, self.plan, numbers, self.run, np.asarray(done), np.asarray(count)
+            self.ready.packed, self.plan, numbers, self.run, np.asarray(done), np.asarray(count)
         )
         lived = len(self.rows)
-        found = jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found)
+        found = jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found).tree()
         if lived < len(self.part.runs):
             found = jax.tree.map(self._among_all, self._last, found)
         self._last = jax.tree.map(lambda x: x[:, -1:], found)
@@ -74,13 +75,13 @@ class Batch:
         self._ends = self.ends()
         kept = filled(moving, size)
         self.ready = rows_of(self.ready, kept)
-        self.run = jax.tree.map(lambda x: np.asarray(x)[kept], self.run)
+        self.run = rows_of(self.run, kept)
         self.plan = plan_of(self.part.structure.scene, self.part.structure.layout, size)
         self.rows, self.size = self.rows[moving], size
 
     def ends(self) -> Progress:
         """Where all runs are (runs, ...): those that have stopped, where they did."""
-        now = jax.tree.map(lambda x: np.asarray(x)[: len(self.rows)], self.run)
+        now = rows_of(self.run, np.arange(len(self.rows))).tree()
         if self._ends is None:
             return now
         whole = jax.tree.map(np.array, self._ends)

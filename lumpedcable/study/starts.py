@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TypeVar
 
 import jax
 import numpy as np
@@ -17,6 +18,7 @@ __all__ = ["batched", "filled", "rows_of", "starts"]
 CELL = 128  # runs that start alike, at most, in one cell of a batch
 CELLS = 4  # cells of a batch
 FEWEST = 4  # runs in a cell on average for which cells are worth their lanes
+Batch = TypeVar("Batch")
 
 
 def starts(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
@@ -88,9 +90,9 @@ def _joined(found: list[Ready]) -> Ready:
     return jax.tree.map(lambda *x: np.concatenate(x), *found) if len(found) > 1 else found[0]
 
 
-def rows_of(ready: Ready, rows: NDArray[np.int64]) -> Ready:
-    """Chosen rows of a batch."""
-    return jax.tree.map(lambda x: np.asarray(x)[rows], ready)
+def rows_of(batch: Batch, rows: NDArray[np.int64]) -> Batch:
+    """Chosen rows of all arrays of a batch."""
+    return jax.tree.map(lambda x: np.asarray(x)[rows], batch)
 
 
 def batched(

@@ -1,6 +1,7 @@
 """What is compiled: absent physics is absent, and a changed number finds its program again."""
 
 import os
+import re
 
 import jax
 import jax.numpy as jnp
@@ -40,8 +41,8 @@ def program(folder, text):
     plan = plan_of(scene, structure.layout)
     steps = jnp.asarray(int(rounded_steps(scene, np.asarray(ready.bound))[0]))
     numbers = Numbers(number(1e-3), steps, number(1e-6), number(1e-8))
-    state, _ = begin_batch(ready.model, plan, numbers)
-    return advance_batch.lower(ready.model, plan, numbers, state, jnp.asarray(0), jnp.asarray(16))
+    state, _ = begin_batch(ready.packed, plan, numbers)
+    return advance_batch.lower(ready.packed, plan, numbers, state, jnp.asarray(0), jnp.asarray(16))
 
 
 def operations(folder, text):
@@ -151,6 +152,17 @@ def test_the_loop_over_the_steps_is_one_function(tmp_path):
     entry = text[text.index("ENTRY") :]
     assert "xla_cpu_small_call" in entry
     assert " while(" not in entry
+
+
+@pytest.mark.skipif(not compiled.ON_CPU, reason="options of the CPU's compiler")
+def test_a_call_is_one_function(tmp_path):
+    # beside it, room is made for what it returns; of more than eight parts XLA asks threads to help
+    text = program(tmp_path, ROPE).compile().as_text()
+    entry = text[text.index("ENTRY") :].splitlines()
+    called = re.compile(r"\b(fusion|copy|call|while|conditional|custom-call)\(")
+    parts = [match[1] for line in entry if (match := called.search(line))]
+    assert parts.count("call") == 1
+    assert len(parts) <= 8
 
 
 def test_options_of_the_user_are_kept(monkeypatch):
