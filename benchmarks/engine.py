@@ -17,6 +17,7 @@ from lumpedcable.scene import Scene, load_study
 from lumpedcable.solve.integrate import Numbers
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
+from lumpedcable.study.packed import unpacked
 from lumpedcable.study.plan import (
     courant_of,
     output_count,
@@ -100,7 +101,7 @@ class Runner:
             state, samples = advance_batch(
                 models, plan, numbers, state, np.asarray(done), np.asarray(now)
             )
-            yield state.tree(), samples.tree(), now
+            yield state.tree(), unpacked(samples), now
             done += now
 
     def seconds(self) -> float:

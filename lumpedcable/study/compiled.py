@@ -27,6 +27,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, Plan, advance, begin, cast
 from lumpedcable.solve.modal import Linear, linearised
+from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.study.devices import shared_out
 from lumpedcable.study.lanes import across
@@ -184,12 +185,17 @@ def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, P
 @partial(jax.jit, static_argnames=("plan",), donate_argnames=("runs",), compiler_options=RUN_OFTEN)
 def advance_batch(
     models: Packed, plan: Plan, numbers: Numbers, runs: Packed, first: Array, count: Array
-) -> tuple[Packed, Packed]:
-    """The next `count` outputs of every run: states, samples with an axis of outputs."""
+) -> tuple[Packed, Packed | Sample]:
+    """The next `count` outputs of every run: states, samples with an axis of outputs.
+
+    Samples are packed for a single run alone: to lay those of many together takes longer than calls.
+    """
 
     def every(models, runs, numbers, first, count):
+        keep = pack if models.numbers.shape[0] == 1 else lambda found: found
+
         def one(model, run):
-            run, found = advance(model.tree(), plan, numbers, run.tree(), first, count, pack)
+            run, found = advance(model.tree(), plan, numbers, run.tree(), first, count, keep)
             return pack(run), found
 
         return in_one_piece(plan, count >= 0, partial(across, one), models, runs)

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-__all__ = ["Form", "Packed", "pack"]
+__all__ = ["Form", "Packed", "pack", "unpacked"]
 
 
 class Form(NamedTuple):
@@ -38,6 +38,11 @@ class Packed(eqx.Module):
             found.append(part.reshape(*lead, *shape).astype(kind, copy=False))
             first += prod(shape)
         return jax.tree.unflatten(self.form.tree, found)
+
+
+def unpacked(tree: Any) -> Any:
+    """The tree that is packed, or what is not packed as it is."""
+    return tree.tree() if isinstance(tree, Packed) else tree
 
 
 def pack(tree: PyTree) -> Packed:

@@ -10,7 +10,7 @@ import numpy as np
 from lumpedcable.solve.integrate import Numbers, Progress
 from lumpedcable.solve.observe import Sample
 from lumpedcable.study.compiled import Ready, advance_batch
-from lumpedcable.study.packed import Packed
+from lumpedcable.study.packed import Packed, unpacked
 from lumpedcable.study.plan import plan_of
 from lumpedcable.study.starts import filled, rows_of
 
@@ -44,7 +44,7 @@ class Batch:
             self.ready.packed, self.plan, numbers, self.run, np.asarray(done), np.asarray(count)
         )
         lived = len(self.rows)
-        found = jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found).tree()
+        found = unpacked(jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found))
         if lived < len(self.part.runs):
             found = jax.tree.map(self._among_all, self._last, found)
         self._last = jax.tree.map(lambda x: x[:, -1:], found)
