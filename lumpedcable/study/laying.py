@@ -16,7 +16,7 @@ from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure
 from lumpedcable.study.plan import batch_sizes, common_coordinates, output_count, structure_of
 
-__all__ = ["Laid", "lay_out", "node_places"]
+__all__ = ["Laid", "equal_rows", "lay_out", "node_places"]
 
 MOST_SCENES = 1000  # looked at for the coordinates that all runs lie in
 # numbers that place nothing: however many values they take, the coordinates are the same
@@ -90,16 +90,16 @@ def _alike(study: Study, runs: NDArray[np.int64]):
     columns = study.runs.columns(runs)
     whole = np.array([columns[key] for key in counts], float).reshape(len(counts), len(runs)).T
     found = []
-    for group in _equal_rows(whole):
+    for group in equal_rows(whole):
         scene = study.runs[int(runs[group[0]])]
         moved = study.runs.numbers(runs[group]) if cut_keys(scene) & study.runs.moved else {}
         cuts = cuts_of(scene, moved, len(group))
-        found += [group[rows] for rows in _equal_rows(cuts)]
+        found += [group[rows] for rows in equal_rows(cuts)]
     for rows in sorted(found, key=lambda rows: rows[0]):
         yield int(runs[rows[0]]), rows
 
 
-def _equal_rows(table: NDArray) -> list[NDArray[np.int64]]:
+def equal_rows(table: NDArray) -> list[NDArray[np.int64]]:
     """Rows grouped by equal content, as their indices in rising order."""
     if table.shape[1] == 0:
         return [np.arange(len(table))]

@@ -76,9 +76,10 @@ def write_chosen(
 
     Where none were found they are those that the scene guesses.
     """
+    lines = ready.model.lines
     for name in names:
         count = nodes[name].shape[-1] - 1
-        lengths = np.asarray(ready.model.lines[name].segment_length).reshape(len(rows), -1)
+        lengths = np.asarray(lines[name].segment_length).reshape(len(rows), -1)
         guess = np.array([[scene.lines[name].length / count] for scene in scenes])
         lengths = np.where(np.asarray(ready.converged)[:, None], lengths, guess)
         ends = np.cumsum(np.broadcast_to(lengths, (len(rows), count)), axis=1)
@@ -98,7 +99,8 @@ def _numbers(
     ends: Mapping[str, NDArray[np.float64]],
 ) -> Numbers:
     """The numbers of a cable, as computed and by the models that apply, each of shape (runs,)."""
-    lines = [ready.model.lines[name] for name in cable.lines]
+    found = ready.model.lines
+    lines = [found[name] for name in cable.lines]
     lengths = [
         np.asarray(line.segment_length).mean(axis=-1) * (nodes[name].shape[-1] - 1)
         for name, line in zip(cable.lines, lines, strict=True)

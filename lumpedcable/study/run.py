@@ -20,7 +20,7 @@ from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
 from lumpedcable.study.compiled import Ready, Structure, begin_batch, number
 from lumpedcable.study.contents import Contents
-from lumpedcable.study.laying import Laid, lay_out
+from lumpedcable.study.laying import Laid, equal_rows, lay_out
 from lumpedcable.study.plan import plan_of, stepping
 from lumpedcable.study.rest import write_chosen, write_rest
 from lumpedcable.study.shrinking import Batch
@@ -151,8 +151,7 @@ class Part:
         rows: their rows in the block, shape (runs,).
         size: lanes of the batch; those beyond the runs repeat the last one.
         plan: how they are stepped.
-        steps: steps in each output interval.
-        numbers: that, and the other numbers that steps are taken with, as the programs want them.
+        numbers: steps in each output interval, and what else steps are taken with.
     """
 
     structure: Structure
@@ -160,8 +159,12 @@ class Part:
     rows: NDArray[np.int64]
     size: int
     plan: Plan
-    steps: int
     numbers: Numbers
+
+    @property
+    def steps(self) -> int:
+        """Steps in each output interval."""
+        return int(self.numbers.steps)
 
 
 def _run_block(
@@ -204,14 +207,14 @@ def _prepared(
     timings.mark("statics")
     swept = laid.study.runs.columns(block[rows])
     table = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
-    for steps, *tolerances in np.unique(table, axis=0):
-        alike = np.all(table == (steps, *tolerances), axis=1)
+    for alike in equal_rows(table):
+        steps, *tolerances = table[alike[0]]
         numbers = Numbers(
             number(scene.output.every), jnp.asarray(int(steps)), *map(number, tolerances)
         )
-        for mine, size in batched(np.flatnonzero(alike), laid.sizes):
+        for mine, size in batched(alike, laid.sizes):
             plan = plan_of(scene, structure.layout, size)
-            part = Part(structure, block[rows[mine]], rows[mine], size, plan, int(steps), numbers)
+            part = Part(structure, block[rows[mine]], rows[mine], size, plan, numbers)
             yield part, rows_of(ready, filled(mine, size))
 
 
@@ -243,7 +246,7 @@ def _run_part(
     while done < account.count:
         now = min(tell.pace, batch.plan.outputs, account.count - done)
         asked = clock.perf_counter()
-        samples: Any = batch.advance(part.numbers, done, now)
+        samples: Any = batch.advance(done, now)
         timings.mark("advance")
         took = clock.perf_counter() - asked
         account.add(samples, done + 1, now)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from lumpedcable.solve.integrate import Numbers, Progress
+from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.observe import Sample
 from lumpedcable.study.compiled import Ready, advance_batch
 from lumpedcable.study.packed import Packed, unpacked
@@ -38,11 +38,12 @@ class Batch:
         self._last: Any = None
         self._ends: Any = None
 
-    def advance(self, numbers: Numbers, done: int, count: int) -> Sample:
+    def advance(self, done: int, count: int) -> Sample:
         """Samples (runs, count, ...) of all runs, of the outputs after number `done`."""
         self.run, found = advance_batch(
-            self.ready.packed, self.plan, numbers, self.run, np.asarray(done), np.asarray(count)
-        )
+            self.ready.packed, self.plan, self.part.numbers, self.run,
+            np.asarray(done), np.asarray(count),
+        )  # fmt: skip
         lived = len(self.rows)
         found = unpacked(jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found))
         if lived < len(self.part.runs):

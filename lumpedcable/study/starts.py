@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.study.compiled import Ready, Structure, number, prepare_batch, prepare_cells
-from lumpedcable.study.laying import Laid
+from lumpedcable.study.laying import Laid, equal_rows
 from lumpedcable.study.plan import lanes
 
 __all__ = ["batched", "filled", "rows_of", "starts"]
@@ -18,7 +18,7 @@ __all__ = ["batched", "filled", "rows_of", "starts"]
 CELL = 128  # runs that start alike, at most, in one cell of a batch
 CELLS = 4  # cells of a batch
 FEWEST = 4  # runs in a cell on average for which cells are worth their lanes
-Batch = TypeVar("Batch")
+Tree = TypeVar("Tree")
 
 
 def starts(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
@@ -58,10 +58,7 @@ def _is_late(key: str) -> bool:
 
 def _cells(table: NDArray[np.float64]) -> list[NDArray[np.int64]]:
     """Rows of equal numbers, at most CELL in each cell."""
-    _, inverse = np.unique(table, axis=0, return_inverse=True)
-    order = np.argsort(inverse.ravel(), kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(inverse.ravel()[order])) + 1)
-    return [g[k : k + CELL] for g in groups for k in range(0, len(g), CELL)]
+    return [g[k : k + CELL] for g in equal_rows(table) for k in range(0, len(g), CELL)]
 
 
 def _prepare(
@@ -90,7 +87,7 @@ def _joined(found: list[Ready]) -> Ready:
     return jax.tree.map(lambda *x: np.concatenate(x), *found) if len(found) > 1 else found[0]
 
 
-def rows_of(batch: Batch, rows: NDArray[np.int64]) -> Batch:
+def rows_of(batch: Tree, rows: NDArray[np.int64]) -> Tree:
     """Chosen rows of all arrays of a batch."""
     return jax.tree.map(lambda x: np.asarray(x)[rows], batch)
 

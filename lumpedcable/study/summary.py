@@ -14,6 +14,7 @@ from lumpedcable.exact import release_wave
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.ends import END_NAMES
 from lumpedcable.model.layout import Layout
+from lumpedcable.model.line import Line
 from lumpedcable.model.materials import law_of
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.solve.observe import Recoil
@@ -287,7 +288,7 @@ def _recoil(
         numbers["end_displacement"] = np.where(status == Status.OK, move, nan)
     if contents.exact:
         waves = [
-            _exact(study.runs[int(run)], ready, recoil, k, float(tension[k]), float(begins[k]))
+            _exact(study.runs[int(run)], line, recoil, k, float(tension[k]), float(begins[k]))
             for k, run in enumerate(part.runs)
         ]
         for name in EXACT:
@@ -343,14 +344,14 @@ def _curve(scene: Scene, line: str) -> Callable[[ArrayLike], NDArray[np.float64]
 
 
 def _exact(
-    scene: Scene, ready: Ready, recoil: Recoil, k: int, tension: float, begins: float
+    scene: Scene, line: Line, recoil: Recoil, k: int, tension: float, begins: float
 ) -> dict[str, float]:
-    """The exact release wave of a straight uniform line from the same tension (N)."""
+    """The exact release wave of a straight uniform line from the same tension (N), of run k."""
     # after an earlier break the line is no longer at rest under this tension
     first = all(event.start >= begins for event in scene.events.values())
     if not tension > 0.0 or not first:
         return {}
-    line, source = ready.model.lines[recoil.line], _source(scene, recoil.line)
+    source = _source(scene, recoil.line)
     lengths = np.asarray(line.segment_length)[k]
     length = float(np.sum(np.broadcast_to(lengths, (line.reference.shape[-1] - 1,))))
     try:

@@ -154,7 +154,7 @@ def test_the_loop_over_the_steps_is_one_function(tmp_path):
     assert " while(" not in entry
 
 
-@pytest.mark.skipif(not compiled.ON_CPU, reason="options of the CPU's compiler")
+@pytest.mark.skipif(not compiled.ON_CPU, reason="elsewhere calls are left as they are")
 def test_a_call_is_one_function(tmp_path):
     # beside it, room is made for what it returns; of more than eight parts XLA asks threads to help
     text = program(tmp_path, ROPE).compile().as_text()

@@ -8,7 +8,7 @@ SOLVER = "\n[solver]\n{}\n"
 
 
 def alone_and_together(tmp_path, key, values, solver=""):
-    """Final velocities of runs with each value alone, and of a sweep over them."""
+    """Velocities of runs with each value alone, and the sweep over them."""
     text = HOOKE + (SOLVER.format(solver) if solver else "")
     single = [run_text(tmp_path, text, f"{key}={v!r}") for v in values]
     swept = run_text(tmp_path, text, f"{key}={list(values)!r}")
