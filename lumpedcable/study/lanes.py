@@ -9,7 +9,6 @@ The function is traced once, for one run. Of its operations those that a step co
 over here; whatever else occurs is left to `jax.vmap`, with the runs along the last axis.
 """
 
-import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,38 +17,25 @@ import jax.numpy as jnp
 from jax import lax
 from jax.extend import core
 
+from lumpedcable.study.differing import (
+    ALONG,
+    ELEMENTWISE,
+    INLINE,
+    Flags,
+    alone,
+    asked,
+    flow,
+    inner,
+)
+
 __all__ = ["across"]
 
 Values = list[Any]
-Flags = list[bool]  # which values differ from run to run
-Found = tuple[Values, Flags]
-
-# operations that act on every element alone
-ELEMENTWISE = frozenset((
-    "abs", "acos", "acosh", "add", "add_any", "and", "asin", "asinh", "atan", "atan2", "atanh", "cbrt",
-    "ceil", "clamp", "convert_element_type", "copy", "cos", "cosh", "div", "eq", "erf",
-    "erf_inv", "erfc", "exp", "exp2", "expm1", "floor", "ge", "gt", "integer_pow",
-    "is_finite", "le", "lgamma", "log", "log1p", "logistic", "lt", "max", "min", "mul",
-    "ne", "neg", "nextafter", "not", "or", "pow", "reduce_precision", "rem", "round",
-    "rsqrt", "select_n", "sign", "sin", "sinh", "sqrt", "square", "sub", "tan", "tanh",
-    "xor",
-))  # fmt: skip
-# operations along given axes, which stay the same axes
-ALONG = frozenset((
-    "argmax", "argmin", "cumlogsumexp", "cummax", "cummin", "cumprod", "cumsum",
-    "reduce_and", "reduce_max", "reduce_min", "reduce_or", "reduce_prod", "reduce_sum",
-    "reduce_xor", "rev", "squeeze",
-))  # fmt: skip
-INLINE = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "core_call": "call_jaxpr",
-          "custom_jvp_call": "call_jaxpr", "custom_vjp_call": "call_jaxpr",
-          "custom_vmap_call": "call", "checkpoint": "jaxpr"}  # fmt: skip
-_MARKS: weakref.WeakKeyDictionary[Any, dict[tuple[bool, ...], Flags]] = weakref.WeakKeyDictionary()
 FOLDED = {"reduce_sum": lax.add, "reduce_max": lax.max, "reduce_min": lax.min,
           "reduce_and": lax.bitwise_and, "reduce_or": lax.bitwise_or}  # fmt: skip
 FEW_RUNS = 8  # fewer do not fill a vector
 LONG = 32  # nor does an axis that is longer, unless it is taken in pieces
 WIDTH = 8  # as wide as a vector, or a multiple of it
-FEW = 16  # terms of a product that is written as a sum; a library call costs more
 
 
 def across(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -81,7 +67,7 @@ def _spread(x: Any, batched: bool, size: int) -> Any:
     return lax.broadcast_in_dim(x, (*x.shape, size), range(x.ndim))
 
 
-def _evaluate(closed: Any, values: Values, flags: Flags, size: int) -> Found:
+def _evaluate(closed: Any, values: Values, flags: Flags, size: int) -> tuple[Values, Flags]:
     """The outputs of a traced function, and which of them differ from run to run."""
     jaxpr = closed.jaxpr
     known: dict[Any, tuple[Any, bool]] = {}
@@ -94,71 +80,44 @@ def _evaluate(closed: Any, values: Values, flags: Flags, size: int) -> Found:
     for eqn in jaxpr.eqns:
         found = [read(atom) for atom in eqn.invars]
         operands, which = [x for x, _ in found], [b for _, b in found]
-        if any(which):
-            results, marks = _apply(eqn, operands, which, size) or _otherwise(eqn, jaxpr, known)
+        marks = flow(eqn, which, size) if any(which) else [False] * len(eqn.outvars)
+        if marks is None:
+            marks = asked(eqn, jaxpr, which, size)
+            results = _otherwise(eqn, jaxpr, known, marks)
+        elif any(which):
+            results = _apply(eqn, operands, which, marks, size)
         else:
-            run, variables = _alone(eqn, jaxpr)
+            run, variables = alone(eqn, jaxpr)
             results = run(*(known[v][0] for v in variables))
-            marks = [False] * len(results)
         known.update(zip(eqn.outvars, zip(results, marks, strict=True), strict=True))
     ends = [read(atom) for atom in jaxpr.outvars]
     return [x for x, _ in ends], [b for _, b in ends]
 
 
-def _alone(eqn: Any, jaxpr: Any) -> tuple[Callable[..., Values], list[Any]]:
-    """An operation as a function of its operands that are variables; and which these are."""
-    variables = list(dict.fromkeys(v for v in eqn.invars if not isinstance(v, core.Literal)))
-    kept = [v for v in eqn.outvars if not isinstance(v, core.DropVar)]
-    alone = core.Jaxpr((), variables, kept, [eqn], eqn.effects, jaxpr.debug_info)
-    function = core.jaxpr_as_fun(core.ClosedJaxpr(alone, ()))
-
-    def run(*values):
-        found = iter(function(*values))
-        return [None if isinstance(v, core.DropVar) else next(found) for v in eqn.outvars]
-
-    return run, variables
-
-
-def _apply(eqn: Any, operands: Values, flags: Flags, size: int) -> Found | None:
-    """An operation of which some operand differs from run to run; None where there is no rule."""
+def _apply(eqn: Any, operands: Values, flags: Flags, marks: Flags, size: int) -> Values:
+    """The results of an operation that has a rule, with an axis of runs where `marks` says so."""
     name = eqn.primitive.name
     if name in ELEMENTWISE:
-        shape = (*eqn.outvars[0].aval.shape, size)
-        return _all([_elementwise(eqn, operands, flags, shape)])
+        return [_elementwise(eqn, operands, flags, (*eqn.outvars[0].aval.shape, size))]
     if name in FOLDED and size < FEW_RUNS:
-        return _all([_folded(eqn, operands[0])])
+        return [_folded(eqn, operands[0])]
     if name in ALONG:
-        return _all([eqn.primitive.bind(*operands, **eqn.params)])
+        return [eqn.primitive.bind(*operands, **eqn.params)]
     if name in INLINE:
-        inner = eqn.params[INLINE[name]]
-        if isinstance(inner, core.Jaxpr):
-            inner = core.ClosedJaxpr(inner, ())
-        return _evaluate(inner, operands, flags, size)
-    rule = RULES.get(name)
-    return None if rule is None else rule(eqn, operands, flags, size)
+        return _evaluate(inner(eqn), operands, flags, size)[0]
+    if name in LOOPS:
+        return LOOPS[name](eqn, operands, flags, marks, size)
+    return RULES[name](eqn, operands, flags, size)
 
 
-def _all(results: Values) -> Found:
-    return results, [True] * len(results)
-
-
-def _otherwise(eqn: Any, jaxpr: Any, known: dict[Any, tuple[Any, bool]]) -> Found:
-    """What jax makes of it: also which results it knows to be the same in every run."""
-    run, variables = _alone(eqn, jaxpr)
+def _otherwise(eqn: Any, jaxpr: Any, known: dict[Any, tuple[Any, bool]], marks: Flags) -> Values:
+    """What jax makes of an operation."""
+    run, variables = alone(eqn, jaxpr)
     axes = [-1 if known[v][1] else None for v in variables]
-    values = [known[v][0] for v in variables]
-    ends = [-1 if _differs(run, axes, values, k) else None for k in range(len(eqn.outvars))]
-    found = jax.vmap(lambda *x: run(*x), in_axes=axes, out_axes=ends)(*values)
-    return found, [end is not None for end in ends]
-
-
-def _differs(run: Callable[..., Values], axes: list[int | None], values: Values, k: int) -> bool:
-    """Whether result number k of an operation differs from run to run; jax tells by refusing."""
-    try:
-        jax.eval_shape(jax.vmap(lambda *x: run(*x)[k], in_axes=axes, out_axes=None), *values)
-    except ValueError:
-        return True
-    return False
+    ends = [-1 if mark else None for mark in marks]
+    return jax.vmap(lambda *x: run(*x), in_axes=axes, out_axes=ends)(
+        *(known[v][0] for v in variables)
+    )
 
 
 def _elementwise(eqn: Any, operands: Values, flags: Flags, shape: tuple[int, ...]) -> Any:
@@ -198,24 +157,18 @@ def _slice(eqn, operands, flags, size):
     p = eqn.params
     strides = p["strides"] or (1,) * len(p["start_indices"])
     ends = (*p["limit_indices"], size)
-    return _all([lax.slice(operands[0], (*p["start_indices"], 0), ends, (*strides, 1))])
+    return [lax.slice(operands[0], (*p["start_indices"], 0), ends, (*strides, 1))]
 
 
 def _dynamic_slice(eqn, operands, flags, size):
-    if any(flags[1:]):
-        return None
     whole, *start = operands
-    return _all(
-        [lax.dynamic_slice(whole, (*start, _zero(start)), (*eqn.params["slice_sizes"], size))]
-    )
+    return [lax.dynamic_slice(whole, (*start, _zero(start)), (*eqn.params["slice_sizes"], size))]
 
 
 def _dynamic_update_slice(eqn, operands, flags, size):
-    if any(flags[2:]):
-        return None
     whole, part, *start = operands
     whole, part = _spread(whole, flags[0], size), _spread(part, flags[1], size)
-    return _all([lax.dynamic_update_slice(whole, part, (*start, _zero(start)))])
+    return [lax.dynamic_update_slice(whole, part, (*start, _zero(start)))]
 
 
 def _zero(start: Sequence[Any]) -> Any:
@@ -224,51 +177,44 @@ def _zero(start: Sequence[Any]) -> Any:
 
 def _concatenate(eqn, operands, flags, size):
     parts = [_spread(x, b, size) for x, b in zip(operands, flags, strict=True)]
-    return _all([lax.concatenate(parts, eqn.params["dimension"])])
+    return [lax.concatenate(parts, eqn.params["dimension"])]
 
 
 def _stack(eqn, operands, flags, size):
     parts = [_spread(x, b, size) for x, b in zip(operands, flags, strict=True)]
-    return _all([jnp.stack(parts, eqn.params["axis"])])
+    return [jnp.stack(parts, eqn.params["axis"])]
 
 
 def _split(eqn, operands, flags, size):
-    return _all(list(lax.split(operands[0], eqn.params["sizes"], eqn.params["axis"])))
+    return list(lax.split(operands[0], eqn.params["sizes"], eqn.params["axis"]))
 
 
 def _unstack(eqn, operands, flags, size):
-    return _all(list(jnp.unstack(operands[0], axis=eqn.params["axis"])))
+    return list(jnp.unstack(operands[0], axis=eqn.params["axis"]))
 
 
 def _pad(eqn, operands, flags, size):
-    if flags[1]:
-        return None
-    return _all([lax.pad(operands[0], operands[1], (*eqn.params["padding_config"], (0, 0, 0)))])
+    return [lax.pad(operands[0], operands[1], (*eqn.params["padding_config"], (0, 0, 0)))]
 
 
 def _broadcast_in_dim(eqn, operands, flags, size):
     shape, axes = eqn.params["shape"], eqn.params["broadcast_dimensions"]
-    return _all([lax.broadcast_in_dim(operands[0], (*shape, size), (*axes, len(shape)))])
+    return [lax.broadcast_in_dim(operands[0], (*shape, size), (*axes, len(shape)))]
 
 
 def _reshape(eqn, operands, flags, size):
-    return _all([lax.reshape(operands[0], (*eqn.params["new_sizes"], size))])
+    return [lax.reshape(operands[0], (*eqn.params["new_sizes"], size))]
 
 
 def _transpose(eqn, operands, flags, size):
     order = eqn.params["permutation"]
-    return _all([lax.transpose(operands[0], (*order, len(order)))])
+    return [lax.transpose(operands[0], (*order, len(order)))]
 
 
 def _dot_general(eqn, operands, flags, size):
     """A product with few terms as a sum of products of elements."""
-    (left, right), batch = eqn.params["dimension_numbers"]
+    left, right = eqn.params["dimension_numbers"][0]
     avals = [atom.aval for atom in eqn.invars]
-    terms = 1
-    for axis in left:
-        terms *= avals[0].shape[axis]
-    if any(batch) or terms > FEW:
-        return None
     free = [[i for i in range(a.ndim) if i not in axes]
             for a, axes in zip(avals, (left, right), strict=True)]  # fmt: skip
     wide = []
@@ -281,59 +227,23 @@ def _dot_general(eqn, operands, flags, size):
         wide.append(lax.reshape(x, (*here, *other, *rest) if k == 0 else (*other, *here, *rest)))
     first = len(free[0]) + len(free[1])
     total = jnp.sum(wide[0] * wide[1], axis=tuple(range(first, first + len(left))))
-    return _all([total.astype(eqn.outvars[0].aval.dtype)])
+    return [total.astype(eqn.outvars[0].aval.dtype)]
 
 
-def _settled(closed: Any, fixed: Flags, carry: Flags, more: Flags, size: int) -> Flags:
-    """Which carried values differ from run to run once a loop's body has been gone through."""
-    while True:
-        flags = [*fixed, *carry, *more]
-        found = _marks(closed, flags, size)
-        after = [a or b for a, b in zip(carry, found, strict=False)]
-        if after == carry:
-            return carry
-        carry = after
-
-
-def _marks(closed: Any, flags: Flags, size: int) -> Flags:
-    """Which of the values that a function returns differ from run to run, nothing being computed.
-
-    Found once: a loop within loops would be gone through again for each loop around it.
-    """
-    known = _MARKS.setdefault(closed.jaxpr, {})
-    key = tuple(flags)
-    if key not in known:
-
-        def run(*values):
-            results, known[key] = _evaluate(closed, list(values), flags, size)
-            return results
-
-        given = [
-            jax.ShapeDtypeStruct((*a.shape, size) if b else a.shape, a.dtype)
-            for a, b in zip(closed.in_avals, flags, strict=True)
-        ]
-        jax.eval_shape(run, *given)
-    return known[key]
-
-
-def _while(eqn, operands, flags, size):
+def _while(eqn, operands, flags, marks, size):
     p = eqn.params
     test, body = p["cond_jaxpr"], p["body_jaxpr"]
     a, b = p["cond_nconsts"], p["cond_nconsts"] + p["body_nconsts"]
-    fixed, carry = flags[a:b], _settled(body, flags[a:b], flags[b:], [], size)
-    if any(_marks(test, [*flags[:a], *carry], size)):
-        return None  # the runs do not go on equally long
-    start = [_spread(x, True, size) if was else _spread(x, False, size) if now else x
-             for x, was, now in zip(operands[b:], flags[b:], carry, strict=True)]  # fmt: skip
 
     def goes_on(values):
-        return _evaluate(test, [*operands[:a], *values], [*flags[:a], *carry], size)[0][0]
+        return _evaluate(test, [*operands[:a], *values], [*flags[:a], *marks], size)[0][0]
 
     def step(values):
-        found, marks = _evaluate(body, [*operands[a:b], *values], [*fixed, *carry], size)
-        return _as(carry, found, marks, size)
+        return _as(
+            marks, *_evaluate(body, [*operands[a:b], *values], [*flags[a:b], *marks], size), size
+        )
 
-    return lax.while_loop(goes_on, step, start), carry
+    return lax.while_loop(goes_on, step, _as(marks, operands[b:], flags[b:], size))
 
 
 def _as(wanted: Flags, values: Values, flags: Flags, size: int) -> Values:
@@ -341,42 +251,35 @@ def _as(wanted: Flags, values: Values, flags: Flags, size: int) -> Values:
     return [_spread(x, b, size) if w else x for w, x, b in zip(wanted, values, flags, strict=True)]
 
 
-def _scan(eqn, operands, flags, size):
+def _scan(eqn, operands, flags, marks, size):
     p = eqn.params
     a, b = p["num_consts"], p["num_consts"] + p["num_carry"]
     body, count = p["jaxpr"], p["num_carry"]
-    carry = _settled(body, flags[:a], flags[a:b], flags[b:], size)
-    start = _as(carry, operands[a:b], flags[a:b], size)
-    marks = _marks(body, [*flags[:a], *carry, *flags[b:]], size)
+    carry = marks[:count]
 
     def step(values, row):
         given = [*operands[:a], *values, *row]
         found, own = _evaluate(body, given, [*flags[:a], *carry, *flags[b:]], size)
         return _as(carry, found[:count], own[:count], size), found[count:]
 
+    start = _as(carry, operands[a:b], flags[a:b], size)
     done, rows = lax.scan(step, start, operands[b:], p["length"], p["reverse"], p["unroll"])
-    return [*done, *rows], [*carry, *marks[count:]]
+    return [*done, *rows]
 
 
-def _cond(eqn, operands, flags, size):
-    if flags[0]:
-        return None
+def _cond(eqn, operands, flags, marks, size):
     index, values, own = operands[0], operands[1:], flags[1:]
-    branches = eqn.params["branches"]
-    marks = [_marks(branch, own, size) for branch in branches]
-    wanted = [any(each) for each in zip(*marks, strict=True)]
 
     def case(branch):
         def run(*given):
-            found, found_flags = _evaluate(branch, list(given), own, size)
-            return _as(wanted, found, found_flags, size)
+            return _as(marks, *_evaluate(branch, list(given), own, size), size)
 
         return run
 
-    return lax.switch(index, [case(branch) for branch in branches], *values), wanted
+    return lax.switch(index, [case(branch) for branch in eqn.params["branches"]], *values)
 
 
-RULES: dict[str, Callable[..., Found | None]] = {
+RULES: dict[str, Callable[..., Values]] = {
     "slice": _slice,
     "dynamic_slice": _dynamic_slice,
     "dynamic_update_slice": _dynamic_update_slice,
@@ -389,7 +292,5 @@ RULES: dict[str, Callable[..., Found | None]] = {
     "reshape": _reshape,
     "transpose": _transpose,
     "dot_general": _dot_general,
-    "while": _while,
-    "scan": _scan,
-    "cond": _cond,
 }
+LOOPS: dict[str, Callable[..., Values]] = {"while": _while, "scan": _scan, "cond": _cond}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,7 +15,14 @@ from lumpedcable.model.layout import cut_keys, cuts_of
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure
-from lumpedcable.study.plan import batch_sizes, common_coordinates, output_count, structure_of
+from lumpedcable.study.plan import (
+    batch_sizes,
+    common_coordinates,
+    lane_time,
+    output_count,
+    sizes_for,
+    structure_of,
+)
 
 __all__ = ["Laid", "equal_rows", "lay_out", "node_places"]
 
@@ -54,6 +62,14 @@ class Laid:
     def sizes(self) -> tuple[int, ...]:
         """Sizes of the batches that runs go through time in."""
         return batch_sizes(len(self.study.runs))
+
+    def sizes_for(
+        self, structure: Structure, steps: Sequence[int], counts: Sequence[int]
+    ) -> tuple[int, ...]:
+        """Sizes of the batches of runs of a structure, `counts` of them with so many `steps` each."""
+        scene, layout = structure.scene, structure.layout
+        groups = [(n, lane_time(scene, layout, k)) for k, n in zip(steps, counts, strict=True)]
+        return sizes_for(groups, self.sizes, len(self.study.runs) / len(self.structures))
 
     def which(self, runs: ArrayLike) -> NDArray[np.int64]:
         """The structure of each of some runs, as its index, shape (runs,)."""

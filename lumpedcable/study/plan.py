@@ -1,7 +1,7 @@
 """Which runs go together, and how each is stepped."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import jax
@@ -17,15 +17,18 @@ from lumpedcable.solve.observe import Recoil
 from lumpedcable.study.compiled import Structure
 
 __all__ = [
+    "COMPILING",
     "LANES",
     "batch_sizes",
     "common_coordinates",
     "courant_of",
+    "lane_time",
     "lanes",
     "output_count",
     "plan_of",
     "recoils_of",
     "rounded_steps",
+    "sizes_for",
     "stepping",
     "structure_of",
     "tolerances",
@@ -33,6 +36,9 @@ __all__ = [
 
 LANES = 64  # runs that are advanced together, on each device
 MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
+COMPILING = 10.0  # s: what a batch of another size costs before it starts, most of it compiling
+CALL = 8  # lanes that take as long as what a batch takes besides them
+NODE_STEP = 1e-7  # s, roughly: what a step of a node takes with all that belongs to it
 ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
@@ -80,6 +86,45 @@ def lanes(runs: int, sizes: tuple[int, ...]) -> list[int]:
         found.append(size)
         runs -= size
     return found
+
+
+def sizes_for(
+    groups: Sequence[tuple[int, float]], sizes: tuple[int, ...], each: float
+) -> tuple[int, ...]:
+    """Which of `sizes` to go by, so that programs and lanes together take the least time.
+
+    Of the sizes that `lanes` would use it gives up those whose programs take longer to compile than
+    lanes that repeat a run in batches of another size take to go through time.
+
+    Args:
+        groups: runs that are stepped alike: how many, and what a lane of them takes (s).
+        sizes: all there are, rising.
+        each: how many runs of the whole study need the same programs.
+    """
+    used = {size for runs, _ in groups for size in lanes(runs, sizes)}
+    kept = {sizes[-1]} if each >= sizes[-1] else set()  # other runs need that program anyway
+    again = max(each / MANY, 1.0)
+
+    def cost(some: set[int]) -> float:
+        through = (
+            time * sum(size + CALL for size in lanes(runs, tuple(sorted(some))))
+            for runs, time in groups
+        )
+        return COMPILING * len(some) + again * sum(through)
+
+    used |= kept
+    while len(used) > 1:
+        fewer = min((used - {size} for size in used - kept), key=cost, default=used)
+        if cost(fewer) >= cost(used):
+            break
+        used = fewer
+    return tuple(sorted(used))
+
+
+def lane_time(scene: Scene, layout: Layout, steps: int) -> float:
+    """What a run of so many steps in an output interval takes in a batch (s), roughly."""
+    nodes = 1 + sum(piece.segments + 1 for piece in layout.pieces)
+    return NODE_STEP * nodes * steps * max(output_count(scene), 1)
 
 
 def recoils_of(layout: Layout) -> tuple[Recoil, ...]:

@@ -207,12 +207,14 @@ def _prepared(
     timings.mark("statics")
     swept = laid.study.runs.columns(block[rows])
     table = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
-    for alike in equal_rows(table):
+    groups = equal_rows(table)
+    sizes = laid.sizes_for(structure, [int(table[g[0], 0]) for g in groups], [*map(len, groups)])
+    for alike in groups:
         steps, *tolerances = table[alike[0]]
         numbers = Numbers(
             number(scene.output.every), jnp.asarray(int(steps)), *map(number, tolerances)
         )
-        for mine, size in batched(alike, laid.sizes):
+        for mine, size in batched(alike, sizes):
             plan = plan_of(scene, structure.layout, size)
             part = Part(structure, block[rows[mine]], rows[mine], size, plan, numbers)
             yield part, rows_of(ready, filled(mine, size))

@@ -125,9 +125,10 @@ def run_here(
     with ThreadPoolExecutor(_at_once()) as pool:
         tasks = []
         try:
-            for shard in missing:
+            for shard in _apart(missing, laid):
                 tasks.append(pool.submit(compute, shard))
-                together.moving.wait()  # programs are compiled by the first shard, for all
+                if len(laid.structures) == 1:
+                    together.moving.wait()  # programs are compiled by the first shard, for all
             for task in tasks:
                 task.result()
         except BaseException:
@@ -141,6 +142,15 @@ def run_here(
 def _at_once() -> int:
     """Shards under way at once: one alone where a process is to keep to one core."""
     return 1 if jax.default_backend() == "cpu" and jax.device_count() == 1 else AT_ONCE
+
+
+def _apart(shards: list[int], laid: Laid) -> list[int]:
+    """Shards in an order in which those under way at once are far from each other.
+
+    Neighbours have the same structures most often, of which one would wait for the other to compile.
+    """
+    apart = -(-len(shards) // _at_once()) if len(laid.structures) > 1 else 1
+    return [shard for first in range(apart) for shard in shards[first::apart]]
 
 
 class _Together:

@@ -11,7 +11,7 @@ from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.observe import Sample
 from lumpedcable.study.compiled import Ready, advance_batch
 from lumpedcable.study.packed import Packed, unpacked
-from lumpedcable.study.plan import plan_of
+from lumpedcable.study.plan import COMPILING, plan_of
 from lumpedcable.study.starts import filled, rows_of
 
 if TYPE_CHECKING:
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Batch"]
 
-# s: what a smaller batch costs before it starts, most of it compiling; less than that is not saved
-COMPILING = 10.0
 FEWEST = 4  # lanes below which there is nothing to save
 
 

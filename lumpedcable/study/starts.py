@@ -17,6 +17,7 @@ __all__ = ["batched", "filled", "rows_of", "starts"]
 
 CELL = 128  # runs that start alike, at most, in one cell of a batch
 CELLS = 4  # cells of a batch
+STATICS = 10  # steps of an output interval that statics may take as long as
 FEWEST = 4  # runs in a cell on average for which cells are worth their lanes
 Tree = TypeVar("Tree")
 
@@ -33,9 +34,10 @@ def starts(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
     own = np.array([v for key, v in numbers.items() if key not in beside])
     cells = _cells(own.reshape(len(numbers) - len(beside), len(runs)).T) if beside else []
     if not cells or len(runs) < FEWEST * len(cells):
+        sizes = laid.sizes_for(structure, [STATICS], [len(runs)])
         found = [
             rows_of(_prepare(laid, structure, runs[filled(mine, size)], ()), np.arange(len(mine)))
-            for mine, size in batched(np.arange(len(runs)), laid.sizes)
+            for mine, size in batched(np.arange(len(runs)), sizes)
         ]
         return _joined(found)
     found, order = [], []

@@ -60,6 +60,11 @@ def until_each_is_done(x, y):
     return lax.while_loop(lambda v: jnp.sum(v) < 20.0, lambda v: v * 1.5 + 0.1, jnp.abs(x))
 
 
+def as_often_as_each_says(x, y):
+    count = jnp.sum(x > 0.5)
+    return lax.while_loop(lambda c: c[0] < count, lambda c: (c[0] + 1, c[1] * 1.5), (0, x))
+
+
 def choices(x, y):
     known = lax.cond(MATRIX[0, 1] > 0, lambda v: v * 2.0, lambda v: v + MATRIX[0], x)
     own = lax.cond(x[0] > 0.5, lambda v: jnp.sin(v), lambda v: jnp.cos(v) * y[0], x)
@@ -85,7 +90,8 @@ def nested(x, y):
 
 @pytest.mark.parametrize(
     "function",
-    [elementwise, slices, writes, products, reductions, loops, until_each_is_done, choices,
+    [elementwise, slices, writes, products, reductions, loops, until_each_is_done,
+     as_often_as_each_says, choices,
      derivatives, solved, checked, nested],
     ids=lambda f: f.__name__,
 )  # fmt: skip

@@ -1,0 +1,80 @@
+"""How many lanes batches have: few programs for short runs, few idle lanes for long ones."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from lumpedcable.study import plan, shards
+
+SECONDS, MINUTES = 5e-3, 60.0  # what a lane takes (s)
+
+
+@pytest.fixture(autouse=True)
+def two_devices(monkeypatch):
+    monkeypatch.setattr(plan.jax, "device_count", lambda: 2)
+
+
+def sizes_for(counts, time, runs):
+    return plan.sizes_for([(n, time) for n in counts], plan.batch_sizes(runs), runs)
+
+
+def lanes(counts, time, runs):
+    sizes = sizes_for(counts, time, runs)
+    return [plan.lanes(n, sizes) for n in counts]
+
+
+@pytest.mark.parametrize("runs", [1, 2, 3, 8, 37, 128, 1024])
+@pytest.mark.parametrize("time", [SECONDS, MINUTES])
+def test_runs_that_fit_into_batches_of_one_size_are_left_alone(runs, time):
+    assert lanes([runs], time, runs) == [plan.lanes(runs, plan.batch_sizes(runs))]
+
+
+def test_short_runs_are_filled_up_rather_than_compiled_for():
+    assert lanes([165], SECONDS, 165) == [[128, 128]]
+    assert lanes([165], MINUTES, 165) == [[128, 32, 4, 1]]
+
+
+def test_a_few_groups_of_steps_share_a_size():
+    assert len(sizes_for([5, 3, 4], SECONDS, 12)) == 1
+    assert lanes([5, 3, 4], MINUTES, 12) == [[8], [4], [4]]
+
+
+@pytest.mark.parametrize("counts", [[976], [24], [48, 500]])
+def test_a_shard_takes_the_size_that_others_of_its_structure_take(counts):
+    sizes = plan.batch_sizes(10_000)
+    assert sizes == (32, 128)
+    assert plan.sizes_for([(n, SECONDS) for n in counts], sizes, 1000.0) == (128,)
+
+
+def test_what_is_asked_for_ten_thousand_times_is_compiled_for():
+    groups, sizes = [(500, SECONDS), (540, SECONDS)], plan.batch_sizes(10**7)
+    assert plan.sizes_for(groups, sizes, 1e3) == (128,)
+    assert plan.sizes_for(groups, sizes, 1e7) == (32, 128)
+
+
+@pytest.mark.parametrize("time", [1e-6, SECONDS, 1.0, MINUTES])
+@pytest.mark.parametrize("counts", [[7, 9, 33], [130, 1], [64, 64, 2], [1] * 9, [300, 44]])
+def test_no_choice_is_dearer_than_all_sizes(counts, time):
+    runs = sum(counts)
+
+    def cost(sizes):
+        batches = [size for n in counts for size in plan.lanes(n, sizes)]
+        assert all(sum(plan.lanes(n, sizes)) >= n for n in counts)
+        return plan.COMPILING * len(set(batches)) + time * sum(s + plan.CALL for s in batches)
+
+    assert cost(sizes_for(counts, time, runs)) <= cost(plan.batch_sizes(runs)) * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 9, 10])
+def test_shards_under_way_at_once_are_far_from_each_other(count, monkeypatch):
+    monkeypatch.setattr(shards, "_at_once", lambda: 2)
+    missing = list(range(0, 3 * count, 3))
+
+    def order(structures):
+        return shards._apart(missing, cast(Any, SimpleNamespace(structures=structures)))
+
+    assert order("a") == missing
+    assert sorted(order("ab")) == missing
+    if count == 10:
+        assert order("ab")[:4] == [0, 15, 3, 18]
