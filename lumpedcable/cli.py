@@ -158,7 +158,7 @@ def study(
     shard
         Runs in each shard (1024 if not given).
     part
-        K/M: take every M-th shard, beginning with the K-th, and leave the rest to other processes.
+        K/M: take the K-th of M shares of the shards, and leave the rest to other processes.
     cores
         Cores of this machine that share the work; all if not given, one with --part K/M.
     executor

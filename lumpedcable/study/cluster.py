@@ -20,7 +20,7 @@ from lumpedcable.results import StudyFolder
 from lumpedcable.results.errors import OutputError
 from lumpedcable.scene import load_study
 from lumpedcable.study.laying import Laid, lay_out
-from lumpedcable.study.shards import Share, compute_shard, show_all
+from lumpedcable.study.shards import Share, apart, compute_shard, show_all
 
 __all__ = ["run_on_cluster"]
 
@@ -56,7 +56,7 @@ def run_on_cluster(
         OutputError: no scheduler answers at the address.
         KeyboardInterrupt: interrupted; finished shards stay.
     """
-    missing = share.among(folder.missing())
+    missing = share.missing(folder, laid)
     total = sum(len(folder.runs(shard)) for shard in missing) * laid.count
     done, failed = 0, []
     on_progress(done, total)
@@ -68,7 +68,7 @@ def run_on_cluster(
             client.submit(
                 _shard, where, shard, key=f"{where}-{shard}", retries=1, pure=False
             ): shard
-            for shard in missing
+            for shard in apart(missing, laid, max(_workers(client), 1))
         }
         for task in as_completed(tasks):
             shard = tasks[task]
@@ -82,6 +82,13 @@ def run_on_cluster(
             on_progress(done, total)
     show_all(folder, laid)
     return failed
+
+
+def _workers(client: Client) -> int:
+    """How many workers there are now."""
+    known = client.nthreads()
+    assert isinstance(known, dict)  # of a client that is not asynchronous
+    return len(known)
 
 
 @contextmanager

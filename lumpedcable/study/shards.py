@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,7 @@ from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.run import run_runs
 
-__all__ = ["Share", "compute_shard", "open_study", "run_here", "show_all"]
+__all__ = ["Share", "apart", "compute_shard", "open_study", "run_here", "show_all"]
 
 # shards under way at once in a process: while one is checked, brought to rest, summed up or written,
 # which is work of Python on one core, the other moves
@@ -28,14 +28,22 @@ AT_ONCE = 2
 
 @dataclass(frozen=True)
 class Share:
-    """The shards that one of several independent processes takes: every `of`-th from `part` on."""
+    """The shards that one of several independent processes takes, number `part` from 0 on, `of` them."""
 
     part: int = 0
     of: int = 1
 
-    def among(self, shards: Iterable[int]) -> list[int]:
-        """This share of some shards."""
-        return [shard for shard in shards if shard % self.of == self.part]
+    def missing(self, folder: StudyFolder, laid: Laid) -> list[int]:
+        """What is missing of this share of a study's shards.
+
+        Every `of`-th, so that all shares take about as long; but neighbours where there are several
+        structures, which neighbours most often have in common, since each process lays out its own.
+        """
+        if len(laid.structures) == 1:
+            return [shard for shard in folder.missing() if shard % self.of == self.part]
+        return [
+            shard for shard in folder.missing() if shard * self.of // folder.shards == self.part
+        ]
 
 
 def open_study(study: Study, path: Path, shard: int | None = None) -> tuple[StudyFolder, Laid]:
@@ -106,7 +114,7 @@ def run_here(
     Raises:
         KeyboardInterrupt: interrupted; finished shards stay.
     """
-    missing, failed = share.among(folder.missing()), []
+    missing, failed = share.missing(folder, laid), []
     outputs = {shard: len(folder.runs(shard)) * laid.count for shard in missing}
     together = _Together(outputs, on_progress)
     together.tell()
@@ -125,7 +133,7 @@ def run_here(
     with ThreadPoolExecutor(_at_once()) as pool:
         tasks = []
         try:
-            for shard in _apart(missing, laid):
+            for shard in apart(missing, laid, _at_once()):
                 tasks.append(pool.submit(compute, shard))
                 if len(laid.structures) == 1:
                     together.moving.wait()  # programs are compiled by the first shard, for all
@@ -144,13 +152,14 @@ def _at_once() -> int:
     return 1 if jax.default_backend() == "cpu" and jax.device_count() == 1 else AT_ONCE
 
 
-def _apart(shards: list[int], laid: Laid) -> list[int]:
+def apart(shards: list[int], laid: Laid, at_once: int) -> list[int]:
     """Shards in an order in which those under way at once are far from each other.
 
-    Neighbours have the same structures most often, of which one would wait for the other to compile.
+    Neighbours have the same structures most often: one of two would wait for the other to compile, or
+    two processes would both do it. Shards of one structure keep their order.
     """
-    apart = -(-len(shards) // _at_once()) if len(laid.structures) > 1 else 1
-    return [shard for first in range(apart) for shard in shards[first::apart]]
+    step = -(-len(shards) // at_once) if len(laid.structures) > 1 else 1
+    return [shard for first in range(step) for shard in shards[first::step]]
 
 
 class _Together:

@@ -66,15 +66,27 @@ def test_no_choice_is_dearer_than_all_sizes(counts, time):
     assert cost(sizes_for(counts, time, runs)) <= cost(plan.batch_sizes(runs)) * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("at_once", [1, 2, 3, 20])
 @pytest.mark.parametrize("count", [0, 1, 2, 9, 10])
-def test_shards_under_way_at_once_are_far_from_each_other(count, monkeypatch):
-    monkeypatch.setattr(shards, "_at_once", lambda: 2)
+def test_shards_under_way_at_once_are_far_from_each_other(count, at_once):
     missing = list(range(0, 3 * count, 3))
+    assert shards.apart(missing, study("a"), at_once) == missing
+    order = shards.apart(missing, study("ab"), at_once)
+    assert sorted(order) == missing
+    if (count, at_once) == (10, 2):
+        assert order[:4] == [0, 15, 3, 18]
 
-    def order(structures):
-        return shards._apart(missing, cast(Any, SimpleNamespace(structures=structures)))
 
-    assert order("a") == missing
-    assert sorted(order("ab")) == missing
-    if count == 10:
-        assert order("ab")[:4] == [0, 15, 3, 18]
+@pytest.mark.parametrize("structures", ["a", "abc"])
+@pytest.mark.parametrize("of", [1, 2, 3, 7, 20])
+def test_shares_have_every_shard_once(structures, of):
+    folder = cast(Any, SimpleNamespace(shards=13, missing=lambda: [0, 1, 2, 5, 6, 7, 8, 11, 12]))
+    found = [shards.Share(k, of).missing(folder, study(structures)) for k in range(of)]
+    assert sorted(s for mine in found for s in mine) == folder.missing()
+    if of == 3:
+        many = [[0, 1, 2], [5, 6, 7, 8], [11, 12]]
+        assert found == (many if structures == "abc" else [[0, 6, 12], [1, 7], [2, 5, 8, 11]])
+
+
+def study(structures):
+    return cast(Any, SimpleNamespace(structures=structures))
