@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from jax import lax
 
+from lumpedcable.study import differing as flows
+from lumpedcable.study import lanes
 from lumpedcable.study.compiled import configure
 from lumpedcable.study.differing import differing
 
@@ -87,3 +89,8 @@ def test_what_is_said_to_be_common_is(function):
     for mark, values in zip(marks, zip(*found, strict=True), strict=True):
         same = all(np.array_equal(values[0], value) for value in values)
         assert same == (not mark)
+
+
+def test_what_is_said_to_have_a_rule_has_one():
+    assert set(lanes.RULES) == flows.MOVING
+    assert set(lanes.LOOPS) == set(flows.LOOPS)
