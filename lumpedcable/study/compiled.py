@@ -154,15 +154,10 @@ def _prepare(
         return shared_out(jax.vmap(one, (0, None, None, None)), (dict(swept),), common)
     # followed once, for a run alone: under two maps each of its operations takes twice as long
     example = jax.tree.map(lambda x: x[0], dict(swept)) | {k: x[0, 0] for k, x in beside.items()}
-    closed, shapes = jax.make_jaxpr(one, return_shape=True)(example, *common)
-    again = core.jaxpr_as_fun(closed)
+    again, _ = followed(one, example, *common)
 
     def cell(mine, beside, *common):
-        def run(own):
-            found = again(*jax.tree.leaves(({**mine, **own}, *common)))
-            return jax.tree.unflatten(jax.tree.structure(shapes), found)
-
-        return jax.vmap(run)(beside)
+        return jax.vmap(lambda own: again({**mine, **own}, *common))(beside)
 
     every = jax.vmap(cell, in_axes=(0, 0, None, None, None))
     found = shared_out(every, (dict(swept), dict(beside)), common)
@@ -223,16 +218,20 @@ def in_one_piece(
     """
     if not ON_CPU or batches[0].numbers.shape[0] > 1 or plan.method == "constrained":
         return function(*batches)
-    numbers = [batch.numbers for batch in batches]
-    closed, shapes = jax.make_jaxpr(function, return_shape=True)(*batches)
-    again = core.jaxpr_as_fun(closed)  # what has been followed once is not followed again
-    empty = [jnp.zeros(x.shape, x.dtype) for x in closed.out_avals]
+    again, shapes = followed(function, *batches)
+    empty = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
 
     def once(_):
-        return jnp.zeros((), bool), again(*numbers)
+        return jnp.zeros((), bool), again(*batches)
 
-    found = jax.lax.while_loop(lambda carry: carry[0], once, (sure, empty))[1]
-    return jax.tree.unflatten(jax.tree.structure(shapes), found)
+    return jax.lax.while_loop(lambda carry: carry[0], once, (sure, empty))[1]
+
+
+def followed(function: Callable[..., Any], *examples: Any) -> tuple[Callable[..., Any], Any]:
+    """`function`, followed once for arguments like the examples; and the shapes of its result."""
+    closed, shapes = jax.make_jaxpr(function, return_shape=True)(*examples)
+    flat, form = core.jaxpr_as_fun(closed), jax.tree.structure(shapes)
+    return lambda *given: jax.tree.unflatten(form, flat(*jax.tree.leaves(given))), shapes
 
 
 @partial(jax.jit, compiler_options=RUN_ONCE)

@@ -19,10 +19,11 @@ __all__ = [
     "LOOPS",
     "Flags",
     "alone",
-    "asked",
     "differing",
     "flow",
     "inner",
+    "reads",
+    "variables",
 ]
 
 Flags = list[bool]  # which values differ from run to run
@@ -52,35 +53,45 @@ INLINE = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "core_ca
           "custom_jvp_call": "call_jaxpr", "custom_vjp_call": "call_jaxpr",
           "custom_vmap_call": "call", "checkpoint": "jaxpr"}  # fmt: skip
 FEW = 16  # terms of a product that is written as a sum; a library call costs more
-_KNOWN: weakref.WeakKeyDictionary[Any, dict[tuple[bool, ...], Flags]] = weakref.WeakKeyDictionary()
+_KNOWN: weakref.WeakKeyDictionary[Any, dict[tuple[bool, ...], dict[Any, bool]]] = (
+    weakref.WeakKeyDictionary()
+)
 
 
 def differing(closed: Any, flags: Flags, size: int) -> Flags:
     """Which of the values that a traced function returns differ between `size` runs.
-
-    Found once: a loop within loops would be gone through again for each loop around it.
 
     Args:
         closed: the function, a closed jaxpr of one run.
         flags: which of its arguments differ.
         size: the number of runs, which jax asks for where it is asked.
     """
+    known = variables(closed, flags, size)
+    return [reads(known, atom) for atom in closed.jaxpr.outvars]
+
+
+def variables(closed: Any, flags: Flags, size: int) -> dict[Any, bool]:
+    """Which of a traced function's variables differ; those that it has from outside are not told.
+
+    Found once: a loop within loops would be gone through again for each loop around it.
+    """
     jaxpr, key = closed.jaxpr, tuple(flags)
     found = _KNOWN.setdefault(jaxpr, {})
     if key not in found:
         known = dict(zip(jaxpr.invars, flags, strict=True))
-
-        def read(atom: Any) -> bool:
-            return not isinstance(atom, core.Literal) and known.get(atom, False)
-
         for eqn in jaxpr.eqns:
-            which = [read(atom) for atom in eqn.invars]
+            which = [reads(known, atom) for atom in eqn.invars]
             marks = [False] * len(eqn.outvars)
             if any(which):
-                marks = flow(eqn, which, size) or asked(eqn, jaxpr, which, size)
+                marks = flow(eqn, which, size) or _asked(eqn, jaxpr, which, size)
             known.update(zip(eqn.outvars, marks, strict=True))
-        found[key] = [read(atom) for atom in jaxpr.outvars]
+        found[key] = known
     return found[key]
+
+
+def reads(known: dict[Any, bool], atom: Any) -> bool:
+    """Whether an operand differs, a variable or a number that stands there."""
+    return not isinstance(atom, core.Literal) and known.get(atom, False)
 
 
 def flow(eqn: Any, flags: Flags, size: int) -> Flags | None:
@@ -130,7 +141,7 @@ def alone(eqn: Any, jaxpr: Any) -> tuple[Callable[..., list[Any]], list[Any]]:
     return run, variables
 
 
-def asked(eqn: Any, jaxpr: Any, flags: Flags, size: int) -> Flags:
+def _asked(eqn: Any, jaxpr: Any, flags: Flags, size: int) -> Flags:
     """What jax says of the results of an operation: it refuses to leave out an axis that is needed."""
     run, variables = alone(eqn, jaxpr)
     which = {

@@ -23,9 +23,11 @@ from lumpedcable.study.differing import (
     INLINE,
     Flags,
     alone,
-    asked,
+    differing,
     flow,
     inner,
+    reads,
+    variables,
 )
 
 __all__ = ["across"]
@@ -69,29 +71,25 @@ def _spread(x: Any, batched: bool, size: int) -> Any:
 
 def _evaluate(closed: Any, values: Values, flags: Flags, size: int) -> tuple[Values, Flags]:
     """The outputs of a traced function, and which of them differ from run to run."""
-    jaxpr = closed.jaxpr
-    known: dict[Any, tuple[Any, bool]] = {}
-    known |= {v: (c, False) for v, c in zip(jaxpr.constvars, closed.consts, strict=True)}
-    known |= {v: (x, b) for v, x, b in zip(jaxpr.invars, values, flags, strict=True)}
+    jaxpr, which = closed.jaxpr, variables(closed, flags, size)
+    known = dict(zip(jaxpr.constvars, closed.consts, strict=True))
+    known |= dict(zip(jaxpr.invars, values, strict=True))
 
-    def read(atom: Any) -> tuple[Any, bool]:
-        return (atom.val, False) if isinstance(atom, core.Literal) else known[atom]
+    def read(atom: Any) -> Any:
+        return atom.val if isinstance(atom, core.Literal) else known[atom]
 
     for eqn in jaxpr.eqns:
-        found = [read(atom) for atom in eqn.invars]
-        operands, which = [x for x, _ in found], [b for _, b in found]
-        marks = flow(eqn, which, size) if any(which) else [False] * len(eqn.outvars)
-        if marks is None:
-            marks = asked(eqn, jaxpr, which, size)
-            results = _otherwise(eqn, jaxpr, known, marks)
-        elif any(which):
-            results = _apply(eqn, operands, which, marks, size)
+        operands, own = [read(a) for a in eqn.invars], [reads(which, a) for a in eqn.invars]
+        marks = [which[v] for v in eqn.outvars]
+        if any(own) and flow(eqn, own, size) is not None:
+            results = _apply(eqn, operands, own, marks, size)
         else:
-            run, variables = alone(eqn, jaxpr)
-            results = run(*(known[v][0] for v in variables))
-        known.update(zip(eqn.outvars, zip(results, marks, strict=True), strict=True))
-    ends = [read(atom) for atom in jaxpr.outvars]
-    return [x for x, _ in ends], [b for _, b in ends]
+            run, free = alone(eqn, jaxpr)
+            given = [known[v] for v in free]
+            mine = [reads(which, v) for v in free]
+            results = _otherwise(run, given, mine, marks) if any(own) else run(*given)
+        known.update(zip(eqn.outvars, results, strict=True))
+    return [read(atom) for atom in jaxpr.outvars], differing(closed, flags, size)
 
 
 def _apply(eqn: Any, operands: Values, flags: Flags, marks: Flags, size: int) -> Values:
@@ -110,14 +108,10 @@ def _apply(eqn: Any, operands: Values, flags: Flags, marks: Flags, size: int) ->
     return RULES[name](eqn, operands, flags, size)
 
 
-def _otherwise(eqn: Any, jaxpr: Any, known: dict[Any, tuple[Any, bool]], marks: Flags) -> Values:
+def _otherwise(run: Callable[..., Values], given: Values, flags: Flags, marks: Flags) -> Values:
     """What jax makes of an operation."""
-    run, variables = alone(eqn, jaxpr)
-    axes = [-1 if known[v][1] else None for v in variables]
-    ends = [-1 if mark else None for mark in marks]
-    return jax.vmap(lambda *x: run(*x), in_axes=axes, out_axes=ends)(
-        *(known[v][0] for v in variables)
-    )
+    axes, ends = ([-1 if mark else None for mark in some] for some in (flags, marks))
+    return jax.vmap(lambda *x: run(*x), in_axes=axes, out_axes=ends)(*given)
 
 
 def _elementwise(eqn: Any, operands: Values, flags: Flags, shape: tuple[int, ...]) -> Any:
