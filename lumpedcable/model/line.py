@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.fluid import AbstractCurrent
+from lumpedcable.physics.linear import differences, settled_back
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.seabed import BedGrip
@@ -123,7 +124,7 @@ class Line(eqx.Module):
     def shape(self, displacement: Float[Array, "d nodes"]) -> Shape:
         """Tangents, strains and lengths of a displacement (m)."""
         length = self.segment_length
-        step = displacement[:, 1:] - displacement[:, :-1]
+        step = differences(displacement)
         if self.dimensions == 1:
             # along a straight line strain has a sign: below -1 a segment points backwards
             tangent = jnp.sign(self.reference_step)
@@ -156,7 +157,7 @@ class Line(eqx.Module):
         `end_forces` act on the first and the last node (N); `over` is a workspace to write over.
         """
         shape = self.shape(displacement)
-        tension, stiffness = tension_and_stiffness(self.law, shape.strain)
+        tension, stiffness = map(settled_back, tension_and_stiffness(self.law, shape.strain))
         if self.inextensible and velocity is not None:
             # its tensions keep its length and are found with its motion
             tension = stiffness = jnp.zeros_like(tension)
@@ -177,7 +178,7 @@ class Line(eqx.Module):
                     tension = ghosted.tension[1:-1]
         result = LineForces(shape, jnp.zeros(()), tension, stiffness, damping, waves)
         force, carried = between_nodes(
-            result.total_tension() * shape.tangent,
+            settled_back(result.total_tension()) * shape.tangent,
             end_forces,
             None if over is None else over.carried,
         )
@@ -200,7 +201,7 @@ class Line(eqx.Module):
 
 def strain_rate(line: Line, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " n"]:
     """de/dt = (v_j+1 - v_j) . u_j / l of each segment (1/s), less (1 + e) times the line's growth."""
-    step = velocity[:, 1:] - velocity[:, :-1]
+    step = differences(velocity)
     rate = dot(step, shape.tangent) * (1.0 / line.segment_length)
     return rate if line.growth is None else rate - (1.0 + shape.strain) * line.growth
 

@@ -26,6 +26,7 @@ from lumpedcable.model.grip import held_back, joint_held_back
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, LineForces, Workspace
 from lumpedcable.model.places import PlaceMeasured
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.waves import Boundary
@@ -334,7 +335,7 @@ def end_correction(
         return None
     nu2 = jnp.zeros((), line.reference.dtype)
     if dt is not None:
-        stiff = jnp.maximum(e.line.stiffness[node], 0.0)
+        stiff = jnp.maximum(pick(e.line.stiffness, node), 0.0)
         nu2 = jnp.clip(stiff * (dt / line.segment_length[node]) ** 2 / line.mass, 0.0, 1.0)
     theta = 0.25 * (1.0 - nu2)
     return theta if met.loaded is True else jnp.where(met.loaded, theta, 0.0)
@@ -351,7 +352,8 @@ def corrected_ends(
     for node, inner in ((0, 1), (-1, -2)):
         theta = end_correction(line, e, node, dt)
         if theta is not None:
-            u = e.line.shape.tangent[:, node]
-            ahead = jnp.dot(gain[:, node] - gain[:, inner], u)
-            gain = place_at_end(gain, node, gain[:, node] + theta * ahead * u)
+            u = pick(e.line.shape.tangent, node)
+            own = pick(gain, node)
+            ahead = jnp.dot(own - pick(gain, inner), u)
+            gain = place_at_end(gain, node, own + theta * ahead * u)
     return gain

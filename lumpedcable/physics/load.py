@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.place import framed
+from lumpedcable.physics.place import framed, framed_differences
 
 __all__ = ["AbstractLoad", "AbstractResistance", "Shape", "between_nodes"]
 
@@ -80,4 +80,6 @@ def between_nodes(
     start = none if ends[0] is None else -ends[0][:, None]
     end = none if ends[1] is None else ends[1][:, None]
     carried = framed(start, segment_force, end, into)
+    if into is None:
+        return framed_differences(start, segment_force, end), carried
     return carried[:, 1:] - carried[:, :-1], carried

@@ -6,11 +6,15 @@ once, in a loop without branches, and if the array is carried from step to step 
 a single line that makes a step two to three times as fast.
 """
 
+import functools
+
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["framed", "place", "place_at_end"]
+from lumpedcable.physics.linear import AtEnd, Framed, FramedDifferences, room, tangent_of
+
+__all__ = ["framed", "framed_differences", "place", "place_at_end"]
 
 Index = int | Array
 
@@ -24,8 +28,19 @@ def place_at_end(
     values: Float[Array, "*d n"], node: int, value: Float[Array, "*d"]
 ) -> Float[Array, "*d n"]:
     """The same values but for the first (`node` 0) or last (`node` -1) along the last axis."""
+    return _with_end(node, values, value)
+
+
+@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _with_end(node: int, values: Array, value: Array) -> Array:
     index = 0 if node == 0 else values.shape[-1] - 1
     return place(values, value[..., None], *(0,) * (values.ndim - 1), index)
+
+
+@_with_end.defjvp
+def _with_end_jvp(node, operands, tangents):
+    count = operands[0].shape[-1]
+    return _with_end(node, *operands), tangent_of(AtEnd(count, node), *tangents)[0]
 
 
 def framed(
@@ -35,12 +50,40 @@ def framed(
     into: Float[Array, "*d n+2"] | None = None,
 ) -> Float[Array, "*d n+2"]:
     """(first, values, last) along the last axis, written over `into` if there is such an array."""
-    count, lead = values.shape[-1], (0,) * (values.ndim - 1)
     if into is None:
-        into = jnp.zeros((*values.shape[:-1], count + 2), values.dtype)
+        return _framed(first, values, last)
+    return _written_over(into, first, values, last)
+
+
+def _written_over(into: Array, first: Array, values: Array, last: Array) -> Array:
+    count, lead = values.shape[-1], (0,) * (values.ndim - 1)
     for part, index in ((values, 1), (first, 0), (last, count + 1)):
         into = place(into, part, *lead, index)
     return into
+
+
+@jax.custom_jvp
+def _framed(first: Array, values: Array, last: Array) -> Array:
+    return _written_over(room(values), first, values, last)
+
+
+@_framed.defjvp
+def _framed_jvp(operands, tangents):
+    return _framed(*operands), tangent_of(Framed(), *tangents)[0]
+
+
+@jax.custom_jvp
+def framed_differences(
+    first: Float[Array, "*d 1"], values: Float[Array, "*d n"], last: Float[Array, "*d 1"]
+) -> Float[Array, "*d n+1"]:
+    """x_j+1 - x_j of (first, values, last) along the last axis."""
+    framed = _framed(first, values, last)
+    return framed[..., 1:] - framed[..., :-1]
+
+
+@framed_differences.defjvp
+def _framed_differences_jvp(operands, tangents):
+    return framed_differences(*operands), tangent_of(FramedDifferences(), *tangents)[0]
 
 
 # jax batches such a write as a scatter, which the compiler takes apart slowly; so it is told to write a

@@ -15,21 +15,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from lumpedcable.physics.each import at_each
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import framed
-from lumpedcable.physics.vectors import least, most
+from lumpedcable.physics.wave_terms import SOFT, Given, Values, WaveTensions, slopes, tensions
 
 __all__ = ["Boundary", "Ghosted", "ReleaseWaves", "WaveTensions"]
 
-LINEAR_VISCOSITY = 0.1
-QUADRATIC_VISCOSITY = 0.5
-VISCOSITY_SHARE_OF_LIMIT = 0.4
-MORE_AT_LOAD = 1.5  # times as much viscosity in the segment of a loaded end,
-LESS_LIMIT_AT_LOAD = 0.5  # within half the limit, since half a mass follows
-SLACK_VISCOSITY = 0.25  # times l / dt: one step then evens out the shortest wave, without ringing
-SOFT = 1e-30  # N: no stiffness, but one whose root has a derivative
 FALLEN = 5  # slack segments at an end, with which the line falls slack
-SLACK_SHARE_OF_REST = 0.3  # of what the springs beside a slack segment leave of a stable step
-STILL = 50.0  # times the rounding error of the wave speed: a jump of velocity that counts as none
 
 
 class Boundary(eqx.Module):
@@ -78,13 +70,13 @@ class Boundary(eqx.Module):
         """
         if self.loaded is False:
             return rate
-        own, loaded = stiffness[0], -rate
+        own, loaded = pick(stiffness, 0), -rate
         if self.force_rate is not None:
             taut = own > SOFT
             g = jnp.dot(self.force_rate, outward) / jnp.where(taut, own, 1.0)
             loaded = loaded + 2.0 * jnp.where(taut, g, 0.0)
         if tension_only:
-            loaded = jnp.where(jnp.max(stiffness) <= SOFT, rate, loaded)
+            loaded = jnp.where(jnp.max(jax.lax.stop_gradient(stiffness)) <= SOFT, rate, loaded)
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, rate)
 
     def at_load(self, rate: Float[Array, " n"], segment: int) -> Float[Array, " n"] | None:
@@ -115,17 +107,6 @@ class Ghosted(NamedTuple):
     tension: Float[Array, " n+2"] | None
     rate: Float[Array, " n+2"]
     stiffness: Float[Array, " n+2"] | None
-
-
-class WaveTensions(NamedTuple):
-    """What the remedies add to the tension of each segment (N): both together, and each.
-
-    The correction is None where it is not asked for.
-    """
-
-    total: Float[Array, " n"]
-    correction: Float[Array, " n"] | None
-    viscosity: Float[Array, " n"]
 
 
 class ReleaseWaves(eqx.Module):
@@ -175,12 +156,12 @@ class ReleaseWaves(eqx.Module):
         ghosted = self._ghosted(tension, stiffness, rate, tangent, ends, tension_only, over)
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
-        given = _Given(
+        given = Given(
             _at_loads(ends, rate),
             (ends[0].off_joint(rate.shape[0], 0), ends[1].off_joint(rate.shape[0], -1)),
             tension > 0.0 if tension_only else None,
         )
-        values = _Values(
+        values = Values(
             _three(ghosted.rate),
             stiffness,
             None if ghosted.stiffness is None or dt is None else _three(ghosted.stiffness)[::2],
@@ -190,7 +171,7 @@ class ReleaseWaves(eqx.Module):
             dt,
             damping,
         )
-        return at_each(_tensions, given, values), ghosted
+        return at_each(tensions, given, values, slopes), ghosted
 
     def _ghosted(
         self,
@@ -204,96 +185,24 @@ class ReleaseWaves(eqx.Module):
     ) -> Ghosted:
         start, end = ends
         over = Ghosted(None, None, None) if over is None else over  # type: ignore[arg-type]
-        first = start.ghost_rate(rate[0], stiffness[:FALLEN], -tangent[:, 0], tension_only)
-        last = end.ghost_rate(rate[-1], stiffness[: -FALLEN - 1 : -1], tangent[:, -1], tension_only)
+        ahead = -pick(tangent, 0), pick(tangent, -1)
+        first = start.ghost_rate(pick(rate, 0), stiffness[:FALLEN], ahead[0], tension_only)
+        fallen = stiffness[: -FALLEN - 1 : -1]
+        last = end.ghost_rate(pick(rate, -1), fallen, ahead[1], tension_only)
         rates = framed(first[None], rate, last[None], over.rate)
         near = None
         if tension_only:
             near = framed(stiffness[:1], stiffness, stiffness[-1:], over.stiffness)
         if not self.corrected:
             return Ghosted(None, rates, near)
-        before = start.ghost_tension(tension[0], -tangent[:, 0])
-        after = end.ghost_tension(tension[-1], tangent[:, -1])
+        before = start.ghost_tension(pick(tension, 0), ahead[0])
+        after = end.ghost_tension(pick(tension, -1), ahead[1])
         tensions = framed(before[None], tension, after[None], over.tension)
         return Ghosted(tensions, rates, near)
 
 
-class _Given(NamedTuple):
-    """1 in segments of loaded ends; off the joints at either end; taut. None: nowhere, never asked."""
-
-    there: Float[Array, " n"] | None
-    off_joint: tuple[Bool[Array, " n"] | None, Bool[Array, " n"] | None]
-    taut: Bool[Array, " n"] | None
-
-
-class _Values(NamedTuple):
-    """Numbers at each segment: of rate and tension its left neighbour's, its own and its right one's.
-
-    `beside` are the stiffnesses of the two neighbours, None where no fixed step asks for them.
-    """
-
-    rate: tuple[Float[Array, " n"], ...]
-    stiffness: Float[Array, " n"]
-    beside: tuple[Float[Array, " n"], ...] | None
-    tension: tuple[Float[Array, " n"], ...] | None
-    length: Float[Array, "..."]
-    mass: Float[Array, ""]
-    dt: Float[Array, ""] | None
-    damping: Float[Array, ""] | None
-
-
 def _three(ghosted: Float[Array, " n+2"]) -> tuple[Float[Array, " n"], ...]:
     return ghosted[:-2], ghosted[1:-1], ghosted[2:]
-
-
-def _tensions(given: _Given, values: _Values) -> WaveTensions:
-    """The formulas of `ReleaseWaves`."""
-    rate, length, mass, dt = values.rate[1], values.length, values.mass, values.dt
-    # factors that are the same at every step come first, in brackets: they are worked out once
-    stiff = most(values.stiffness, SOFT)
-    speed = jnp.sqrt(stiff * (1.0 / mass))
-    jump = rate * length
-    f = 1.0 - _smoothness(*values.rate, STILL * jnp.finfo(rate.dtype).eps * speed / length)
-    f = f * f
-    b = LINEAR_VISCOSITY * speed + QUADRATIC_VISCOSITY * jnp.abs(jump)
-    share = VISCOSITY_SHARE_OF_LIMIT
-    if given.there is not None:
-        b = b * (1.0 + (MORE_AT_LOAD - 1.0) * given.there)
-        share = share * (1.0 + (LESS_LIMIT_AT_LOAD - 1.0) * given.there)
-    if dt is None:
-        nu2 = jnp.zeros_like(stiff)
-    else:
-        nu2 = stiff * ((dt / length) ** 2 / mass)
-        limit = (1.0 - nu2) * (3.0 - nu2) * (share / 6.0 * length / dt)
-        b = least(b, most(limit, 0.0))
-    if values.damping is not None:
-        b = most(b - values.damping / (mass * length), 0.0)
-    if dt is not None and values.beside is not None:
-        assert given.taut is not None
-        near = most(most(*values.beside), SOFT) * ((dt / length) ** 2 / mass)
-        b = jnp.where(given.taut, b, _slack_share(near, jump) * (length / dt))
-    viscous = mass * b * jump * f
-    if values.tension is None:
-        return WaveTensions(viscous, None, viscous)
-    before, tension, after = values.tension
-    correction = (nu2 - 1.0) * (1.0 / 12.0) * (after - 2.0 * tension + before)
-    correction = (1.0 - f) * correction
-    for inside in given.off_joint:
-        correction = correction if inside is None else jnp.where(inside, correction, 0.0)
-    if given.taut is not None:
-        correction = most(correction, -tension)
-    return WaveTensions(correction + viscous, correction, viscous)
-
-
-def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Viscosity of slack segments in l / dt: `SLACK_VISCOSITY`, less where its lag would ring.
-
-    A node between a slack and a taut segment has the taut one's spring besides, of the nu^2 given, and
-    both must fit into a step. A segment that comes apart becomes taut itself and needs no such care.
-    """
-    left = most(1.0 - nu2, 0.0)
-    less = least(SLACK_SHARE_OF_REST * left, SLACK_VISCOSITY)
-    return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
 
 
 def _at_loads(
@@ -303,45 +212,3 @@ def _at_loads(
     found = [end.at_load(rate, node) for node, end in zip((0, -1), ends, strict=True)]
     masks = [mask for mask in found if mask is not None]
     return functools.reduce(jnp.maximum, masks) if masks else None
-
-
-@jax.custom_jvp
-def _smoothness(
-    left: Float[Array, " n"], rate: Float[Array, " n"], right: Float[Array, " n"],
-    noise: Float[Array, " n"],
-) -> Float[Array, " n"]:  # fmt: skip
-    """phi of each segment from the strain rates (1/s) of its neighbours and its own.
-
-    1 where the rate is below `noise` (1/s), or next to nothing beside a neighbour's.
-    """
-    return _limited(left, rate, right, noise)[0]
-
-
-def _limited(left, rate, right, noise):
-    """phi, and what its derivative is made of.
-
-    That is g where phi is between 0 and 1, else infinity; whether the mean of the two ratios decides,
-    else whether it is the left one.
-    """
-    beside = most(jnp.abs(left), jnp.abs(right))
-    # a rate whose square underflows would have an inverse that no derivative can be taken of
-    noise = most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
-    still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).eps) ** 0.5 * beside)
-    inverse = 1.0 / jnp.where(still, 1.0, rate)
-    rl, rr = left * inverse, right * inverse
-    mean, less = 0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr)
-    raw = least(mean, less)
-    phi = jnp.where(still, 1.0, least(most(raw, 0.0), 1.0))
-    inside = ~still & (raw > 0.0) & (raw < 1.0)
-    return phi, jnp.where(inside, rate, jnp.inf), mean < less, rl < rr
-
-
-@_smoothness.defjvp
-def _smoothness_jvp(values, tangents):
-    # phi = a g_left / g + b g_right / g with a and b of 0, 1/2 or 2, so d phi is
-    # (a dg_left + b dg_right - phi dg) / g: a third of what the rules for each operation make of it.
-    # A division, since the compiler works that out once and a product for each that reads it
-    phi, divisor, mean, lower = _limited(*values)
-    left, rate, right, _ = tangents
-    sides = jnp.where(mean, 0.5 * (left + right), 2.0 * jnp.where(lower, left, right))
-    return phi, (sides - phi * rate) / divisor

@@ -51,7 +51,7 @@ MOVING = frozenset((
 ))  # fmt: skip
 INLINE = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "core_call": "call_jaxpr",
           "custom_jvp_call": "call_jaxpr", "custom_vjp_call": "call_jaxpr",
-          "custom_vmap_call": "call", "checkpoint": "jaxpr"}  # fmt: skip
+          "custom_vmap_call": "call", "checkpoint": "jaxpr", "along_line": "jaxpr"}  # fmt: skip
 FEW = 16  # terms of a product that is written as a sum; a library call costs more
 _KNOWN: weakref.WeakKeyDictionary[Any, dict[tuple[bool, ...], dict[Any, bool]]] = (
     weakref.WeakKeyDictionary()

@@ -1,0 +1,224 @@
+"""Linear operations along a line, with the way back written down.
+
+jax finds the way back of each slice and of each write by itself: an array of zeros with a part of it
+filled in, or all but a part. The way back of a step would be a long list of these.
+"""
+
+import abc
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.extend import core
+from jax.interpreters import ad, batching, mlir
+from jaxtyping import Array, Float
+
+from lumpedcable.physics.each import settled
+
+__all__ = [
+    "AbstractLinear",
+    "AtEnd",
+    "Framed",
+    "FramedDifferences",
+    "applied",
+    "differences",
+    "pick",
+    "room",
+    "settled_back",
+    "tangent_of",
+]
+
+Arrays = tuple[Array, ...]
+
+
+class AbstractLinear(abc.ABC):
+    """A linear operation along the last axis of its operands, with its transpose."""
+
+    @abc.abstractmethod
+    def there(self, *operands: Array) -> Arrays:
+        """The results; operands may have more axes before their own, the same ones."""
+
+    @abc.abstractmethod
+    def back(self, *results: Array) -> Arrays:
+        """What the transpose makes of arrays like the results: arrays like the operands."""
+
+
+@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
+def applied(of: AbstractLinear, *operands: Array) -> Arrays:
+    """`of.there(*operands)`, with `of.back` as its way back."""
+    return of.there(*operands)
+
+
+@applied.defjvp
+def _applied_jvp(of, operands, tangents):
+    return applied(of, *operands), tangent_of(of, *tangents)
+
+
+# Only tangents meet the operation that jax knows nothing of: values go by jax's own.
+_linear = core.Primitive("along_line")
+_linear.multiple_results = True
+
+
+def tangent_of(of: AbstractLinear, *operands: Array) -> Arrays:
+    """`of.there(*operands)`, which jax transposes to `of.back`."""
+    return tuple(_bound(of, False, operands))
+
+
+def _bound(of: AbstractLinear, back: bool, operands: Any) -> list[Array]:
+    operands = [jnp.asarray(x) for x in operands]
+    jaxpr = _followed(of, back, tuple((x.shape, x.dtype) for x in operands))
+    return _linear.bind(*operands, of=of, back=back, jaxpr=jaxpr)
+
+
+@functools.cache
+def _followed(of: AbstractLinear, back: bool, kinds: tuple[Any, ...]) -> core.ClosedJaxpr:
+    examples = (jax.ShapeDtypeStruct(shape, dtype) for shape, dtype in kinds)
+    return jax.make_jaxpr(of.back if back else of.there)(*examples)
+
+
+def _evaluated(*operands, jaxpr, **_):
+    return core.jaxpr_as_fun(jaxpr)(*operands)
+
+
+def _transposed(cotangents, *operands, of, back, jaxpr):
+    whole = (
+        jnp.zeros(a.shape, a.dtype) if type(ct) is ad.Zero else ct
+        for ct, a in zip(cotangents, jaxpr.out_avals, strict=True)
+    )
+    found = _bound(of, not back, whole)
+    return [
+        ct if ad.is_undefined_primal(x) else None for ct, x in zip(found, operands, strict=True)
+    ]
+
+
+def _batched(operands, axes, *, of, back, **_):
+    size = next(x.shape[a] for x, a in zip(operands, axes, strict=True) if a is not None)
+    first = (
+        jnp.broadcast_to(x, (size, *x.shape)) if a is None else jnp.moveaxis(x, a, 0)
+        for x, a in zip(operands, axes, strict=True)
+    )
+    found = _bound(of, back, first)
+    return found, [0] * len(found)
+
+
+_linear.def_impl(lambda *operands, jaxpr, **_: jax.jit(core.jaxpr_as_fun(jaxpr))(*operands))
+_linear.def_abstract_eval(lambda *_, jaxpr, **__: jaxpr.out_avals)
+ad.deflinear2(_linear, _transposed)
+batching.primitive_batchers[_linear] = _batched
+mlir.register_lowering(_linear, mlir.lower_fun(_evaluated, multiple_results=True))
+
+
+# --- the operations ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Differences(AbstractLinear):
+    def there(self, *operands):
+        (x,) = operands
+        return (x[..., 1:] - x[..., :-1],)
+
+    def back(self, *results):
+        (x,) = results
+        framed = jnp.pad(x, ((0, 0),) * (x.ndim - 1) + ((1, 1),))
+        return (framed[..., :-1] - framed[..., 1:],)
+
+
+def room(values: Float[Array, "*d n"]) -> Float[Array, "*d n+2"]:
+    """An array to write values and their neighbours into.
+
+    Its numbers are all different: what is written into equal ones XLA would work out in every loop that
+    reads it, with a branch at each element.
+    """
+    count = values.shape[-1] + 2
+    return jnp.broadcast_to(jnp.arange(count, dtype=values.dtype), (*values.shape[:-1], count))
+
+
+@dataclass(frozen=True)
+class Framed(AbstractLinear):
+    """(first, values, last): see `physics.place.framed`."""
+
+    def there(self, *operands: Array) -> Arrays:
+        """(first, values, last) as one array."""
+        first, values, last = operands
+        whole, lead = room(values), (0,) * (values.ndim - 1)
+        for part, index in ((values, 1), (first, 0), (last, values.shape[-1] + 1)):
+            whole = jax.lax.dynamic_update_slice(whole, part, (*lead, index))
+        return (whole,)
+
+    def back(self, *results: Array) -> Arrays:
+        """The three parts of one array."""
+        (x,) = results
+        return x[..., :1], x[..., 1:-1], x[..., -1:]
+
+
+@dataclass(frozen=True)
+class FramedDifferences(AbstractLinear):
+    """The differences of (first, values, last)."""
+
+    def there(self, *operands: Array) -> Arrays:
+        """x_j+1 - x_j of the three as one array."""
+        return _Differences().there(*Framed().there(*operands))
+
+    def back(self, *results: Array) -> Arrays:
+        """Those of what comes back, with the sign turned."""
+        (x,) = results
+        return -x[..., :1], x[..., :-1] - x[..., 1:], x[..., -1:]
+
+
+@dataclass(frozen=True)
+class _Pick(AbstractLinear):
+    count: int
+    index: int
+
+    def there(self, *operands):
+        return (operands[0][..., self.index],)
+
+    def back(self, *results):
+        here = jnp.arange(self.count) == self.index % self.count
+        return (jnp.where(here, results[0][..., None], 0.0),)
+
+
+@dataclass(frozen=True)
+class AtEnd(AbstractLinear):
+    """(values, value) to the same values but for one: see `physics.place.place_at_end`."""
+
+    count: int
+    index: int
+
+    def there(self, *operands: Array) -> Arrays:
+        """The values with the one in its place."""
+        values, value = operands
+        at = (*(0,) * (values.ndim - 1), self.index % self.count)
+        return (jax.lax.dynamic_update_slice(values, value[..., None], at),)
+
+    def back(self, *results: Array) -> Arrays:
+        """The values with 0 in that place, and what was there."""
+        (x,) = results
+        here = jnp.arange(self.count) == self.index % self.count
+        return jnp.where(here, 0.0, x), x[..., self.index]
+
+
+@dataclass(frozen=True)
+class _SettledBack(AbstractLinear):
+    def there(self, *operands):
+        return operands
+
+    def back(self, *results):
+        return tuple(settled(x) for x in results)
+
+
+def differences(x: Float[Array, "*d n+1"]) -> Float[Array, "*d n"]:
+    """x_j+1 - x_j along the last axis."""
+    return applied(_Differences(), x)[0]
+
+
+def pick(values: Float[Array, "*d n"], index: int) -> Float[Array, "*d"]:
+    """The values at one place along the last axis, counted from the end if it is negative."""
+    return applied(_Pick(values.shape[-1], index), values)[0]
+
+
+def settled_back(x: Float[Array, "..."]) -> Float[Array, "..."]:
+    """x itself, of which what comes back is `settled`: for what many derivatives are made of."""
+    return applied(_SettledBack(), x)[0]

@@ -1,0 +1,90 @@
+"""Linear operations along a line: values and both ways as jax finds them from plain formulas."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from lumpedcable.physics.linear import differences, pick, settled_back
+from lumpedcable.physics.place import framed, framed_differences, place_at_end
+from lumpedcable.study.lanes import across
+
+N = 6
+RANDOM = np.random.default_rng(3)
+LINE, FIRST, LAST = (jnp.asarray(RANDOM.normal(size=(2, n))) for n in (N, 1, 1))
+POINT = jnp.asarray(RANDOM.normal(size=2))
+
+
+def together(first, values, last):
+    return jnp.concatenate([first, values, last], axis=-1)
+
+
+CASES = {
+    "differences": (differences, lambda x: x[..., 1:] - x[..., :-1], (LINE,)),
+    "framed": (framed, together, (FIRST, LINE, LAST)),
+    "framed differences": (
+        framed_differences, lambda *x: jnp.diff(together(*x), axis=-1), (FIRST, LINE, LAST),
+    ),
+    "first": (lambda x: pick(x, 0), lambda x: x[..., 0], (LINE,)),
+    "last but one": (lambda x: pick(x, -2), lambda x: x[..., N - 2], (LINE,)),
+    "at the start": (
+        lambda x, y: place_at_end(x, 0, y), lambda x, y: x.at[..., 0].set(y), (LINE, POINT),
+    ),
+    "at the end": (
+        lambda x, y: place_at_end(x, -1, y), lambda x, y: x.at[..., -1].set(y), (LINE, POINT),
+    ),
+    "the same": (settled_back, lambda x: x, (LINE,)),
+}  # fmt: skip
+
+
+def same(found, expected):
+    found, expected = jax.tree.leaves(found), jax.tree.leaves(expected)
+    assert len(found) == len(expected)
+    for mine, own in zip(found, expected, strict=True):
+        np.testing.assert_allclose(mine, own, rtol=1e-14, atol=1e-15)
+
+
+def bent(of):
+    """A number of the result of `of` that depends on each part of it in a way of its own."""
+
+    def total(*operands):
+        result = of(*operands)
+        return jnp.sum(jnp.sin(result) * jnp.arange(1.0, result.size + 1).reshape(result.shape))
+
+    return total
+
+
+@pytest.mark.parametrize(("mine", "plain", "operands"), CASES.values(), ids=CASES)
+def test_both_ways_are_those_of_the_plain_formula(mine, plain, operands):
+    same(mine(*operands), plain(*operands))
+    every = tuple(range(len(operands)))
+    same(jax.jacfwd(mine, every)(*operands), jax.jacfwd(plain, every)(*operands))
+    same(jax.jacrev(mine, every)(*operands), jax.jacrev(plain, every)(*operands))
+    # of one operand alone, and twice
+    for k in every:
+        same(jax.grad(bent(mine), k)(*operands), jax.grad(bent(plain), k)(*operands))
+        same(jax.hessian(bent(mine), k)(*operands), jax.hessian(bent(plain), k)(*operands))
+
+
+@pytest.mark.parametrize(("mine", "plain", "operands"), CASES.values(), ids=CASES)
+def test_many_runs_at_once(mine, plain, operands):
+    some = [jnp.stack([x, 2.0 * x, x - 1.0]) for x in operands]
+    every = tuple(range(len(operands)))
+    slopes, expected = (jax.grad(bent(f), every) for f in (mine, plain))
+    same(jax.jit(jax.vmap(slopes))(*some), jax.vmap(expected)(*some))
+    # in one of the operands alone, and with the runs along the last axis, as studies lay them
+    axes = (0, *(None for _ in operands[1:]))
+    rest = operands[1:]
+    same(jax.vmap(slopes, axes)(some[0], *rest), jax.vmap(expected, axes)(some[0], *rest))
+
+    def along(f):
+        return lambda *x: jax.jvp(f, x, x)[1]
+
+    same(across(along(mine), *some), jax.vmap(along(plain))(*some))
+
+
+def test_single_precision_stays_single():
+    x = LINE.astype(jnp.float32)
+    for of in (differences, settled_back, lambda x: pick(x, 0)):
+        assert jax.grad(lambda x, of=of: jnp.sum(of(x)))(x).dtype == jnp.float32
+    assert framed(x[:, :1], x, x[:, :1]).dtype == jnp.float32
