@@ -27,16 +27,18 @@ from lumpedcable.study.plan import structure_of
 
 OUTPUTS = 100  # so long a time, of which only the end is looked at
 SHORTER = (1, 10, 100, 1000)  # steps so many times as short
+MESHES = (100, 200)  # segments, of whole runs
 ROUNDS, STEPS = 151, 3000  # measured so often; fewer times from so many steps on
 MOVED, SPEED = "end displacement, 100 ms", "largest end velocity, statics and 200 samples"
 
 
 def run(quick: bool) -> list[dict[str, Any]]:
-    """A row for each number of steps of the motion alone, and one for a whole run."""
-    return [*of_motion(SHORTER[:1] if quick else SHORTER), of_a_run()]
+    """A row for each number of steps of the motion alone, and one for a whole run of each mesh."""
+    meshes = MESHES[:1] if quick else MESHES
+    return [*of_motion(SHORTER[:1] if quick else SHORTER), *map(of_a_run, meshes)]
 
 
-def of_a_run(segments: int = 100) -> dict[str, Any]:
+def of_a_run(segments: int) -> dict[str, Any]:
     """The same six derivatives of a number of a whole run: statics, every step, all samples."""
     scene = scene_of(f"segments={segments}")
     scalar = read_scalar("max velocity at rope.end", scene)
@@ -53,7 +55,8 @@ def of_a_run(segments: int = 100) -> dict[str, Any]:
         "forward": (jax.jacfwd(partial(value, spec), argnums=1), (arrays, x)),
         "backward": (jax.value_and_grad(partial(value, back), argnums=1), (more, x)),
     }
-    return {"of": SPEED, "steps": back.steps * back.count, **_measured(work, ROUNDS)}
+    of = SPEED if segments == MESHES[0] else f"the same, N = {segments}"
+    return {"of": of, "steps": back.steps * back.count, **_measured(work, ROUNDS)}
 
 
 def of_motion(shorter: tuple[int, ...], segments: int = 100) -> list[dict[str, Any]]:

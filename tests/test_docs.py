@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lumpedcable.physics import waves
+from lumpedcable.physics import wave_terms as waves
 from lumpedcable.results import open_result
 from lumpedcable.scene import load_study
 from lumpedcable.study.run import run_study
