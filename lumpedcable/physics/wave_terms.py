@@ -2,7 +2,7 @@
 
 `ReleaseWaves` says what they are. The slopes are written down and not left to jax, which would work out
 the pieces of a tension anew for each of them: a way back through time takes a quarter less so, and six
-directions side by side as much less.
+directions side by side as much less. Who changes one changes the other; a test holds them together.
 """
 
 from typing import Any, NamedTuple
