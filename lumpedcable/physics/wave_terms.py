@@ -66,7 +66,7 @@ class _Pieces(NamedTuple):
     """What tensions are made of; viscosities in m/s, without material damping.
 
     `free` is the viscosity before its bound, of which `linear` is the part by the wave speed; the bound
-    is `room` times (1 - nu^2)(3 - nu^2), None without one.
+    is `room` times (1 - nu^2)(3 - nu^2), if that is above 0; both None without one.
     """
 
     stiff: Float[Array, " n"]
@@ -76,6 +76,7 @@ class _Pieces(NamedTuple):
     linear: Float[Array, " n"]
     free: Float[Array, " n"]
     room: Float[Array, "..."] | None
+    bound: Float[Array, " n"] | None
     slack: "_Slack | None"
     viscosity: Float[Array, " n"]
 
@@ -121,17 +122,17 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
         share = share * (1.0 + (LESS_LIMIT_AT_LOAD - 1.0) * given.there)
     if dt is None:
         still = jnp.zeros_like(stiff)
-        return _Pieces(stiff, jump, smooth, still, linear, free, None, None, keep(free))
+        return _Pieces(stiff, jump, smooth, still, linear, free, None, None, None, keep(free))
     nu2 = stiff * ((dt / length) ** 2 / mass)
     room = share / 6.0 * length / dt
-    limit = (1.0 - nu2) * (3.0 - nu2) * room
-    viscosity, slack = least(free, most(limit, 0.0)), None
+    bound = most((1.0 - nu2) * (3.0 - nu2) * room, 0.0)
+    viscosity, slack = least(free, bound), None
     if values.beside is not None:
         assert given.taut is not None
         near = most(most(*values.beside), SOFT) * ((dt / length) ** 2 / mass)
         slack = _Slack(near, given.taut)
         viscosity = jnp.where(given.taut, viscosity, _slack_share(near, jump) * (length / dt))
-    return _Pieces(stiff, jump, smooth, nu2, linear, free, room, slack, keep(viscosity))
+    return _Pieces(stiff, jump, smooth, nu2, linear, free, room, bound, slack, keep(viscosity))
 
 
 def _less_damping(values: Values, pieces: _Pieces):
@@ -273,11 +274,12 @@ class _OfViscosity(NamedTuple):
 
 def _slopes_of_viscosity(values: Values, pieces: _Pieces, eased) -> _OfViscosity:
     nu2, viscosity, slack = pieces.nu2, pieces.viscosity, pieces.slack
-    free = viscosity == pieces.free  # within its bound, or without one
     stiff, size, by_near = 0.5 * pieces.linear, jnp.zeros_like(viscosity), None
-    if pieces.room is not None:
-        bound = nu2 * (2.0 * nu2 - 4.0) * pieces.room
-        bound = jnp.where(viscosity > 0.0, bound, 0.0)
+    free = jnp.ones(viscosity.shape, bool)
+    if pieces.room is not None and pieces.bound is not None:
+        # asked anew: compiled, the viscosity and `free` need not be equal to the last bit where they are
+        free = pieces.free < pieces.bound
+        bound = jnp.where(pieces.bound > 0.0, nu2 * (2.0 * nu2 - 4.0) * pieces.room, 0.0)
         stiff = jnp.where(free, stiff, bound)
         size = jnp.where(free, 0.0, viscosity - 2.0 * bound)
     if slack is not None:
