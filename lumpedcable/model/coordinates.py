@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.bodies import WAYS, Body
+from lumpedcable.scene.bodies import ANGLES, WAYS, Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import (
     FixedEnd,
@@ -85,13 +85,15 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
     Axis-aligned scenes keep their axes (x; x and z; ...); others get an orthonormal basis whose last
     axis is vertical where there is gravity or a seabed. A line that hangs slack straight above
     itself or may come to lie on a seabed is planar: it needs a direction to fold into. A scene that
-    asks for more `dimensions` gets them.
+    asks for more `dimensions` gets them. One with a rigid body that a plane would cut askew, turned out
+    of it or not alike on both sides, is in space, whose axes are always x, y and z.
 
     Raises:
         ValueError: a scene asks for fewer dimensions than it needs.
     """
     places: list[np.ndarray] = []
     directions: list[np.ndarray] = []
+    rigid: list[Body] = []
     slack, asked = False, []
     for scene in scenes:
         if scene.dimensions is not None:
@@ -99,8 +101,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
         if scene.gravity is not None or scene.seabed is not None:
             directions.append(np.array([0.0, 0.0, 1.0]))
         fluid = scene.fluid
-        uses_current = any(line.drag is not None for line in scene.lines.values())
-        if fluid is not None and fluid.current is not None and uses_current:
+        if fluid is not None and fluid.current is not None and _feels_current(scene):
             directions.append(np.asarray(fluid.current.velocity))
         slack |= scene.seabed is not None
         if scene.seabed is not None and scene.seabed.profile is not None:
@@ -125,11 +126,17 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
                     slack = True  # it pitches
                 if body.velocity is not None:
                     directions.append(np.asarray(body.velocity))
-                directions += _pushes(body)
+                directions += _pushes(body) + _steered(body)
+                if body.rigid:
+                    rigid.append(body)
     origin = places[0] if places else np.zeros(3)
     directions += [place - origin for place in places[1:]]
     axes = _basis(directions)
     needed = max(axes.shape[1], 2 if slack else 1)
+    while axes.shape[1] < needed:
+        axes = _widened(axes)
+    if not all(_fits(body, axes) for body in rigid):
+        needed = 3
     if min(asked, default=needed) < needed:
         raise ValueError(
             f"expected at least {needed}, which the places, directions and motions of the scene "
@@ -140,10 +147,8 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
     return Coordinates(axes, np.asarray(origin, float))
 
 
-def _places_of_body(body: Body) -> list[np.ndarray]:
-    """Its position and its points as it is turned at the start (m)."""
-    if body.position is None:
-        return []
+def _turned(body: Body) -> np.ndarray:
+    """The rotation (3, 3) of a rigid body at the start: roll, then pitch, then yaw."""
     turn = np.eye(3)
     for axis, angle in enumerate(body.attitude or ()):
         i, j = (axis + 1) % 3, (axis + 2) % 3
@@ -151,8 +156,57 @@ def _places_of_body(body: Body) -> list[np.ndarray]:
         step[[i, j], [i, j]] = np.cos(angle)
         step[i, j], step[j, i] = -np.sin(angle), np.sin(angle)
         turn = step @ turn
-    place = np.asarray(body.position)
+    return turn
+
+
+def _places_of_body(body: Body) -> list[np.ndarray]:
+    """Its position and its points as it is turned at the start (m)."""
+    if body.position is None:
+        return []
+    turn, place = _turned(body), np.asarray(body.position)
     return [place, *(place + turn @ np.asarray(point) for point in body.points.values())]
+
+
+def _feels_current(scene: Scene) -> bool:
+    bodies = (body for body in scene.bodies.values() if isinstance(body, Body))
+    hulls = any(b.drag is not None or (b.hull is not None and b.hull.resistance is not None)
+                for b in bodies)  # fmt: skip
+    return hulls or any(line.drag is not None for line in scene.lines.values())
+
+
+def _steered(body: Body) -> list[np.ndarray]:
+    """Directions of a ship's thrust, and across those about which its moments turn it."""
+    if body.control is None:
+        return []
+    turn, found = _turned(body), []
+    if body.control.force is not None:
+        free = [body.free is None or way in body.free for way in "xyz"]
+        found.append(np.where(free, turn @ np.asarray(body.control.force), 0.0))
+    for k, moment in enumerate(body.control.moment or ()):
+        if moment != 0.0 and (body.free is None or ANGLES[k] in body.free):
+            found += [turn[:, j] for j in range(3) if j != k]
+    return found
+
+
+def _fits(body: Body, axes: np.ndarray) -> bool:
+    """Whether a rigid body does in a plane, or on a line, what it would do in space.
+
+    It does where it is turned about the normal alone, and alike on both sides of the plane: its own
+    axes must lie in it or across, and the resistance of a hull is along its length alone.
+    """
+    if axes.shape[1] == 3:
+        return True
+    aligned = np.max(np.abs(axes), axis=0).min() > 1.0 - TOLERANCE
+    attitude = np.asarray(body.attitude or (0.0, 0.0, 0.0), float)
+    if axes.shape[1] == 2:
+        normal = plane_normal(axes)
+        attitude = attitude - (attitude @ normal) * normal
+    skin = body.hull is not None and body.hull.resistance is not None
+    ahead = np.linalg.norm(axes.T @ np.eye(3)[0]) > 1.0 - TOLERANCE
+    askew = body.drag is not None or (axes.shape[1] == 2 and body.turns)
+    return not (
+        np.any(np.abs(attitude) > TOLERANCE) or (askew and not aligned) or (skin and not ahead)
+    )
 
 
 def _places_of(end) -> list[np.ndarray]:
@@ -241,6 +295,8 @@ def _basis(directions: list[np.ndarray]) -> np.ndarray:
 
 def _widened(axes: np.ndarray) -> np.ndarray:
     """One more dimension, horizontal where that is possible, in front of the ones there are."""
+    if axes.shape[1] == 2:
+        return np.eye(3)
     for unit in np.eye(3):
         rest = unit - axes @ (axes.T @ unit)
         if np.linalg.norm(rest) > 0.5:

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["dot", "least", "most", "size"]
+__all__ = ["dot", "least", "most", "root", "size"]
 
 
 def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
@@ -16,8 +16,12 @@ def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
 
 def size(vector: Float[Array, "d *n"]) -> Float[Array, "*n"]:
     """Euclidean norm along the first axis; its derivative at zero is zero, not NaN."""
-    square = dot(vector, vector)
-    zero = square == 0.0
+    return root(dot(vector, vector))
+
+
+def root(square: Float[Array, "..."]) -> Float[Array, "..."]:
+    """The square root, and 0 with derivative 0 where there is none or its slope is infinite."""
+    zero = square <= 0.0
     return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
 
 

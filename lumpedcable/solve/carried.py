@@ -145,8 +145,12 @@ def carried_equilibrium(
     left = worst(force)
     # at the root itself: one step before it is not good enough for derivatives
     slope = jax.lax.stop_gradient(jax.jacfwd(residual)(x))
-    last = x - jnp.linalg.solve(slope, unknowns.residual(model, x))
-    x = jnp.where(jnp.all(jnp.isfinite(last)), last, x)
+    # a singular slope is replaced beforehand: what is infinite has no way back, whether chosen or not
+    regular = jnp.all(jnp.isfinite(jnp.linalg.solve(slope, residual(x))))
+    last = x - jnp.linalg.solve(
+        jnp.where(regular, slope, jnp.eye(size)), unknowns.residual(model, x)
+    )
+    x = jnp.where(regular & jnp.all(jnp.isfinite(last)), last, x)
     return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)
 
 

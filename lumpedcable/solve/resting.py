@@ -17,6 +17,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.line import Line
 from lumpedcable.physics.seabed import Seabed, SlopingSeabed
 from lumpedcable.physics.tension import strain_at
+from lumpedcable.physics.vectors import root, size
 from lumpedcable.physics.weight import Weight
 
 __all__ = [
@@ -95,7 +96,7 @@ def resting_line(
     up = bed.up
     rise = jnp.dot(end - start, up)
     across = end - start - rise * up
-    span = jnp.sqrt(jnp.sum(across**2))
+    span = size(across)
     away = jnp.where(span > 0.0, across / jnp.where(span > 0.0, span, 1.0), _sideways(up))
     heights = jnp.stack([jnp.dot(start, up), jnp.dot(end, up)]) - level
     chain = _Chain(line, before, after, jnp.concatenate([span[None], jnp.maximum(heights, 0.0)]))
@@ -131,10 +132,10 @@ def draped_line(
     height = jnp.maximum(bed.up @ path, jnp.minimum(level, bed.up @ path[:, 0]))
     change = height[1:] - height[:-1]
     across = steps - bed.up[:, None] * (bed.up @ steps)
-    size = jnp.sqrt(jnp.sum(across**2, axis=0))
-    led = size > 1e-9 * jnp.max(line.segment_length)
-    away = jnp.where(led, across / jnp.where(led, size, 1.0), _sideways(bed.up)[:, None])
-    way = jnp.sqrt(jnp.maximum(jnp.sum(steps**2, axis=0) - change**2, 0.0))
+    wide = size(across)
+    led = wide > 1e-9 * jnp.max(line.segment_length)
+    away = jnp.where(led, across / jnp.where(led, wide, 1.0), _sideways(bed.up)[:, None])
+    way = root(jnp.sum(steps**2, axis=0) - change**2)
     steps = away * way + bed.up[:, None] * change
     laid = jnp.concatenate([path[:, :1], path[:, :1] + jnp.cumsum(steps, axis=1)], axis=1)
     return laid if from_start else laid[:, ::-1]

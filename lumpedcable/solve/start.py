@@ -15,6 +15,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import AbstractTensionLaw, Linear, TensionOnly
+from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
@@ -251,7 +252,7 @@ def _swept(
     tangent = _unit(jnp.cos(p) * along + jnp.sin(p) * across)
     slip = jnp.dot(flow, tangent)
     side = flow - slip * tangent
-    per_metre = line.drag.normal * jnp.sqrt(jnp.sum(side**2)) * side
+    per_metre = line.drag.normal * size(side) * side
     per_metre = per_metre + line.drag.tangential * jnp.abs(slip) * slip * tangent
     return weight + per_metre[:, None] * line.node_length
 
@@ -326,5 +327,5 @@ def _joint_places(
 
 
 def _unit(vector: Float[Array, " d"]) -> Float[Array, " d"]:
-    size = jnp.sqrt(jnp.sum(vector**2))
-    return jnp.where(size > 0.0, vector / jnp.where(size > 0.0, size, 1.0), 0.0)
+    long = size(vector)
+    return jnp.where(long > 0.0, vector / jnp.where(long > 0.0, long, 1.0), 0.0)

@@ -291,10 +291,9 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int)
     shortest = jnp.min(jnp.stack([jnp.min(line.segment_length) for line in model.lines.values()]))
     across = jax.lax.stop_gradient(force_scale(model) / shortest)
 
-    def change_of(x, force, mu):
+    def matrix(x, mu):
         lower, diagonal, upper = block_jacobian(frozen, x)
-        diagonal = -diagonal + mu * across * jnp.eye(b)
-        return solve_blocks(jax.lax.stop_gradient((-lower, diagonal, -upper)), force)
+        return jax.lax.stop_gradient((-lower, -diagonal + mu * across * jnp.eye(b), -upper))
 
     def worst(force):
         return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf))
@@ -316,7 +315,7 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int)
 
     def step(carry):
         x, force, mu, count = carry
-        change = change_of(x, force, mu)
+        change = solve_blocks(matrix(x, mu), force)
         share = jnp.minimum(1.0, 0.33 / jnp.maximum(turn(change), 1e-300))
         trial = x + share * change
         after = frozen(trial)
@@ -343,8 +342,13 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int)
         name: jnp.where(known[name], line.reference, jax.lax.stop_gradient(line.reference))
         for name, line in model.lines.items()
     }
-    polished = x + change_of(x, residual(_placed(model, laid), x), jnp.zeros(()))
-    regular = jnp.all(jnp.isfinite(polished)) & (worst(frozen(polished)) <= 10.0 * goal)
+    # a singular K is replaced beforehand: what is infinite has no way back, whether chosen or not
+    stiffness = matrix(x, jnp.zeros(()))
+    regular = jnp.all(jnp.isfinite(solve_blocks(stiffness, frozen(x))))
+    others = (jnp.zeros((b, b)), jnp.eye(b), jnp.zeros((b, b)))
+    stiffness = jax.tree.map(partial(jnp.where, regular), stiffness, others)
+    polished = x + solve_blocks(stiffness, residual(_placed(model, laid), x))
+    regular &= worst(frozen(polished)) <= 10.0 * goal
     where = {name: line.reference for name, line in model.lines.items()}
     x, where = jax.tree.map(partial(jnp.where, regular), (polished, laid), (x, where))
     everything = net.spread(x.reshape(net.size, d))

@@ -19,6 +19,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model, Vectors
+from lumpedcable.physics.place import place_at_end
 from lumpedcable.scene import Scene, Target
 from lumpedcable.scene.part import Part, children
 from lumpedcable.solve.observe import end_tension
@@ -28,6 +29,7 @@ from lumpedcable.solve.statics import (
     _rounding,
     equilibrium,
     force_scale,
+    held_position,
     laid_out_exactly,
 )
 
@@ -114,7 +116,12 @@ def _rest_near(
     model = assemble(scene, layout, coordinates)
     if not model.junctions or laid_out_exactly(model):
         return start_of(scene, layout, coordinates)
-    near = jax.lax.stop_gradient(nodes)
+    near = dict(jax.lax.stop_gradient(nodes))
+    for name, ends in model.ends.items():
+        for node, end in zip((0, -1), ends, strict=True):
+            held = held_position(model, end)
+            if held is not None:  # a place of the scene's own, which has its derivatives
+                near[name] = place_at_end(near[name], node, held)
     lines = {name: placed(line, near[name]) for name, line in model.lines.items()}
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)

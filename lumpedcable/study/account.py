@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Account", "Balance", "balance", "statuses"]
 
+# losses that are gains where something drives: a thruster, a winch, a current
+GIVERS = ("lost_control", "lost_drag", "lost_hull")
 # share of the released energy beyond which a run is not to be trusted: what is resolved stays below
 # a hundredth, what runs away gains tens of per cents and then multiples
 ENERGY_LIMIT = 0.05
@@ -141,8 +143,8 @@ def balance(
     rest = status != Status.STATICS_NOT_CONVERGED
     with np.errstate(invalid="ignore", over="ignore"):  # a run that blew up has such energies
         residual = stored - stored[:, :1] - work + lost
-        # what thrusters and winches have put in was released as well
-        given = np.minimum(account.energy.get("lost_control", zero), 0.0)
+        # what thrusters, winches and a current have put in was released as well
+        given = sum((np.minimum(account.energy.get(name, zero), 0.0) for name in GIVERS), zero)
         moved = account.energy["kinetic"] + lost - given
         usable = np.isfinite(residual) & ~(times >= when[:, None])
         usable[:, 0] = True
