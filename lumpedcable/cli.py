@@ -19,7 +19,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
 from lumpedcable.commands import fit, show
-from lumpedcable.commands.console import Set, fail, share_cores, study_of
+from lumpedcable.commands.console import Set, fail, interrupted, share_cores, study_of
 from lumpedcable.commands.console import told as _told
 
 __all__ = ["app", "main"]
@@ -97,14 +97,14 @@ def run(
     _check_target(target, scene)
 
     try:
-        with _told(), _interrupts() as interrupted:
+        with _told(), _interrupts() as stopped:
             from lumpedcable.study.report import results_table, run_with_progress
 
-            outcomes, clock = run_with_progress(study, target, interrupted)
+            outcomes, clock = run_with_progress(study, target, stopped)
     except KeyboardInterrupt:
         partial = target.with_name(target.name + ".partial")
         kept = f"; what was finished is in {partial}" if partial.exists() else ""
-        fail(f"interrupted{kept}", 130)
+        interrupted(f"interrupted{kept}")
     if study.scene.output.static:
         from lumpedcable.study.rest_report import rest_table
 
@@ -189,15 +189,15 @@ def study(
     if executor == "here":
         share_cores(1 if cores is None and share[1] > 1 else cores)
     try:
-        with _told(), _interrupts() as interrupted:
+        with _told(), _interrupts() as stopped:
             from lumpedcable.study.shards_report import study_with_progress
 
             complete = study_with_progress(
-                loaded, folder, shard, share, interrupted,
+                loaded, folder, shard, share, stopped,
                 (scheduler, workers) if executor == "dask" else None,
             )  # fmt: skip
     except KeyboardInterrupt:
-        fail(f"interrupted; finished shards are in {folder}, the same command goes on", 130)
+        interrupted(f"interrupted; finished shards are in {folder}, the same command goes on")
     if not complete:
         raise SystemExit(1)
 
@@ -370,7 +370,7 @@ def main() -> None:
     except CycloptsError as error:
         fail(f"{str(error).strip()} See lumpedcable --help.")
     except KeyboardInterrupt:
-        fail("interrupted", 130)
+        interrupted("interrupted")
     except BrokenPipeError:
         # whoever reads the output (head, less) has seen enough; leave without another complaint
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -177,6 +177,23 @@ def test_an_interrupted_run_keeps_what_it_has(tmp_path):
     _check_unfinished(tmp_path)
 
 
+@pytest.mark.parametrize("wait", [1.0, 12.0], ids=["compiling", "stepping"])
+def test_a_run_of_a_single_long_interval_can_be_interrupted(tmp_path, wait, monkeypatch):
+    monkeypatch.setenv("LUMPEDCABLE_CACHE", "off")
+    good_scenes.write(tmp_path, SMALL)
+    long = ["--set", "output.duration=1e5 s", "--set", "output.every=1e5 s"]  # hours of steps
+    started = process(tmp_path, "run", "scene.toml", *long)
+    partial, deadline = tmp_path / "scene.h5.partial", time.monotonic() + 120
+    while time.monotonic() < deadline and not partial.exists():
+        time.sleep(0.2)
+    with pytest.raises(subprocess.TimeoutExpired):
+        started.wait(timeout=wait)
+    started.send_signal(signal.SIGINT)
+    _, err = started.communicate(timeout=60)
+    told = "interrupted; what was finished is in scene.h5.partial\n"
+    assert (err, started.returncode) == (told, 130)
+
+
 def test_a_killed_run_has_kept_what_it_had(tmp_path):
     assert stopped(tmp_path, signal.SIGKILL) == ("", -signal.SIGKILL)
     _check_unfinished(tmp_path)

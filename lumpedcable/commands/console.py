@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ from typing import Annotated, NoReturn
 
 from cyclopts import Parameter
 
-__all__ = ["Set", "fail", "share_cores", "study_of", "told"]
+__all__ = ["Set", "fail", "interrupted", "share_cores", "study_of", "told"]
 
 Set = Annotated[
     list[str] | None,
@@ -28,6 +29,22 @@ def fail(message: str, code: int = 2) -> NoReturn:
     """Print what is wrong and leave."""
     print(message, file=sys.stderr)
     raise SystemExit(code)
+
+
+def interrupted(message: str) -> NoReturn:
+    """Say what Ctrl-C has left, and leave.
+
+    Without a farewell to libraries: where jax was compiling, a thread of its own goes on with that, and
+    crashes once jax has put away what it needs.
+    """
+    atexit.register(_leave, 130)  # called before those that are registered already
+    fail(message, 130)
+
+
+def _leave(code: int) -> NoReturn:
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
 
 
 def share_cores(cores: int | None) -> None:

@@ -178,9 +178,10 @@ def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
 
 
 def _fixed(
-    model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None
-) -> Progress:
-    """One output interval from `start` (s) in equal steps."""
+    model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None,
+    turns: tuple[Any, Any] | None,
+) -> Progress:  # fmt: skip
+    """The steps of one output interval from `start` (s) on, which are equal: `turns`, or all."""
     solver, term = fixed_solver(plan, numbers), CableTerm(jnp.zeros(()))
     dt = numbers.every / numbers.steps
     implicit = isinstance(solver, diffrax.AbstractImplicitSolver)
@@ -202,7 +203,7 @@ def _fixed(
         again = jax.checkpoint(lambda run, i: (step(i, run), None), prevent_cse=False)
         block = block_length(numbers.steps, run) if block is None else block
         return scan_in_blocks(again, run, numbers.steps, block)[0]
-    return jax.lax.fori_loop(0, numbers.steps, step, run)
+    return jax.lax.fori_loop(*turns or (0, numbers.steps), step, run)
 
 
 def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) -> Progress:
@@ -237,25 +238,30 @@ def _rms(tree: PyTree) -> Float[Array, ""]:
 
 
 def interval(
-    model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None = None
-) -> Progress:
+    model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None = None,
+    turns: tuple[Any, Any] | None = None,
+) -> Progress:  # fmt: skip
     """One output interval of a run, from `start` (s) on.
 
     `block` is the number of steps from one state that reverse mode keeps to the next; None: what
-    `block_length` says of this interval alone.
+    `block_length` says of this interval alone. `turns` are the equal steps that are taken, from which
+    number on and before which; None: all.
     """
     if plan.adaptive:
         return _adaptive(model, plan, numbers, run, start)
-    return _fixed(model, plan, numbers, run, start, block)
+    return _fixed(model, plan, numbers, run, start, block, turns)
 
 
 def advance(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Int[Array, ""],
     count: Int[Array, ""], keep: Callable[[Sample], Kept] = lambda found: found,
+    ends: tuple[Int[Array, ""], Int[Array, ""]] | None = None,
 ) -> tuple[Progress, Kept]:  # fmt: skip
     """`count` outputs on from output number `first`; samples (outputs of the plan, ...).
 
-    `keep` makes of a sample what is kept of it.
+    `keep` makes of a sample what is kept of it. `ends` are the equal steps of the first interval that
+    are taken already, and those of the last one that are taken now or were before; None: none, and
+    all. The last sample of an interval that is not gone through to its end means nothing.
     """
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
@@ -270,7 +276,13 @@ def advance(
 
     def body(k, carry):
         run, kept = carry
-        run = interval(model, plan, numbers, run, (first + k) * numbers.every)
+        turns = None
+        if ends is not None:
+            turns = (
+                jnp.where(k == 0, ends[0], 0),
+                jnp.where(k == count - 1, ends[1], numbers.steps),
+            )
+        run = interval(model, plan, numbers, run, (first + k) * numbers.every, turns=turns)
         found = sample_at(run, (first + k + 1) * numbers.every)
         return run, jax.tree.map(
             lambda all_, x: place(all_, x[None], k, *(0,) * x.ndim), kept, found

@@ -187,23 +187,25 @@ def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, P
 
 @partial(jax.jit, static_argnames=("plan",), donate_argnames=("runs",), compiler_options=RUN_OFTEN)
 def advance_batch(
-    models: Packed, plan: Plan, numbers: Numbers, runs: Packed, first: Array, count: Array
-) -> tuple[Packed, Packed | Sample]:
+    models: Packed, plan: Plan, numbers: Numbers, runs: Packed, first: Array, count: Array,
+    ends: tuple[Array, Array] | None = None,
+) -> tuple[Packed, Packed | Sample]:  # fmt: skip
     """The next `count` outputs of every run: states, samples with an axis of outputs.
 
-    Samples are packed for a single run alone: to lay those of many together takes longer than calls.
+    `ends` are as of `advance`; without them it is another program, which counts less. Samples are packed
+    for a single run alone: to lay those of many together takes longer than calls.
     """
 
-    def every(models, runs, numbers, first, count):
+    def every(models, runs, numbers, first, count, ends):
         keep = pack if models.numbers.shape[0] == 1 else lambda found: found
 
         def one(model, run):
-            run, found = advance(model.tree(), plan, numbers, run.tree(), first, count, keep)
+            run, found = advance(model.tree(), plan, numbers, run.tree(), first, count, keep, ends)
             return pack(run), found
 
         return in_one_piece(plan, count >= 0, partial(across, one), models, runs)
 
-    return shared_out(every, (models, runs), (numbers, first, count))
+    return shared_out(every, (models, runs), (numbers, first, count, ends))
 
 
 def in_one_piece(

@@ -30,6 +30,7 @@ __all__ = [
     "rounded_steps",
     "sizes_for",
     "stepping",
+    "steps_at_once",
     "structure_of",
     "tolerances",
 ]
@@ -40,6 +41,7 @@ COMPILING = 10.0  # s: what a batch of another size costs before it starts, most
 CALL = 8  # lanes that take as long as what a batch takes besides them
 NODE_STEP = 1e-7  # s, roughly: what a step of a node takes with all that belongs to it
 ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
+CALL_TIME = 5.0  # s, by NODE_STEP: what a call takes at most, far less than that most often
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 VISCOUS_COURANT = 0.75
@@ -123,8 +125,16 @@ def sizes_for(
 
 def lane_time(scene: Scene, layout: Layout, steps: int) -> float:
     """What a run of so many steps in an output interval takes in a batch (s), roughly."""
-    nodes = 1 + sum(piece.segments + 1 for piece in layout.pieces)
-    return NODE_STEP * nodes * steps * max(output_count(scene), 1)
+    return NODE_STEP * _nodes(layout) * steps * max(output_count(scene), 1)
+
+
+def steps_at_once(layout: Layout, runs: int) -> int:
+    """The most steps that `runs` runs take in one call, which nothing interrupts."""
+    return max(1, int(CALL_TIME / (NODE_STEP * _nodes(layout) * runs)))
+
+
+def _nodes(layout: Layout) -> int:
+    return 1 + sum(piece.segments + 1 for piece in layout.pieces)
 
 
 def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
@@ -184,8 +194,7 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
     numbers = sum(per_node.get(quantity, 0) for quantity in fields_of(scene)) + 1
-    nodes = 1 + sum(piece.segments + 1 for piece in layout.pieces)
-    most = ROOM / (8.0 * runs * nodes * numbers)
+    most = ROOM / (8.0 * runs * _nodes(layout) * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
 

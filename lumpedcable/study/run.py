@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -246,9 +247,9 @@ def _run_part(
     batch = Batch(part, ready, run)
     done = 0
     while done < account.count:
-        now = min(tell.pace, batch.plan.outputs, account.count - done)
+        now = min(tell.pace, batch.outputs_at_once, account.count - done)
         asked = clock.perf_counter()
-        samples: Any = batch.advance(done, now)
+        samples: Any = batch.advance(done, now, partial(tell, 0))
         timings.mark("advance")
         took = clock.perf_counter() - asked
         account.add(samples, done + 1, now)
@@ -269,5 +270,5 @@ def _run_part(
                 tell(left * lived)
                 break
             batch.shrink(took * left / now)
-        tell.took(took, batch.plan.outputs)
+        tell.took(took, batch.outputs_at_once)
     account.finish(batch.ends())

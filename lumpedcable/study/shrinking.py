@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -11,7 +13,7 @@ from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.observe import Sample
 from lumpedcable.study.compiled import Ready, advance_batch
 from lumpedcable.study.packed import Packed, unpacked
-from lumpedcable.study.plan import COMPILING, plan_of
+from lumpedcable.study.plan import COMPILING, plan_of, steps_at_once
 from lumpedcable.study.starts import filled, rows_of
 
 if TYPE_CHECKING:
@@ -36,18 +38,38 @@ class Batch:
         self._last: Any = None
         self._ends: Any = None
 
-    def advance(self, done: int, count: int) -> Sample:
-        """Samples (runs, count, ...) of all runs, of the outputs after number `done`."""
-        self.run, found = advance_batch(
-            self.ready.packed, self.plan, self.part.numbers, self.run,
-            np.asarray(done), np.asarray(count),
-        )  # fmt: skip
+    def advance(self, done: int, count: int, between: Callable[[], None]) -> Sample:
+        """Samples (runs, count, ...) of all runs, of the outputs after number `done`.
+
+        Nobody can interrupt a call, so that an interval of many steps is gone through in several;
+        `between` is called after each.
+        """
+        steps, most = self.part.steps, self.steps_at_once
+        cuts = [*range(0, steps, most), steps]
+        found: Any = None
+        for pair in itertools.pairwise(cuts):
+            ends = None if pair == (0, steps) else tuple(map(np.asarray, pair))
+            self.run, found = advance_batch(
+                self.ready.packed, self.plan, self.part.numbers, self.run,
+                np.asarray(done), np.asarray(count), ends,
+            )  # fmt: skip
+            between()
         lived = len(self.rows)
         found = unpacked(jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found))
         if lived < len(self.part.runs):
             found = jax.tree.map(self._among_all, self._last, found)
         self._last = jax.tree.map(lambda x: x[:, -1:], found)
         return found
+
+    @property
+    def steps_at_once(self) -> int:
+        """The most steps in a call."""
+        return steps_at_once(self.part.structure.layout, self.size)
+
+    @property
+    def outputs_at_once(self) -> int:
+        """The most outputs in a call."""
+        return max(1, min(self.plan.outputs, self.steps_at_once // self.part.steps))
 
     def _among_all(self, last: np.ndarray, found: np.ndarray) -> np.ndarray:
         whole = np.repeat(last, found.shape[1], axis=1)
