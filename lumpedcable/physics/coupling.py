@@ -19,6 +19,7 @@ __all__ = [
     "PostState",
     "Posts",
     "Pull",
+    "Taken",
     "Trolley",
 ]
 
@@ -26,12 +27,14 @@ __all__ = [
 class CableState(NamedTuple):
     """The line that a body runs on: its shape, velocities (d, n+1) in m/s or None at rest.
 
-    `growth` (1/s) is the payout speed over the paid-out length, None without a winch.
+    `growth` (1/s) is the payout speed over the paid-out length, None without a winch. Payout leaves the
+    line's substance where it is at the end without the winch, `still` segments from the line's start.
     """
 
     shape: Shape
     velocity: Float[Array, "d nodes"] | None
     growth: Float[Array, ""] | None = None
+    still: float = 0.0
 
 
 class BodyPost(eqx.Module):
@@ -56,20 +59,30 @@ class Posts(NamedTuple):
     end: PostState
 
 
+class Taken(NamedTuple):
+    """A force that takes energy (N): on the body (d,), on the line's nodes (d, n+1).
+
+    `payout` (J) is its virtual work where the line's length grows by itself at fixed nodes.
+    """
+
+    body: Float[Array, " d"]
+    line: Float[Array, "d nodes"]
+    payout: Float[Array, ""]
+
+
 class Pull(NamedTuple):
     """Forces of a coupling (N): on the body at its trolley (d,), on the line's nodes (d, n+1) or None.
 
     `energy` (J) is what it stores, of which `kink` is what it falls by where
     segments grow by their own length. `given`
-    is the power (W) of moving posts; `taken` are those of the forces that take energy, on body and
-    line, by kind of work.
+    is the power (W) of moving posts; `taken` are those of the forces that take energy, by kind of work.
     """
 
     body: Float[Array, " d"]
     line: Float[Array, "d nodes"] | None
     energy: Float[Array, ""]
     given: dict[str, Float[Array, ""]]
-    taken: dict[str, tuple[Float[Array, " d"], Float[Array, "d nodes"]]]
+    taken: dict[str, Taken]
     kink: Float[Array, ""] | None = None
     posts: tuple[Float[Array, " d"], ...] = ()
 
@@ -157,6 +170,12 @@ class Trolley(AbstractCoupling):
     relative to the line's own substance (Gao et al. 2022, eq. 11). With `hertz` the wheel sinks into
     the line (eq. 10); it is kept on the line from both sides. `EI` (N m2) is that of the line, None
     without bending.
+
+    What a winch pays out is spread over all segments, so that the substance at s passes the nodes with
+    -(s - s0) C' L'/L, s0 being the end without the winch: v has the part (s - s0) |C'| L'/L. The virtual
+    work of the friction f is -f times the variation of the slip, of which L has its part as well,
+    -f (s - s0) |C'| / L. So friction takes f v >= 0, and together with the mean of the line's tensions,
+    which pulls at the winch, it leaves the tension between sheave and winch.
     """
 
     tension: Float[Array, ""]
@@ -190,11 +209,13 @@ class Trolley(AbstractCoupling):
         body, line = -touch.push, contact.spread(touch, touch.push, nodes.shape[1])
         taken = {}
         for kind in self.works:
-            own = jnp.zeros_like(place)
+            own, work = jnp.zeros_like(place), jnp.zeros_like(energy)
             if velocity is not None and cable.velocity is not None:
                 own = self._resisting(kind, touch, velocity, cable)
+                if kind == "friction" and cable.growth is not None:
+                    work = jnp.dot(own, self._passed(touch, cable))
             other = -contact.spread(touch, own, nodes.shape[1])
-            body, line, taken[kind] = body + own, line + other, (own, other)
+            body, line, taken[kind] = body + own, line + other, Taken(own, other, work)
         return Pull(body, line, energy, {}, taken, kink)
 
     def _resisting(
@@ -215,12 +236,11 @@ class Trolley(AbstractCoupling):
         """Velocity (m/s) of the sheave relative to the line's substance."""
         assert cable.velocity is not None  # at rest nothing slips
         slip = velocity - contact.velocity_at(touch, cable.velocity)
-        if cable.growth is not None:
-            # payout shifts the nodes along the line: the substance at node i passes it backwards
-            stretch = cable.shape.length[0] / cable.shape.segment_length[0]
-            way = touch.foot * cable.shape.segment_length[0] * stretch
-            slip = slip + cable.growth * way * touch.tangent
-        return slip
+        return slip if cable.growth is None else slip + cable.growth * self._passed(touch, cable)
+
+    def _passed(self, touch: contact.Contact, cable: CableState) -> Float[Array, " d"]:
+        """Line (m) that passes the foot backwards where the length grows by itself at fixed nodes."""
+        return (touch.foot - cable.still) * touch.spacing * touch.tangent
 
     def stiffness(self, place, posts) -> Float[Array, ""]:
         """None of its own: the line's nodes bound it."""
