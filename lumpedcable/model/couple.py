@@ -18,6 +18,7 @@ from lumpedcable.physics.coupling import (
     BodyPost,
     CableState,
     IdealCable,
+    Kick,
     Posts,
     PostState,
     Pull,
@@ -98,11 +99,17 @@ class Found(dict[str, Any]):
     payouts: dict[str, Float[Array, " m"]]
     held: dict[str, Float[Array, " m"]]
 
-    def add_couplings(self, model, t, displacement: Values, velocity: Values | None) -> None:
-        """Work out what couplings and winches do, and add it to the forces of the lines."""
+    def add_couplings(
+        self, model, t, displacement: Values, velocity: Values | None, dt: Array | None = None
+    ) -> None:
+        """Work out what couplings and winches do, and add it to the forces of the lines.
+
+        With `dt` (s) for a kick of that length, from velocities half a step before its middle.
+        """
         self.held = {}
         self.pulls = tuple(
-            _pull(model, coupled, t, self, displacement, velocity) for coupled in model.couplings
+            _pull(model, coupled, t, self, displacement, velocity, dt)
+            for coupled in model.couplings
         )
         self.drawn = {
             name: _payout_force(model, body, self, displacement)
@@ -129,7 +136,9 @@ class Found(dict[str, Any]):
         }
 
 
-def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None) -> Pull:
+def _pull(
+    model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None, dt
+) -> Pull:
     """What a coupling does."""
     body, key = model.bodies[coupled.body], body_key(coupled.body)
     d = body.dimensions
@@ -144,7 +153,11 @@ def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Val
     winch = winch_of(model, coupled.line)
     if winch is not None and winch.node == 0:
         still = float(model.lines[coupled.line].segments)
-    cable = CableState(found[coupled.line].line.shape, own, growth, still)
+    e, kick = found[coupled.line], None
+    if velocity is not None and dt is not None:
+        inner = jnp.ones_like(e.nodes.mass_t).at[0].set(0.0).at[-1].set(0.0)
+        kick = Kick(e.line.force, inner / e.nodes.mass_t, dt)
+    cable = CableState(e.line.shape, own, growth, still, kick)
     return coupled.law.pull(t, place, speed, cable)
 
 

@@ -16,6 +16,7 @@ __all__ = [
     "BodyPost",
     "CableState",
     "IdealCable",
+    "Kick",
     "PostState",
     "Posts",
     "Pull",
@@ -24,17 +25,34 @@ __all__ = [
 ]
 
 
+SLOWINGS = 12  # Newton steps to a slip that friction slows
+
+
+class Kick(NamedTuple):
+    """What a kick of length `dt` (s) does to a line's nodes.
+
+    `force` (d, n+1) is all on them (N) but for bodies that run on the line, `ease` (n+1,) one over their
+    mass along the line (1/kg), 0 at the ends, which are held.
+    """
+
+    force: Float[Array, "d nodes"]
+    ease: Float[Array, " nodes"]
+    dt: Float[Array, ""]
+
+
 class CableState(NamedTuple):
     """The line that a body runs on: its shape, velocities (d, n+1) in m/s or None at rest.
 
     `growth` (1/s) is the payout speed over the paid-out length, None without a winch. Payout leaves the
     line's substance where it is at the end without the winch, `still` segments from the line's start.
+    `kick` is that at whose middle the forces are asked for, None at an instant.
     """
 
     shape: Shape
     velocity: Float[Array, "d nodes"] | None
     growth: Float[Array, ""] | None = None
     still: float = 0.0
+    kick: Kick | None = None
 
 
 class BodyPost(eqx.Module):
@@ -226,7 +244,10 @@ class Trolley(AbstractCoupling):
         size = jnp.sqrt(jnp.maximum(jnp.dot(touch.push, touch.push), 1e-300))
         if kind == "friction" and self.friction is not None and self.fade is not None:
             slip = jnp.dot(self._slip(touch, velocity, cable), touch.tangent)
-            return -self.friction * size * jnp.tanh(slip / self.fade) * touch.tangent
+            limit = self.friction * size
+            if cable.kick is not None:
+                slip = _at_middle(slip, limit, self.fade, touch, cable.kick)
+            return -limit * jnp.tanh(slip / self.fade) * touch.tangent
         assert self.hertz is not None
         across = touch.push / size
         sinking = jnp.dot(velocity - contact.velocity_at(touch, cable.velocity), across)
@@ -245,3 +266,37 @@ class Trolley(AbstractCoupling):
     def stiffness(self, place, posts) -> Float[Array, ""]:
         """None of its own: the line's nodes bound it."""
         return jnp.zeros((), place.dtype)
+
+
+def _at_middle(
+    slip: Float[Array, ""], limit, fade, touch: contact.Contact, kick: Kick
+) -> Float[Array, ""]:
+    """The slip (m/s) at the middle of a kick, from that of half a step before, with friction in between.
+
+    A friction that lags throws light nodes to and fro: below the slip mu N dt / m that it gives them in
+    a step it changes its sign in every one, and comes to nothing. The middle makes it of second order
+    and keeps friction times slip above 0. Body and winch are heavy beside the nodes, whose motion alone
+    is looked ahead at.
+    """
+    nodes = kick.ease.shape[0]
+    weights = contact.spread(touch, jnp.ones_like(touch.push[:1]), nodes)[0]
+    gain = (kick.force + touch.push[:, None] * weights) * kick.ease
+    free = slip - 0.5 * kick.dt * jnp.dot(gain @ weights, touch.tangent)
+    held = 0.5 * kick.dt * limit * jnp.sum(weights**2 * kick.ease)
+    return slowed(free, held, fade)
+
+
+def slowed(
+    free: Float[Array, ""], held: Float[Array, ""], fade: Float[Array, ""]
+) -> Float[Array, ""]:
+    """v (m/s) of v + `held` tanh(v / `fade`) = `free`, all in m/s.
+
+    By Newton's method from below, where the left side is concave: no step goes past the root.
+    """
+    sign = jnp.where(free < 0.0, -1.0, 1.0).astype(free.dtype)
+    b, c = sign * free / fade, held / fade
+    x = jnp.maximum(b - c, b / (1.0 + c))
+    for _ in range(SLOWINGS):
+        bent = jnp.tanh(x)
+        x = x - (x + c * bent - b) / (1.0 + c * (1.0 - bent**2))
+    return sign * fade * x
