@@ -18,6 +18,7 @@ from lumpedcable.physics.coupling import (
     BodyPost,
     CableState,
     IdealCable,
+    Kick,
     Posts,
     PostState,
     Pull,
@@ -67,10 +68,8 @@ def live_line(model, name: str, displacement: Values, velocity: Values | None) -
     line, winch = model.lines[name], winch_of(model, name)
     if winch is None:
         return line
-    key = body_key(winch_name(name))
-    length = (winch.reference + displacement[key])[0]
-    growth = None if velocity is None else velocity[key][0] / length
-    return paid_out(line, length, growth)
+    length = (winch.reference + displacement[body_key(winch_name(name))])[0]
+    return paid_out(line, length, _growth(model, name, displacement, velocity))
 
 
 def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | None = None) -> Line:
@@ -100,11 +99,17 @@ class Found(dict[str, Any]):
     payouts: dict[str, Float[Array, " m"]]
     held: dict[str, Float[Array, " m"]]
 
-    def add_couplings(self, model, t, displacement: Values, velocity: Values | None) -> None:
-        """Work out what couplings and winches do, and add it to the forces of the lines."""
+    def add_couplings(
+        self, model, t, displacement: Values, velocity: Values | None, dt: Array | None = None
+    ) -> None:
+        """Work out what couplings and winches do, and add it to the forces of the lines.
+
+        With `dt` (s) for a kick of that length, from velocities half a step before its middle.
+        """
         self.held = {}
         self.pulls = tuple(
-            _pull(model, coupled, t, self, displacement, velocity) for coupled in model.couplings
+            _pull(model, coupled, t, self, displacement, velocity, dt)
+            for coupled in model.couplings
         )
         self.drawn = {
             name: _payout_force(model, body, self, displacement)
@@ -118,9 +123,11 @@ class Found(dict[str, Any]):
                 self[coupled.line] = e._replace(line=e.line._replace(force=force))
                 winch = winch_name(coupled.line)
                 if winch in self.drawn and pull.kink is not None:
-                    # the kink's stiffness goes with one over the segments' length
+                    # the kink's stiffness goes with one over the segments' length, and payout moves
+                    # the line's substance past the body
                     length = jnp.sum(e.line.shape.node_length)
-                    self.drawn[winch] = self.drawn[winch] + pull.kink / length
+                    grown = sum((force.payout for force in pull.taken.values()), pull.kink)
+                    self.drawn[winch] = self.drawn[winch] + grown / length
         self.payouts = {
             name: model.bodies[name].answer(
                 drawn, None if velocity is None else velocity[body_key(name)]
@@ -129,7 +136,9 @@ class Found(dict[str, Any]):
         }
 
 
-def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None) -> Pull:
+def _pull(
+    model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None, dt
+) -> Pull:
     """What a coupling does."""
     body, key = model.bodies[coupled.body], body_key(coupled.body)
     d = body.dimensions
@@ -140,13 +149,26 @@ def _pull(model, coupled: Coupled, t, found, displacement: Values, velocity: Val
         assert posts is not None  # only an ideal cable has no nodes
         return coupled.law.pull(t, place, speed, posts)
     own = None if velocity is None else velocity[coupled.line]
-    growth = None
-    winch = winch_name(coupled.line)
-    if velocity is not None and winch in model.bodies:
-        length = (model.bodies[winch].reference + displacement[body_key(winch)])[0]
-        growth = velocity[body_key(winch)][0] / length
-    cable = CableState(found[coupled.line].line.shape, own, growth)
+    growth, still = _growth(model, coupled.line, displacement, velocity), 0.0
+    winch = winch_of(model, coupled.line)
+    if winch is not None and winch.node == 0:
+        still = float(model.lines[coupled.line].segments)
+    e, kick = found[coupled.line], None
+    if velocity is not None and dt is not None:
+        inner = jnp.ones_like(e.nodes.mass_t).at[0].set(0.0).at[-1].set(0.0)
+        kick = Kick(e.line.force, inner / e.nodes.mass_t, dt)
+    cable = CableState(e.line.shape, own, growth, still, kick)
     return coupled.law.pull(t, place, speed, cable)
+
+
+def _growth(
+    model, line: str, displacement: Values, velocity: Values | None
+) -> Float[Array, ""] | None:
+    """dL/dt over L (1/s) of the winch of a line, None without one and at rest."""
+    winch, key = winch_of(model, line), body_key(winch_name(line))
+    if velocity is None or winch is None:
+        return None
+    return velocity[key][0] / (winch.reference + displacement[key])[0]
 
 
 def posts_of(
@@ -265,9 +287,11 @@ def body_powers(
         if coupled.body != name:
             continue
         power = dict(pull.given)
-        for kind, (mine, line) in pull.taken.items():
-            power[kind] = -jnp.dot(mine, v[: body.dimensions])
-            power[kind] -= jnp.sum(line * velocity[coupled.line])
+        for kind, force in pull.taken.items():
+            power[kind] = -jnp.dot(force.body, v[: body.dimensions])
+            power[kind] -= jnp.sum(force.line * velocity[coupled.line])
+            growth = _growth(model, coupled.line, displacement, velocity)
+            power[kind] -= 0.0 if growth is None else force.payout * growth
         total = {kind: total.get(kind, 0.0) + value for kind, value in power.items()}
     if isinstance(body, Rider) and body.path is not None and body.free is not None:
         pull = body_force(model, name, found)

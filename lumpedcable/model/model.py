@@ -115,7 +115,7 @@ class Model(eqx.Module):
                 height = self.base + self.up @ forces.shape.position
             nodes = inertia.frame(line, forces.shape, height)
             result[name] = Evaluation(forces, nodes, ends, boundaries)
-        result.add_couplings(self, t, displacement, velocity)
+        result.add_couplings(self, t, displacement, velocity, dt)
         return result
 
     def followed(self, t: Float[Array, ""], displacement: Vectors) -> Vectors:

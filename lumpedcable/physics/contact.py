@@ -78,13 +78,15 @@ class Hertz(eqx.Module):
 class Contact(NamedTuple):
     """Where a sheave touches: foot s (segments), tangent (d,), stiffness (N/m), push on the line (N).
 
-    `gap` (d,) leads from the line to the sheave (m), of which `depth` (m) is that of a Hertz contact, 0
-    without one; `stiffness` is that of the rest, the kink.
+    `spacing` is |C'| (m), how far the line runs there from one s to the next. `gap` (d,) leads from the
+    line to the sheave (m), of which `depth` (m) is that of a Hertz contact, 0 without one; `stiffness`
+    is that of the rest, the kink.
     """
 
     foot: Float[Array, ""]
     reading: Reading
     tangent: Float[Array, " d"]
+    spacing: Float[Array, ""]
     gap: Float[Array, " d"]
     stiffness: Float[Array, ""]
     push: Float[Array, " d"]
@@ -202,14 +204,15 @@ def contact(
     gap = place - _at(all_nodes, reading, reading.weights)
     along = _at(all_nodes, reading, reading.slopes)
     stiffness = spring(reading)
-    tangent = along / jnp.sqrt(jnp.sum(along**2))
+    spacing = jnp.sqrt(jnp.sum(along**2))
+    tangent = along / spacing
     if hertz is None:
         none = jnp.zeros_like(stiffness)
-        return Contact(s, reading, tangent, gap, stiffness, stiffness * gap, none)
+        return Contact(s, reading, tangent, spacing, gap, stiffness, stiffness * gap, none)
     size = jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
     depth = hertz.depth_of(size, stiffness)
     push = stiffness * (1.0 - depth / size) * gap
-    return Contact(s, reading, tangent, gap, stiffness, push, depth)
+    return Contact(s, reading, tangent, spacing, gap, stiffness, push, depth)
 
 
 def spread(contact: Contact, force: Float[Array, " d"], nodes: int) -> Float[Array, "d nodes"]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line, tie_of
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
@@ -27,9 +28,16 @@ Bodies = Mapping[str, Any]
 
 
 def carried_problems(
-    lines: Lines, bodies: Bodies, measures: Mapping[str, Any], gravity: float | None
+    lines: Lines,
+    bodies: Bodies,
+    measures: Mapping[str, Any],
+    events: Mapping[str, Event | None],
+    gravity: float | None,
 ) -> Iterator[Problem]:
-    """Yield what is wrong with carried bodies, winches and measures; None stands for the unreadable."""
+    """Yield what is wrong with carried bodies, winches, measures and breaks of lines on winches.
+
+    None stands for the unreadable.
+    """
     for name, line in lines.items():
         if line is not None:
             yield from _ends(bodies, ("lines", name), line)
@@ -44,6 +52,9 @@ def carried_problems(
                 yield from _place(lines, path, measure)
             else:
                 yield from _measure(lines, bodies, path, measure)
+    for name, event in events.items():
+        if event is not None and next(event.problems(), None) is None:
+            yield from _parted(lines, ("events", name, "breaks"), event)
 
 
 def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
@@ -108,6 +119,34 @@ def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
             (*path, "model"),
             f"expected one body on an ideal line, found {', '.join(riders) or 'none'}",
         )
+
+
+def _parted(lines: Lines, path: Path, event: Event) -> Iterator[Problem]:
+    """Yield a fault where an ideal line parts, or a line from its winch or along what that pays out.
+
+    What a winch pays out is spread over its whole line: it has no part of a line to haul in, and no
+    line once that has left it. Across from it a line may part.
+    """
+    name, side, _ = event.target()
+    line = lines.get(name)
+    if line is None:
+        return
+    if line.model == "ideal":
+        yield Problem(
+            path, f'expected model = "lumped" for a line that breaks, found "{name}", ideal'
+        )
+        return
+    for held, other in zip(SIDES, reversed(SIDES), strict=True):
+        if isinstance(getattr(line, held), WinchEnd) and side != other:
+            what = f'"{name}.{side}", which its winch holds'
+            if side is None:
+                what = f'a place along "{name}", all of which the winch at its {held} pays out'
+            yield Problem(
+                path,
+                f'expected "{name}.{other}", the end across from the winch, or a line without a '
+                f"winch, found {what}",
+            )
+            return
 
 
 def _lumped(path: Path, what: str, ideal: str) -> Problem:

@@ -122,7 +122,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
         if line is not None:
             yield from _line(draft, name, line)
     gravity = draft.others.get("gravity")
-    yield from carried_problems(draft.lines, draft.bodies, draft.measures, gravity)
+    yield from carried_problems(draft.lines, draft.bodies, draft.measures, draft.events, gravity)
     yield from stepping_problems(
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )
@@ -369,12 +369,8 @@ def _events(draft: Draft) -> Iterator[Problem]:
             continue
         broken[where] = name
         line = draft.lines[target]
-        if line is None:
-            continue
-        if line.model == "ideal":
-            message = f'expected model = "lumped" for a line that breaks, found "{target}", ideal'
-            yield Problem(path, message)
-            continue
+        if line is None or line.model == "ideal":
+            continue  # told already
         if place is not None and not 0 < place < line.unstretched:
             yield Problem(
                 ("events", name, "place"),

@@ -23,6 +23,14 @@ def faults(folder, *edits):
 
 ON = 'on = { line = "highline", place = "1 m", speed = "1 m/s", stop = "2 m" }'
 
+WHOLE = ('model = "ideal"', 'model = "lumped"')
+CUT = '[events.cut]\nbreaks = "{}"\nstart = 1\ntime = 0.1\n[solver]'
+WINCH = 'end = { winch = { at = "receiver.post", tension = "80 kN" } }'
+SWAPPED = [
+    (WINCH, 'end = "receiver.post"'),
+    ('start = "supply.post"', 'start = { winch = { at = "supply.post", tension = "80 kN" } }'),
+]
+
 
 @pytest.mark.parametrize(
     ("edits", "key", "words"),
@@ -63,6 +71,15 @@ ON = 'on = { line = "highline", place = "1 m", speed = "1 m/s", stop = "2 m" }'
          "straight parts without mass"),
         ([("[solver]", '[events.cut]\nbreaks = "highline.end"\nstart = 1\ntime = 0.1\n[solver]')],
          "events.cut.breaks", 'expected model = "lumped" for a line that breaks'),
+        ([WHOLE, ("[solver]", CUT.format("highline.end"))], "events.cut.breaks",
+         'expected "highline.start", the end across from the winch, or a line without a winch, found '
+         '"highline.end", which its winch holds'),
+        ([WHOLE, ("[solver]", CUT.format("highline@20 m"))], "events.cut.breaks",
+         'expected "highline.start", the end across from the winch, or a line without a winch, found a '
+         'place along "highline", all of which the winch at its end pays out'),
+        ([WHOLE, *SWAPPED, ("[solver]", CUT.format("highline.start"))], "events.cut.breaks",
+         'expected "highline.end", the end across from the winch, or a line without a winch, found '
+         '"highline.start", which its winch holds'),
         ([('position = [0, "60 m", 0]', 'position = ["10 m", "60 m", 0]')],
          "bodies.cargo.on.speed", "found it aslant"),
     ],
@@ -71,3 +88,14 @@ def test_a_mistake_is_told_where_it_is(tmp_path, edits, key, words):
     found = dict(faults(tmp_path, *edits))
     assert key in found
     assert words in found[key]
+
+
+def test_a_line_may_break_across_from_its_winch(tmp_path):
+    # its winch goes on hauling what is left of it
+    edits = [WHOLE, ("[solver]", CUT.format("highline.start"))]
+    text = TRANSFER.read_text()
+    text = text[: text.index("[sweep]")] + text[text.index("[solver]") :]
+    for old, new in edits:
+        text = text.replace(old, new, 1)
+    (tmp_path / "scene.toml").write_text(text)
+    assert load_study(tmp_path / "scene.toml").runs[0].events["cut"].breaks == "highline.start"
