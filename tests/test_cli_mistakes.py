@@ -68,6 +68,20 @@ def test_more_breaks_than_segments(tmp_path, command):
     assert 'line "rope" has too few segments for its breaks along its length' in told
 
 
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        ("mass=1e-30", "scene.toml:"),  # waves of 1e15 times their speed
+        ("output={duration = 1e12, every = 1e11}", "--set output={"),
+    ],
+)
+def test_derivatives_of_a_run_that_would_never_end(tmp_path, change, place):
+    good_scenes.write(tmp_path, SMALL)
+    told = refused(tmp_path, "sensitivity", "scene.toml", "--set", change)
+    assert told.startswith(place)
+    assert "output.duration: more steps are needed than may be taken" in told
+
+
 # --- wrong files ---------------------------------------------------------------------------------
 
 NO_SCENE = [

@@ -67,14 +67,15 @@ class Study:
         return self.scene.references
 
     def fault(self, key: str, message: str) -> Fault:
-        """Return a fault of a top-level key, with its line or the override that it comes from.
+        """Return a fault of a key, with its line or the override that it comes from.
 
         For what only shows when a scene is put to use.
         """
         for text in reversed(self.overrides):
-            if text.partition("=")[0].strip() == key:
+            given = text.partition("=")[0].strip()
+            if key == given or key.startswith(f"{given}."):
                 return Fault("", None, key, message, text)
-        return Fault(str(self.path), LineMap(self.text).line((key,)), key, message)
+        return Fault(str(self.path), LineMap(self.text).line(tuple(key.split("."))), key, message)
 
 
 def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Study:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.status import MEANING, Status
 from lumpedcable.study.plan import output_count
@@ -15,26 +15,28 @@ if TYPE_CHECKING:
     from lumpedcable.scene import Scene
     from lumpedcable.study.compiled import Ready
 
-__all__ = ["MOST_STEPS", "endless", "endless_words", "mark_endless"]
+__all__ = ["MOST_STEPS", "EndlessError", "endless_words", "mark_endless", "total_steps"]
 
 MOST_STEPS = 10**10
 """Steps of a run beyond which it is not begun: a line of ten segments takes hours for so many."""
 
 
-def endless(scene: Scene, steps: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which runs of so many `steps` in an output interval are not begun."""
-    # as floats: integers as large as these overflow
-    return np.asarray(steps, float) * max(output_count(scene), 1) > MOST_STEPS
+class EndlessError(ValueError):
+    """A run that would take more than `MOST_STEPS`."""
 
 
-def endless_words(scene: Scene, steps: int) -> str:
-    """Why a run of so many steps in an output interval is not begun, and what to do about it."""
-    total, step = float(steps) * max(output_count(scene), 1), scene.output.every / steps
+def endless_words(total: float, step: float) -> str:
+    """Why a run of so many steps of `step` (s) is not begun, and what to do about it."""
     return (
         f"{MEANING[Status.TOO_MANY_STEPS]}: it would take {total:.3g} of {step:.3g} s, at most "
         f"{MOST_STEPS:.0e} are taken; check stiffness, mass and damping for their units, take longer "
         "segments, or lower output.duration"
     )
+
+
+def total_steps(scene: Scene, steps: ArrayLike) -> NDArray[np.float64]:
+    """Steps of runs of so many `steps` in an output interval: floats, which do not overflow."""
+    return np.asarray(steps, float) * max(output_count(scene), 1)
 
 
 def mark_endless(
@@ -49,11 +51,12 @@ def mark_endless(
         rows: of each run in the table, shape (runs,).
         table: filled where a run is endless.
     """
-    found = endless(scene, steps)
+    totals, every = total_steps(scene, steps), scene.output.every
+    found = totals > MOST_STEPS
     for k in np.flatnonzero(found):
         begun = bool(ready.converged[k])
         status = Status.TOO_MANY_STEPS if begun else Status.STATICS_NOT_CONVERGED
-        words = endless_words(scene, int(steps[k])) if begun else message_of(status, 0.0)
+        words = endless_words(totals[k], every / steps[k]) if begun else message_of(status, 0.0)
         table["status"][rows[k]], table["status_time"][rows[k]] = int(status), 0.0
         table["status_message"][rows[k]] = words
         table["summary/static_imbalance"][rows[k]] = ready.imbalance[k]

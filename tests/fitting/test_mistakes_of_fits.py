@@ -75,6 +75,17 @@ def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
     assert all(line.startswith("fit.toml:") for line in told.splitlines())
 
 
+def test_a_record_that_would_never_end(tmp_path):
+    # a line without mass to speak of: waves of 1e15 times their speed
+    (tmp_path / "scene.toml").write_text(SCENE.replace("2.238 kg/m", "2e-30 kg/m"))
+    (tmp_path / "test.csv").write_text(TIMES)
+    (tmp_path / "fit.toml").write_text(RECORD)
+    told = refused(tmp_path, "fit", "fit.toml")
+    assert told.startswith(
+        'scene.toml: experiment "test", at the start values: more steps are needed'
+    )
+
+
 def test_the_good_files_are_good(tmp_path):
     from lumpedcable.fitting.load import load_fit
 
