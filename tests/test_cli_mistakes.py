@@ -123,6 +123,44 @@ def test_results_that_cannot_be_written(tmp_path, _what, path, words):
     assert words in told
 
 
+OTHERS = {
+    "run": ["run", "scene.toml"],
+    "view": ["view", "scene.h5"],
+    "animate": ["animate", "scene.h5", "--seconds", "0.2"],
+    **{to: ["export", "scene.h5", "--to", to] for to in ("vtkhdf", "gltf", "csv", "moordyn")},
+}
+ENDS = {"run": "h5", "view": "html", "animate": "gif", "vtkhdf": "vtkhdf", "gltf": "glb",
+        "csv": "csv", "moordyn": "out"}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_a_file_of_somebody_else_is_not_replaced(results, tmp_path, what):
+    good_scenes.write(tmp_path, SMALL)
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    command = [*OTHERS[what], "-o", f"mine.{ENDS[what]}"]
+    mine = tmp_path / f"mine.{ENDS[what]}"
+    h5py.File(tmp_path / "other.h5", "w").close()
+    for others in (b"Chapter 1", (tmp_path / "other.h5").read_bytes()):
+        mine.write_bytes(others)
+        told = refused(tmp_path, *command)
+        assert f"cannot write {mine.name}: expected a " in told
+        assert "which is kept" in told
+        assert told.count("\n") == 1
+        assert mine.read_bytes() == others
+    # an empty file is nobody's, and what the command itself has made is replaced
+    mine.write_bytes(b"")
+    for _ in range(2):
+        assert say(tmp_path, *command).code == 0
+    assert mine.stat().st_size > 0
+
+
+def test_tables_of_lines_do_not_replace_those_of_somebody_else(results, tmp_path):
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    (tmp_path / "scene_Line1.out").write_text("Chapter 1")
+    told = refused(tmp_path, "export", "scene.h5", "--to", "moordyn")
+    assert "cannot write scene_Line1.out: expected a MoorDyn file" in told
+
+
 def test_results_larger_than_the_disk(tmp_path):
     good_scenes.write(tmp_path, SMALL)
     # 2 runs of 4e6 times of 1e6 nodes and segments of 64 bytes

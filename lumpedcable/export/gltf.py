@@ -48,7 +48,7 @@ def write_gltf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     for number, (line, place) in enumerate(zip(lines, places, strict=True)):
         built.line(line.name, place, number)
     extras = {"seconds_per_second": pace, "source": result.path.name}
-    with whole(target) as partial:
+    with whole(target, "glTF") as partial:
         partial.write_bytes(built.glb(str(result.attributes.get("title", "")), extras))
     return [target]
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results import ResultError, ResultFile
+from lumpedcable.results.target import keep_others
 
 __all__ = ["LineOfRun", "lines_of", "whole"]
 
@@ -57,8 +58,13 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
 
 
 @contextmanager
-def whole(target: Path) -> Iterator[Path]:
-    """A name to write to; the file gets its own name only when it is complete."""
+def whole(target: Path, kind: str) -> Iterator[Path]:
+    """A name to write to; the file gets its own name only when it is complete.
+
+    Raises:
+        OutputError: a file of another kind (see `keep_others`) has that name.
+    """
+    keep_others(target, kind)
     partial = target.with_name(f".{target.name}.partial")
     try:
         yield partial

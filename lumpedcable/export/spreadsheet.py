@@ -22,7 +22,7 @@ def write_csv(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     head = ["run", *(_named(axis.key, axis.unit) for axis in axes), "time [s]"]
     head += [_named(path, unit) for path, (_, unit) in histories.items()]
     runs = range(result.runs) if run is None else [run]
-    with whole(target) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+    with whole(target, "CSV") as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head)
         for number in runs:

@@ -40,7 +40,7 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
         first += count
     connectivity = np.concatenate(pairs).ravel()
     cells = connectivity.size // 2
-    with whole(target) as partial, h5py.File(partial, "w") as file:
+    with whole(target, "VTKHDF") as partial, h5py.File(partial, "w") as file:
         root = file.create_group("VTKHDF", track_order=True)
         root.attrs["Version"] = np.array(_VERSION, "i8")
         root.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))

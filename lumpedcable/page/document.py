@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lumpedcable.results.errors import OutputError
+from lumpedcable.results.target import keep_others
 
 __all__ = ["document", "save"]
 
@@ -50,8 +51,9 @@ def save(text: str, target: Path) -> None:
     """Write a page, whole or not at all.
 
     Raises:
-        OutputError: it cannot be written there.
+        OutputError: it cannot be written there, or another file is there.
     """
+    keep_others(target, "page")
     partial = target.with_name(target.name + ".partial")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
