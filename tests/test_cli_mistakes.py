@@ -1,12 +1,15 @@
 """Mistakes on the command line: exit code 2, one clear message, and nothing left behind."""
 
+import errno
 import re
 import sys
+from pathlib import Path
 
 import good_scenes
 import h5py
 import pytest
 from command_line import SMALL, files, process, refused, say
+from matplotlib.figure import Figure
 from mistakes import MISTAKES, spoilt
 
 
@@ -201,6 +204,22 @@ def test_what_is_no_results_file(results, tmp_path, command, path, words):
 )
 def test_pictures_that_cannot_be_drawn(results, arguments, words):
     assert words in refused(results, "plot", "scene.h5", *arguments)
+
+
+@pytest.mark.parametrize("reason", [OSError(errno.ENOSPC, "No space left"), MemoryError()])
+def test_a_picture_is_there_whole_or_not_at_all(results, tmp_path, monkeypatch, reason):
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    assert say(tmp_path, "plot", "scene.h5").code == 0
+    before = {path: path.read_bytes() for path in (tmp_path / "scene").iterdir()}
+
+    def half(figure, path, **options):
+        Path(path).write_bytes(b"half of a picture")
+        raise reason
+
+    monkeypatch.setattr(Figure, "savefig", half)
+    told = refused(tmp_path, "plot", "scene.h5")
+    assert "No space left" in told or "not enough memory" in told
+    assert {path: path.read_bytes() for path in (tmp_path / "scene").iterdir()} == before
 
 
 @pytest.mark.parametrize(

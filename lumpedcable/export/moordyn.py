@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumpedcable.export.parts import LineOfRun, lines_of, whole
+from lumpedcable.export.parts import LineOfRun, lines_of, replacing
 from lumpedcable.results import ResultFile
 from lumpedcable.results.target import keep_others
 
@@ -63,7 +63,7 @@ def _table(
     target: Path, time: NDArray[np.float64], columns: Sequence[tuple[str, str, ArrayLike]]
 ) -> Path:
     table = np.column_stack([time, *(values for _, _, values in columns)])
-    with whole(target, "MoorDyn") as partial, partial.open("w", encoding="utf-8") as file:
+    with replacing(target, "MoorDyn") as partial, partial.open("w", encoding="utf-8") as file:
         file.write("\t".join(["Time", *(name for name, _, _ in columns)]) + "\n")
         file.write("\t".join(["(s)", *(unit for _, unit, _ in columns)]) + "\n")
         np.savetxt(file, table, fmt="%.8g", delimiter="\t")

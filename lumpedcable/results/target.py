@@ -1,14 +1,17 @@
-"""What may be replaced: a file of the kind that is written, and nothing else that lies there."""
+"""Files that appear whole, and replace a file of their own kind and nothing else that lies there."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
 
 from lumpedcable.results.errors import OutputError
 
-__all__ = ["keep_others"]
+__all__ = ["keep_others", "whole"]
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SIGNS = {
@@ -20,6 +23,20 @@ _SIGNS = {
 }
 """By kind: what stands in every such file, and where."""
 _PAGE = b'<meta name="sources"'
+
+
+@contextmanager
+def whole(target: Path) -> Iterator[Path]:
+    """A name beside the target to write to; the file gets its own name only when it is complete.
+
+    The name ends as the target's does, since some writers take the format from it.
+    """
+    partial = target.with_name(f".{target.stem}.partial{target.suffix}")
+    try:
+        yield partial
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def keep_others(target: Path, kind: str) -> None:
