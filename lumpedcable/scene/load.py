@@ -19,7 +19,7 @@ from lumpedcable.scene.kinds import SCENE, other_kind
 from lumpedcable.scene.locate import LineMap
 from lumpedcable.scene.part import Path, Problem, dotted
 from lumpedcable.scene.quantities import found
-from lumpedcable.scene.references import aligned, count_problems
+from lumpedcable.scene.references import aligned, count_problems, result_problems
 from lumpedcable.scene.run import Reference
 from lumpedcable.scene.run_checks import run_problems
 from lumpedcable.scene.runs import Axis, Factor, Runs, by_path, with_values
@@ -98,6 +98,8 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
     changed = changes.apply(overrides, _with_first_values(data, own), sweep)
     reader.origins, reader.faults = changed.origins, reader.faults + changed.faults
     data, scene, factors = reader.read(changed.data, changed.sweep)
+    if scene is not None:
+        reader.tell(result_problems(scene, data))
     if scene is not None and sweep_is_right:
         reader.tell(count_problems(scene.references, own))
     if scene is None or reader.faults:
