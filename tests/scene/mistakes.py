@@ -101,8 +101,8 @@ MISTAKES = [
     case("segments missing", "segments = 200\n", "", "lines.rope.segments",
          "expected a number of segments, found nothing", at="[lines.rope]"),
     # words
-    case("an unknown law", 'law = "tanh"', 'law = "tahn"', "materials.nylon",
-         'law = "linear", "tanh"', 'found "tahn"', 'did you mean "tanh"', at="[materials.nylon]"),
+    case("an unknown law", 'law = "tanh"', 'law = "tahn"', "materials.nylon.law",
+         'law = "linear", "tanh"', 'found "tahn"', 'did you mean "tanh"', at="law ="),
     case("no law", 'law = "tanh"\n', "", "materials.nylon", "found no law", at="[materials.nylon]"),
     case("an unknown method", '"leapfrog"', '"rk5"', "solver.method",
          'expected "leapfrog", "rk4", "euler"', 'found "rk5"'),
@@ -116,7 +116,7 @@ MISTAKES = [
          "expected at least one quantity, found none", at="quantities"),
     case("an unknown convention", "tangential = 0.01", 'tangential = 0.01, convention = "pi"',
          "lines.rope.drag.convention", 'expected "textbook", "half" or "projected"', at="drag ="),
-    case("an unknown profile", 'profile = "power"', 'profile = "log"', "air.current",
+    case("an unknown profile", 'profile = "power"', 'profile = "log"', "air.current.profile",
          'profile = "uniform" or "power"', 'found "log"', at="current", text=BRIDLE),
     # names
     case("a material that is not there", 'material = "nylon"', 'material = "nylom"',
