@@ -231,7 +231,7 @@ class _Reader:
         self.tell(wrong)
         problem = FitProblem(
             file.title or self.path.stem, base, tuple(parameters), tuple(tables), tuple(records),
-            tuple(self.smooth(free, parameters, at)), file.method,
+            tuple(self.smooth(free, parameters, at)), file.method, str(self.path),
         )  # fmt: skip
         self.tell(_whole(problem, file, at))
         return problem

@@ -75,6 +75,16 @@ def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
     assert all(line.startswith("fit.toml:") for line in told.splitlines())
 
 
+@pytest.mark.parametrize("start", ["1e308", "-1e308", "1e200"])
+def test_a_start_from_which_everything_overflows(tmp_path, start):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "bench.csv").write_text(TABLE)
+    (tmp_path / "fit.toml").write_text(GOOD.replace("200000.0", start))
+    told = refused(tmp_path, "fit", "fit.toml")
+    assert told.startswith("fit.toml: free: expected start values from which")
+    assert told.count("\n") == 1
+
+
 def test_a_record_that_would_never_end(tmp_path):
     # a line without mass to speak of: waves of 1e15 times their speed
     (tmp_path / "scene.toml").write_text(SCENE.replace("2.238 kg/m", "2e-30 kg/m"))
