@@ -47,6 +47,8 @@ def test_a_mistake_in_a_scene(tmp_path, text, edits, key, words, at):
         ("pretension=600 kN", "expected at most 531.654 kN"),
         ("pretension=[1 kN, 600 kN]", "expected at most 531.654 kN"),
         ("solver.method=[heun, tsit5]", "solver.method: expected "),
+        ("length=[5 m, , 6 m]", 'sweep."lines.rope.length".1: expected a positive length (m)'),
+        ("length=[5 m,,]", 'sweep."lines.rope.length".1: expected a positive length (m)'),
         ("law=tahn", 'materials.nylon.law: expected law = "linear", "tanh"'),
         ("law=tahn", 'found "tahn"; did you mean "tanh"?'),
         ("lenght=50 m", 'found "lenght"; did you mean "lines.rope.length"?'),
