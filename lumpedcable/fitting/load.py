@@ -191,6 +191,9 @@ class _Reader:
             hint = did_you_mean(file.name, siblings)
             self.tell([Problem(at, f'expected a scene file, found none at "{file}"{hint}')])
             return None
+        if file.is_dir():  # as of an empty name
+            self.tell([Problem(at, f'expected a scene file, found the folder "{file}"')])
+            return None
         try:
             return load_study(file, overrides)
         except SceneError as error:

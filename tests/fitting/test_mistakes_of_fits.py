@@ -31,6 +31,14 @@ MISTAKES = {
     "start beyond a bound": (GOOD.replace("start = 200000.0", "start = 2e5, high = 1e5"), TABLE,
                              "expected a start between the bounds"),
     "missing column": (GOOD, TABLE.replace("load", "laod"), 'did you mean "laod"?'),
+    "a column misspelt": (GOOD.replace('"load"', '"laod"'), TABLE,
+                          'experiments.bench.tension.column: expected a column of bench.csv, '
+                          'found "laod"; did you mean "load"?'),
+    "a column unlike any": (RECORD.replace('"F"', '"colour"'), TIMES,
+                            'experiments.test.observe.0.column: expected a column of test.csv, '
+                            'found "colour"; it has t, F'),
+    "no scene": (GOOD.replace('"scene.toml"', '""'), TABLE,
+                 'scene: expected a scene file, found the folder "."'),
     "unit of a column": (GOOD.replace('unit = "kN"', 'unit = "mm"'), TABLE,
                          'expected a unit of a force (N), found "mm"'),
     "two units": (GOOD.replace("strain (%)\"", "strain (%)\", unit = \"\""), TABLE,
