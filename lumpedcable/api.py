@@ -23,6 +23,7 @@ import numpy as np
 
 from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.reader import open_result
+from lumpedcable.results.target import keep_others, whole
 from lumpedcable.scene import SceneError, Study, load_study
 from lumpedcable.shown import Drawn, Figures, Page
 
@@ -184,12 +185,15 @@ class Result(Drawn):
             OutputError: it cannot be written there.
         """
         target = Path(path)
+        keep_others(target, "results")
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(self.path, target)
-        except (OSError, shutil.SameFileError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise OutputError(f"cannot write {target}: {reason}") from error
+            if target.exists() and target.samefile(self.path):
+                raise OutputError(f"cannot write {target}: expected another file than the results")
+            with whole(target) as partial:
+                shutil.copyfile(self.path, partial)
+        except OSError as error:
+            raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
         self.path = target
         return target
 
@@ -266,6 +270,7 @@ def run(
     if output is None:
         folder = tempfile.mkdtemp(prefix="lumpedcable-")
         output = Path(folder) / f"{Path(scene).stem}.h5"
+    keep_others(Path(output), "results")
     from lumpedcable.study.run import run_study
 
     try:

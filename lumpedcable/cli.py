@@ -121,11 +121,15 @@ def run(
 
 
 def _check_target(target: Path, scene: Path) -> None:
-    """Refuse to write results over a folder or over the scene itself."""
+    """Refuse to write results over a folder, the scene itself or what is no results file."""
+    from lumpedcable.results.target import keep_others
+
     if os.path.isdir(target):
         fail(f"--output: expected a file name, found the folder {target}")
     if os.path.exists(target) and os.path.samefile(target, scene):
         fail(f"--output: expected another file than the scene, found {target}")
+    with _told():
+        keep_others(target, "results")
 
 
 @app.command

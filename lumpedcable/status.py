@@ -26,7 +26,7 @@ MEANING = {
     Status.NON_FINITE: "a number became infinite or undefined",
     Status.STEP_BOUND_BROKEN: "a wave became faster than the step allows",
     Status.LINE_REVERSED: "the line reversed on itself, so that the result depends on the mesh",
-    Status.TOO_MANY_STEPS: "the solver used up its steps",
+    Status.TOO_MANY_STEPS: "more steps are needed than may be taken",
     Status.INTERRUPTED: "interrupted before the end",
     Status.ENERGY_NOT_CLOSED: (
         "energy came from nowhere or was lost, so that the motion is not to be trusted"

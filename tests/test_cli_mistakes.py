@@ -1,12 +1,15 @@
 """Mistakes on the command line: exit code 2, one clear message, and nothing left behind."""
 
+import errno
 import re
 import sys
+from pathlib import Path
 
 import good_scenes
 import h5py
 import pytest
 from command_line import SMALL, files, process, refused, say
+from matplotlib.figure import Figure
 from mistakes import MISTAKES, spoilt
 
 
@@ -44,6 +47,10 @@ def test_a_mistake_in_a_scene(tmp_path, text, edits, key, words, at):
         ("pretension=600 kN", "expected at most 531.654 kN"),
         ("pretension=[1 kN, 600 kN]", "expected at most 531.654 kN"),
         ("solver.method=[heun, tsit5]", "solver.method: expected "),
+        ("length=[5 m, , 6 m]", 'sweep."lines.rope.length".1: expected a positive length (m)'),
+        ("length=[5 m,,]", 'sweep."lines.rope.length".1: expected a positive length (m)'),
+        ("law=tahn", 'materials.nylon.law: expected law = "linear", "tanh"'),
+        ("law=tahn", 'found "tahn"; did you mean "tanh"?'),
         ("lenght=50 m", 'found "lenght"; did you mean "lines.rope.length"?'),
         ("rope=3", "lines.rope: expected a table with material, length, mass, start, end, found 3"),
         ("nothing", 'expected KEY=VALUE, found "nothing"'),
@@ -66,6 +73,20 @@ def test_more_breaks_than_segments(tmp_path, command):
     told = refused(tmp_path, command, "scene.toml", *changes)
     assert told.startswith("scene.toml")
     assert 'line "rope" has too few segments for its breaks along its length' in told
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        ("mass=1e-30", "scene.toml:"),  # waves of 1e15 times their speed
+        ("output={duration = 1e12, every = 1e11}", "--set output={"),
+    ],
+)
+def test_derivatives_of_a_run_that_would_never_end(tmp_path, change, place):
+    good_scenes.write(tmp_path, SMALL)
+    told = refused(tmp_path, "sensitivity", "scene.toml", "--set", change)
+    assert told.startswith(place)
+    assert "output.duration: more steps are needed than may be taken" in told
 
 
 # --- wrong files ---------------------------------------------------------------------------------
@@ -109,6 +130,44 @@ def test_results_that_cannot_be_written(tmp_path, _what, path, words):
     assert words in told
 
 
+OTHERS = {
+    "run": ["run", "scene.toml"],
+    "view": ["view", "scene.h5"],
+    "animate": ["animate", "scene.h5", "--seconds", "0.2"],
+    **{to: ["export", "scene.h5", "--to", to] for to in ("vtkhdf", "gltf", "csv", "moordyn")},
+}
+ENDS = {"run": "h5", "view": "html", "animate": "gif", "vtkhdf": "vtkhdf", "gltf": "glb",
+        "csv": "csv", "moordyn": "out"}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_a_file_of_somebody_else_is_not_replaced(results, tmp_path, what):
+    good_scenes.write(tmp_path, SMALL)
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    command = [*OTHERS[what], "-o", f"mine.{ENDS[what]}"]
+    mine = tmp_path / f"mine.{ENDS[what]}"
+    h5py.File(tmp_path / "other.h5", "w").close()
+    for others in (b"Chapter 1", (tmp_path / "other.h5").read_bytes()):
+        mine.write_bytes(others)
+        told = refused(tmp_path, *command)
+        assert f"cannot write {mine.name}: expected a " in told
+        assert "which is kept" in told
+        assert told.count("\n") == 1
+        assert mine.read_bytes() == others
+    # an empty file is nobody's, and what the command itself has made is replaced
+    mine.write_bytes(b"")
+    for _ in range(2):
+        assert say(tmp_path, *command).code == 0
+    assert mine.stat().st_size > 0
+
+
+def test_tables_of_lines_do_not_replace_those_of_somebody_else(results, tmp_path):
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    (tmp_path / "scene_Line1.out").write_text("Chapter 1")
+    told = refused(tmp_path, "export", "scene.h5", "--to", "moordyn")
+    assert "cannot write scene_Line1.out: expected a MoorDyn file" in told
+
+
 def test_results_larger_than_the_disk(tmp_path):
     good_scenes.write(tmp_path, SMALL)
     # 2 runs of 4e6 times of 1e6 nodes and segments of 64 bytes
@@ -149,6 +208,22 @@ def test_what_is_no_results_file(results, tmp_path, command, path, words):
 )
 def test_pictures_that_cannot_be_drawn(results, arguments, words):
     assert words in refused(results, "plot", "scene.h5", *arguments)
+
+
+@pytest.mark.parametrize("reason", [OSError(errno.ENOSPC, "No space left"), MemoryError()])
+def test_a_picture_is_there_whole_or_not_at_all(results, tmp_path, monkeypatch, reason):
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    assert say(tmp_path, "plot", "scene.h5").code == 0
+    before = {path: path.read_bytes() for path in (tmp_path / "scene").iterdir()}
+
+    def half(figure, path, **options):
+        Path(path).write_bytes(b"half of a picture")
+        raise reason
+
+    monkeypatch.setattr(Figure, "savefig", half)
+    told = refused(tmp_path, "plot", "scene.h5")
+    assert "No space left" in told or "not enough memory" in told
+    assert {path: path.read_bytes() for path in (tmp_path / "scene").iterdir()} == before
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.export.parts import lines_of, whole
+from lumpedcable.export.parts import lines_of, replacing
 from lumpedcable.results import ResultFile
 
 __all__ = ["write_gltf"]
@@ -48,7 +48,7 @@ def write_gltf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     for number, (line, place) in enumerate(zip(lines, places, strict=True)):
         built.line(line.name, place, number)
     extras = {"seconds_per_second": pace, "source": result.path.name}
-    with whole(target) as partial:
+    with replacing(target, "glTF") as partial:
         partial.write_bytes(built.glb(str(result.attributes.get("title", "")), extras))
     return [target]
 

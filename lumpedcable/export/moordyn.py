@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumpedcable.export.parts import LineOfRun, lines_of, whole
+from lumpedcable.export.parts import LineOfRun, lines_of, replacing
 from lumpedcable.results import ResultFile
+from lumpedcable.results.target import keep_others
 
 __all__ = ["write_moordyn"]
 
@@ -36,11 +37,13 @@ def write_moordyn(result: ResultFile, target: Path, run: int | None) -> list[Pat
                 channels.append((channel, data.field(field, number)))
             elif "tension" in line.segments:
                 channels.append((channel, line.segments["tension"][:, segment]))
+    others = [target.with_name(f"{target.stem}_Line{k}.out") for k in range(1, len(lines) + 1)]
+    for path in others:  # before the first is written
+        keep_others(path, "MoorDyn")
     made = [_table(target, result.time, [(name, "(N)", values) for name, values in channels])]
-    for k, line in enumerate(lines, 1):
-        made.append(
-            _table(target.with_name(f"{target.stem}_Line{k}.out"), result.time, _along(line))
-        )
+    made += [
+        _table(path, result.time, _along(line)) for path, line in zip(others, lines, strict=True)
+    ]
     return made
 
 
@@ -60,7 +63,7 @@ def _table(
     target: Path, time: NDArray[np.float64], columns: Sequence[tuple[str, str, ArrayLike]]
 ) -> Path:
     table = np.column_stack([time, *(values for _, _, values in columns)])
-    with whole(target) as partial, partial.open("w", encoding="utf-8") as file:
+    with replacing(target, "MoorDyn") as partial, partial.open("w", encoding="utf-8") as file:
         file.write("\t".join(["Time", *(name for name, _, _ in columns)]) + "\n")
         file.write("\t".join(["(s)", *(unit for _, unit, _ in columns)]) + "\n")
         np.savetxt(file, table, fmt="%.8g", delimiter="\t")

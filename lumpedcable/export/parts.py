@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results import ResultError, ResultFile
+from lumpedcable.results.target import keep_others, whole
 
-__all__ = ["LineOfRun", "lines_of", "whole"]
+__all__ = ["LineOfRun", "lines_of", "replacing"]
 
 Array = NDArray[Any]
 
@@ -57,11 +57,12 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
 
 
 @contextmanager
-def whole(target: Path) -> Iterator[Path]:
-    """A name to write to; the file gets its own name only when it is complete."""
-    partial = target.with_name(f".{target.name}.partial")
-    try:
+def replacing(target: Path, kind: str) -> Iterator[Path]:
+    """A name to write to, as of `whole`.
+
+    Raises:
+        OutputError: a file of another kind (see `keep_others`) has that name.
+    """
+    keep_others(target, kind)
+    with whole(target) as partial:
         yield partial
-        os.replace(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from lumpedcable.export.parts import whole
+from lumpedcable.export.parts import replacing
 from lumpedcable.results import ResultFile
 
 __all__ = ["write_csv"]
@@ -22,7 +22,10 @@ def write_csv(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     head = ["run", *(_named(axis.key, axis.unit) for axis in axes), "time [s]"]
     head += [_named(path, unit) for path, (_, unit) in histories.items()]
     runs = range(result.runs) if run is None else [run]
-    with whole(target) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+    with (
+        replacing(target, "CSV") as partial,
+        partial.open("w", newline="", encoding="utf-8") as file,
+    ):
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head)
         for number in runs:

@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from lumpedcable.export.parts import lines_of, whole
+from lumpedcable.export.parts import lines_of, replacing
 from lumpedcable.results import ResultFile
 
 __all__ = ["write_vtkhdf"]
@@ -40,7 +40,7 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
         first += count
     connectivity = np.concatenate(pairs).ravel()
     cells = connectivity.size // 2
-    with whole(target) as partial, h5py.File(partial, "w") as file:
+    with replacing(target, "VTKHDF") as partial, h5py.File(partial, "w") as file:
         root = file.create_group("VTKHDF", track_order=True)
         root.attrs["Version"] = np.array(_VERSION, "i8")
         root.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))

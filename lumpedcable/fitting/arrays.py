@@ -16,9 +16,10 @@ from lumpedcable.fitting.observe import Grid, Watched, grid_of
 from lumpedcable.fitting.transforms import Transform, transform_of
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
-from lumpedcable.scene import Scene
+from lumpedcable.scene import Fault, Scene, SceneError
 from lumpedcable.solve.integrate import Plan
 from lumpedcable.study.compiled import Structure, number, prepare_batch
+from lumpedcable.study.endless import MOST_STEPS, endless_words
 from lumpedcable.study.plan import courant_of, plan_of, rounded_steps, tolerances
 
 __all__ = [
@@ -286,8 +287,18 @@ def _grids(members: list[Member], bounds: list[float]) -> list[Grid]:
         solver = member.scene.solver
         step = solver.step if solver.step is not None else courant_of(member.scene) * bound
         times = member.record.series[0].x
+        _refuse_endless(member, float(times[-1]), step)
         grids.append(grid_of(times, step if np.isfinite(step) else times[-1] / 1000.0))
     return grids
+
+
+def _refuse_endless(member: Member, duration: float, step: float) -> None:
+    """SceneError where a run would take more steps than anybody waits for, at the start values."""
+    total = duration / step if step else math.inf
+    if not member.plan.adaptive and total > MOST_STEPS:
+        where = f'experiment "{member.record.name}", at the start values'
+        words = f"{where}: {endless_words(total, step)}"
+        raise SceneError([Fault(str(member.record.study.path), None, "", words)])
 
 
 def _padded(rows: np.ndarray, size: int, value: float) -> np.ndarray:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from lumpedcable.fitting.language import Column
-from lumpedcable.scene.files import FileError, read_rows
-from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.files import FileError, read_header, read_rows
+from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import Quantity, found
 from lumpedcable.scene.units import UnitError, describe, format_quantity, unit_of
 
@@ -54,6 +54,11 @@ def read_data(
         factors.append(factor)
         problems += [problem] if problem else []
     try:
+        header = read_header(file)
+        missing = [_missing(where, column.column, header, file) for where, column, _ in wanted
+                   if header and column.column not in header]  # fmt: skip
+        if missing:
+            return None, problems + missing
         rows = read_rows(file, tuple(column.column for _, column, _ in wanted))
     except FileError as error:
         return None, [*problems, Problem((*path, "file"), str(error))]
@@ -64,6 +69,14 @@ def read_data(
         return None, problems
     values = np.array([row for _, row in rows]).T * np.array(factors)[:, None]
     return Columns(values, tuple(line for line, _ in rows), file.name), []
+
+
+def _missing(where: Path, name: str, header: Sequence[str], file: FilePath) -> Problem:
+    """What is wrong with a column that a file does not have."""
+    hint = did_you_mean(name, header) or f"; it has {', '.join(header)}"
+    return Problem(
+        (*where, "column"), f"expected a column of {file.name}, found {found(name)}{hint}"
+    )
 
 
 def _factor(where: Path, column: Column, unit: str) -> tuple[float, Problem | None]:

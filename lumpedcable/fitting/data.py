@@ -72,7 +72,7 @@ class Smooth:
 
 @dataclass(frozen=True)
 class Problem:
-    """Everything that a fit needs to know: parameters, data and how to search."""
+    """Everything that a fit needs to know: parameters, data and how to search; its file, for faults."""
 
     title: str
     study: Study
@@ -81,6 +81,7 @@ class Problem:
     records: tuple[Record, ...]
     smooth: tuple[Smooth, ...]
     method: FitMethod
+    file: str = ""
 
     @property
     def series(self) -> list[Series]:

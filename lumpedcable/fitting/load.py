@@ -191,6 +191,9 @@ class _Reader:
             hint = did_you_mean(file.name, siblings)
             self.tell([Problem(at, f'expected a scene file, found none at "{file}"{hint}')])
             return None
+        if file.is_dir():  # as of an empty name
+            self.tell([Problem(at, f'expected a scene file, found the folder "{file}"')])
+            return None
         try:
             return load_study(file, overrides)
         except SceneError as error:
@@ -231,7 +234,7 @@ class _Reader:
         self.tell(wrong)
         problem = FitProblem(
             file.title or self.path.stem, base, tuple(parameters), tuple(tables), tuple(records),
-            tuple(self.smooth(free, parameters, at)), file.method,
+            tuple(self.smooth(free, parameters, at)), file.method, str(self.path),
         )  # fmt: skip
         self.tell(_whole(problem, file, at))
         return problem

@@ -39,7 +39,8 @@ def fit_ropes(problems: Mapping[str, Problem]) -> dict[str, Fitted]:
         if len(names) == 1:
             found[names[0]] = fit_problem(problems[names[0]])
         else:
-            found |= _together({name: problems[name] for name in names}, made)
+            with np.errstate(over="ignore", invalid="ignore"):  # told by `fitted_from`
+                found |= _together({name: problems[name] for name in names}, made)
     return {name: found[name] for name in problems}
 
 

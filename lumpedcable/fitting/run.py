@@ -24,7 +24,8 @@ from lumpedcable.fitting.uncertainty import (
     certainty_of,
     criteria_of,
 )
-from lumpedcable.scene import Scene
+from lumpedcable.scene import Fault, Scene, SceneError
+from lumpedcable.scene.units import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
 __all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of"]
@@ -105,7 +106,8 @@ def fit_problem(problem: Problem, tell: Callable[[str], None] = lambda words: No
     spec, arrays = arrays_of(problem)
     if problem.method.solver != "levenberg-marquardt" and len(problem.parameters) >= REVERSE_FROM:
         spec, arrays = _fixed_steps(problem, spec, arrays)
-    sought = seek(problem, spec, arrays, tell)
+    with np.errstate(over="ignore", invalid="ignore"):  # told by `fitted_from`
+        sought = seek(problem, spec, arrays, tell)
     return fitted_from(problem, spec, sought, clock.perf_counter() - begun)
 
 
@@ -125,7 +127,11 @@ def group_bound(group, arrays, values) -> float:
 
 
 def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) -> Fitted:
-    """What searches have found, with how sure it is."""
+    """What searches have found, with how sure it is.
+
+    Raises:
+        SceneError: they never came to where numbers are finite.
+    """
     found, arrays = sought.best, sought.arrays
     values = np.asarray(to_values(arrays.transform, found.z))
     prediction = jax.tree.map(np.asarray, unpacked(spec, arrays, found.flat))
@@ -136,19 +142,32 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
     slope = slopes_of(arrays, found)
     used = _used_rows(arrays, found)
     rows, data = slope[used], int(np.sum(used[: _data_rows(arrays)]))
+    sizes = np.array([_size(p, x) for p, x in zip(problem.parameters, values, strict=True)])
+    with np.errstate(over="ignore", invalid="ignore"):
+        shares = np.sum((rows * sizes) ** 2)
+    if not np.all(np.isfinite([shares, sought.loss])):
+        raise SceneError([Fault(problem.file, None, "free", _overflow_words(problem))])
     # what is left of them as the loss saw it, so that outliers do not widen the intervals
     left = found.residual[used][:data]
     known = problem.known_noise
     certainty = certainty_of(
-        values, rows, left, problem.points, known, problem.method.confidence,
-        np.array([_size(p, x) for p, x in zip(problem.parameters, values, strict=True)]),
-    )  # fmt: skip
+        values, rows, left, problem.points, known, problem.method.confidence, sizes
+    )
     criteria = criteria_of(left, problem.points, certainty.effective, known)
     bound = tuple(_is_at_bound(p, x) for p, x in zip(problem.parameters, values, strict=True))
     return Fitted(
         problem, values, certainty, criteria, predicted, deviation, rough, failures, bound,
         spec, sought, seconds,
     )  # fmt: skip
+
+
+def _overflow_words(problem: Problem) -> str:
+    """What is wrong with start values from which no search finds its way."""
+    starts = [f"{p.name} = {format_quantity(p.start, p.unit)}" for p in problem.parameters]
+    return (
+        "expected start values from which the deviations and their derivatives are finite, found "
+        f"{', '.join(starts)}"
+    )
 
 
 def _size(p, x: float) -> float:

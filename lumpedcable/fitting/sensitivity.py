@@ -19,9 +19,10 @@ from lumpedcable.fitting.residual import group_start, run_group, run_models, sta
 from lumpedcable.fitting.scalar import Scalar
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
-from lumpedcable.scene import Scene, Study
+from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_ONCE, Structure, number
+from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.plan import (
     output_count,
     plan_of,
@@ -84,6 +85,7 @@ def sensitivity_of(
     says).
 
     Raises:
+        SceneError: the run would take more steps than anybody waits for.
         ValueError: the scalar's place is not in the scene, or its measure never counts.
     """
     scene = study.runs[run]
@@ -91,7 +93,10 @@ def sensitivity_of(
     keys = tuple(key for key, _, _ in named)
     values = np.array([scene.numbers()[key] for key in keys])
     back = len(keys) >= REVERSE_FROM if reverse is None else reverse
-    spec, arrays = setting_of(scene, scalar, keys, back)
+    try:
+        spec, arrays = setting_of(scene, scalar, keys, back)
+    except EndlessError as error:
+        raise SceneError([study.fault("output.duration", str(error))]) from None
     found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
     value = float(found)
     if not np.isfinite(value) and int(status) == Status.OK:
@@ -144,7 +149,11 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
 
 
 def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
-    """One run of a scene as a group of one, looked at at its own output times."""
+    """One run of a scene as a group of one, looked at at its own output times.
+
+    Raises:
+        EndlessError: it would take more steps than anybody waits for.
+    """
     layout, coordinates = make_layout(scene), coordinates_of([scene])
     what, share = Watched(scalar.quantity, scalar.at, None, 0, None), 0.0
     if scalar.quantity not in (MEASURE, STOP):
@@ -170,6 +179,8 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
     at = np.array([scene.numbers()[key] for key in keys])
     _, bound, _ = group_start(spec, arrays, at)
     steps = int(rounded_steps(scene, np.asarray(bound))[0])
+    if (total := float(total_steps(scene, steps))) > MOST_STEPS:
+        raise EndlessError(endless_words(total, scene.output.every / steps))
     if back:
         return GroupSpec(structure, plan, (what,), count, free, steps), arrays
     # more than that are taken by nobody: the run itself takes so many

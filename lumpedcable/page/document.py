@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import html
 import json
-import os
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from lumpedcable.results.errors import OutputError
+from lumpedcable.results.numbers import write_text
+from lumpedcable.results.target import keep_others
 
 __all__ = ["document", "save"]
 
@@ -50,13 +50,7 @@ def save(text: str, target: Path) -> None:
     """Write a page, whole or not at all.
 
     Raises:
-        OutputError: it cannot be written there.
+        OutputError: it cannot be written there, or another file is there.
     """
-    partial = target.with_name(target.name + ".partial")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, target)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
+    keep_others(target, "page")
+    write_text(target, text)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from lumpedcable.results.errors import OutputError
+from lumpedcable.results.target import whole
 
 __all__ = ["write_numbers", "write_text"]
 
@@ -30,17 +30,17 @@ def write_numbers(target: Path, contents: Mapping[str, Any]) -> None:
 
 
 def write_text(target: Path, text: str) -> None:
-    """Write a text file, its folder made if it does not exist.
+    """Write a text file, whole or not at all, its folder made if it does not exist.
 
     Raises:
         OutputError: it cannot be written there.
     """
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
+        with whole(target) as partial:
+            partial.write_text(text, encoding="utf-8")
     except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        raise OutputError(f"cannot write {target}: {reason}") from error
+        raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
 
 
 def _text(value: Any, indent: str) -> str:

@@ -108,8 +108,14 @@ def _cases(place: Path, tables: list[dict[str, Any]]) -> tuple[Entry, list[Probl
         name = table.get("name", "")
         if not isinstance(name, str):
             problems.append(Problem((*place, i, "name"), f"expected a text, found {found(name)}"))
+        elif name and name in names:
+            words = f"expected each name once, found {found(name)} again"
+            problems.append(Problem((*place, i, "name"), words))
         names.append(str(name))
         rest = {key: value for key, value in table.items() if key != "name"}
         for at, key, value in _flattened((*place, i), rest):
             keys.setdefault(key, [None] * len(tables))[i] = (at, value)
+    if not keys:
+        words = "expected keys with values in at least one case, found names alone"
+        problems.append(Problem(place, words))
     return Entry("cases", place, keys, {}, tuple(names) if any(names) else ()), problems

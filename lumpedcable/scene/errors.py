@@ -104,7 +104,8 @@ def _keys(table: Spot | None) -> list[str]:
 def _problem(path: Path, report: Any, root: Spot) -> Problem:
     kind, value, context = report["type"], report["input"], report.get("ctx", {})
     if kind == "scene":
-        return Problem(path, report["msg"])
+        key = context.get("key")
+        return Problem(path if key is None else (*path, key), report["msg"])
     if kind == "missing":
         if isinstance(path[-1], int):
             return _wrong_length(path[:-1], root)

@@ -19,7 +19,7 @@ from lumpedcable.scene.kinds import SCENE, other_kind
 from lumpedcable.scene.locate import LineMap
 from lumpedcable.scene.part import Path, Problem, dotted
 from lumpedcable.scene.quantities import found
-from lumpedcable.scene.references import aligned, count_problems
+from lumpedcable.scene.references import aligned, count_problems, result_problems
 from lumpedcable.scene.run import Reference
 from lumpedcable.scene.run_checks import run_problems
 from lumpedcable.scene.runs import Axis, Factor, Runs, by_path, with_values
@@ -67,14 +67,15 @@ class Study:
         return self.scene.references
 
     def fault(self, key: str, message: str) -> Fault:
-        """Return a fault of a top-level key, with its line or the override that it comes from.
+        """Return a fault of a key, with its line or the override that it comes from.
 
         For what only shows when a scene is put to use.
         """
         for text in reversed(self.overrides):
-            if text.partition("=")[0].strip() == key:
+            given = text.partition("=")[0].strip()
+            if key == given or key.startswith(f"{given}."):
                 return Fault("", None, key, message, text)
-        return Fault(str(self.path), LineMap(self.text).line((key,)), key, message)
+        return Fault(str(self.path), LineMap(self.text).line(tuple(key.split("."))), key, message)
 
 
 def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Study:
@@ -97,6 +98,8 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
     changed = changes.apply(overrides, _with_first_values(data, own), sweep)
     reader.origins, reader.faults = changed.origins, reader.faults + changed.faults
     data, scene, factors = reader.read(changed.data, changed.sweep)
+    if scene is not None:
+        reader.tell(result_problems(scene, data))
     if scene is not None and sweep_is_right:
         reader.tell(count_problems(scene.references, own))
     if scene is None or reader.faults:

@@ -97,7 +97,8 @@ def read_value(text: str) -> Any:
         pass
     if text.startswith("[") and text.endswith("]") and not any(c in text[1:-1] for c in "[]{}\"'"):
         items = [item.strip() for item in text[1:-1].split(",")]
-        return [read_value(item) for item in items if item]
+        # a comma may end a list, as in TOML; what is missing elsewhere is told where it is read
+        return [read_value(item) for item in (items if items[-1] else items[:-1])]
     return text
 
 

@@ -111,7 +111,8 @@ def pick_word(value: Any, key: str, words: Iterable[str], default: str | None = 
         PydanticCustomError: the value is no table, or the word is missing or unknown.
     """
     words = list(words)
-    expected = f"expected a table with {key} = " + either(f'"{word}"' for word in words)
+    known = f"{key} = " + either(f'"{word}"' for word in words)
+    expected = f"expected a table with {known}"
     if isinstance(value, Part):
         return getattr(value, key)
     if not isinstance(value, dict):
@@ -120,7 +121,7 @@ def pick_word(value: Any, key: str, words: Iterable[str], default: str | None = 
     if word is None:
         raise fault(f"{expected}, found no {key}{did_you_mean_key(value, [key])}")
     if word not in words:
-        raise fault(f"{expected}, found {found(word)}{did_you_mean(word, words)}")
+        raise fault(f"expected {known}, found {found(word)}{did_you_mean(word, words)}", key)
     return word
 
 

@@ -29,9 +29,12 @@ MAX_COUNT = 1_000_000
 """Largest count a scene may ask for (segments, iterations are bounded by it)."""
 
 
-def fault(text: str) -> PydanticCustomError:
-    """Return the error that a validator raises to say ``text`` to the user as it stands."""
-    return PydanticCustomError("scene", "{text}", {"text": text})
+def fault(text: str, key: str | None = None) -> PydanticCustomError:
+    """Return the error that a validator raises to say ``text`` to the user as it stands.
+
+    ``key`` is the one to blame in a table that is validated as a whole.
+    """
+    return PydanticCustomError("scene", "{text}", {"text": text, "key": key})
 
 
 def found(value: Any) -> str:

@@ -16,6 +16,7 @@ from lumpedcable.scene.units import format_quantity
 
 __all__ = ["least_tension", "reach_problems"]
 
+WIDENED = 100  # times at most that a bracket is tripled: depths of 1e47 spans
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 Span = tuple[tuple[float, ...], tuple[float, ...], tuple[str, ...], str | None]
 """Where a cable starts and ends (m), its lines, and the body between two of them."""
@@ -118,6 +119,8 @@ def _tensions(
             continue
         drop = first[2] - last[2]
         least = least_tension(level, drop, weights[0], load, share * level, ends[target.of])
+        if not math.isfinite(100.0 * least):
+            continue  # numbers too far apart for arithmetic: statics says what is wrong with them
         if target.wanted < least / (1.0 + _strain(materials.get(lines[names[0]].material), least)):
             carry = "" if body is None else f' and "{body}"'
             yield Problem(
@@ -149,6 +152,8 @@ def least_tension(
 ) -> float:
     """Return the least tension (N) at an end of an inextensible line that carries a load.
 
+    NaN where numbers are too far apart for arithmetic.
+
     Two catenaries meet under the load G at x = `place`. For a horizontal tension H the depth y of the
     load follows from H (s1 - s2) = G, with the slopes s of the parts there; the tension at the end is
     H cosh of its slope's argument. It rises with H where the line is taut and falls where it is slack.
@@ -177,10 +182,16 @@ def least_tension(
 
         chord = drop * place / span
         low, high = chord - span, chord + span
-        while lift(low) > load:
+        for _ in range(WIDENED):
+            if lift(low) <= load:
+                break
             low -= 2.0 * (chord - low)
-        while lift(high) < load:
+        for _ in range(WIDENED):
+            if lift(high) >= load:
+                break
             high += 2.0 * (high - chord)
+        if not lift(low) <= load <= lift(high):
+            raise ArithmeticError
         for _ in range(60):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if lift(middle) < load else (low, middle)
@@ -188,11 +199,14 @@ def least_tension(
             return horizontal * math.cosh(slope(place, high, scale))
         return horizontal * math.cosh(slope(rest, drop - high, scale) - rest / scale)
 
-    # a span of 60 times the scale is a line that hangs down from both posts
-    tall = math.log(weight * span / 60.0)
-    wide = math.log(100.0 * (weight * span + load) * (1.0 + abs(drop) / span) * span
-                    / min(place, span - place))  # fmt: skip
-    return _smallest(lambda x: end(math.exp(x)), tall, wide)
+    try:
+        # a span of 60 times the scale is a line that hangs down from both posts
+        tall = math.log(weight * span / 60.0)
+        wide = math.log(100.0 * (weight * span + load) * (1.0 + abs(drop) / span) * span
+                        / min(place, span - place))  # fmt: skip
+        return _smallest(lambda x: end(math.exp(x)), tall, wide)
+    except (ArithmeticError, ValueError):
+        return math.nan
 
 
 def _smallest(value: Callable[[float], float], low: float, high: float) -> float:

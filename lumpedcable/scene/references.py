@@ -6,11 +6,55 @@ import itertools
 import math
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from lumpedcable.scene.part import Problem
+from pydantic_core import PydanticCustomError
+
+from lumpedcable.scene.part import Path, Problem, did_you_mean
+from lumpedcable.scene.quantities import Quantity
 from lumpedcable.scene.run import Reference
 from lumpedcable.scene.runs import Factor
 from lumpedcable.scene.scene import Scene
+
+RESULTS = {
+    "static_strain": "",
+    "static_tension": "N",
+    "peak_end_speed": "m/s",
+    "break_start": "s",
+    "front_arrival": "s",
+    "end_displacement": "m",
+    "reach": "m",
+    "peak_tension": "N",
+    "peak_kinetic_energy": "J",
+    "released_energy": "J",
+    "stop_time": "s",
+    "stop_distance": "m",
+}
+"""Numbers of a run that a source may give, with their units; the measures of a scene are more."""
+
+
+def result_problems(scene: Scene, data: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield values of no result, and those whose unit is not their result's.
+
+    Args:
+        scene: as read, its references without units.
+        data: the same as TOML tables, with units.
+    """
+    known = RESULTS | {name: measure.UNIT for name, measure in scene.measures.items()}
+    for name, reference in scene.references.items():
+        for key in reference.values:
+            path: Path = ("references", name, "values", key)
+            if key not in known:
+                hint = did_you_mean(key, known) or f"; known: {', '.join(known)}"
+                yield Problem(path, f'expected the name of a result, found "{key}"{hint}')
+                continue
+            raw = data["references"][name]["values"][key]
+            for i, item in enumerate(raw if isinstance(raw, list) else [raw]):
+                try:
+                    if isinstance(item, str):
+                        Quantity(known[key]).read(item)
+                except PydanticCustomError as error:
+                    yield Problem((*path, i), error.message())
 
 
 def count_problems(references: dict[str, Reference], factors: Sequence[Factor]) -> list[Problem]:

@@ -42,6 +42,7 @@ CALL = 8  # lanes that take as long as what a batch takes besides them
 NODE_STEP = 1e-7  # s, roughly: what a step of a node takes with all that belongs to it
 ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
 CALL_TIME = 5.0  # s, by NODE_STEP: what a call takes at most, far less than that most often
+COUNTLESS = 2.0**62  # steps in an output interval: no run gets there, but an integer can hold it
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 VISCOUS_COURANT = 0.75
@@ -205,15 +206,17 @@ def rounded_steps(
 
     `swept` are the runs' own numbers by key, of which a step or a Courant number is obeyed. A run's
     steps must not depend on which runs it shares a batch with, and few distinct numbers make few
-    batches: beyond 16, numbers are rounded up to five significant bits, at most 6 % more.
+    batches: beyond 16, numbers are rounded up to five significant bits, at most 6 % more. What an
+    integer cannot hold becomes `COUNTLESS`.
     """
     if scene.output.static:
         return np.ones(bound.shape, int)
     step = swept.get("solver.step", scene.solver.step)
     if step is None:
         step = swept.get("solver.courant", courant_of(scene)) * bound
-    count = np.ceil(scene.output.every / np.broadcast_to(step, bound.shape) * (1.0 - 1e-9))
-    count = np.where(np.isfinite(count), np.maximum(count, 1.0), 1.0)
+    with np.errstate(divide="ignore", over="ignore"):
+        count = np.ceil(scene.output.every / np.broadcast_to(step, bound.shape) * (1.0 - 1e-9))
+    count = np.where(np.isnan(count), 1.0, np.clip(count, 1.0, COUNTLESS))
     unit = 2.0 ** np.maximum(np.floor(np.log2(count)) - 4.0, 0.0)
     return (np.ceil(count / unit) * unit).astype(int)
 

@@ -21,6 +21,7 @@ from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
 from lumpedcable.study.compiled import Ready, Structure, begin_batch, number
 from lumpedcable.study.contents import Contents
+from lumpedcable.study.endless import mark_endless
 from lumpedcable.study.laying import Laid, equal_rows, lay_out
 from lumpedcable.study.plan import plan_of, stepping
 from lumpedcable.study.rest import write_chosen, write_rest
@@ -184,13 +185,16 @@ def _run_block(
     which = laid.which(block)
     for index in np.unique(which):
         rows = np.flatnonzero((which == index) & right)
-        for part, ready in _prepared(laid, laid.structures[index], block, rows, timings):
+        left = len(rows)
+        for part, ready in _prepared(laid, laid.structures[index], block, rows, table, timings):
+            left -= len(part.runs)
             account = Account(part, laid.count, laid.coordinates)
             try:
                 _run_part(contents, writer, part, ready, first, account, tell, timings)
             finally:
                 summarise(contents, part, ready, account, table)
             timings.mark("sum up")
+        tell(left * laid.count)
 
 
 def _prepared(
@@ -198,20 +202,25 @@ def _prepared(
     structure: Structure,
     block: NDArray[np.int64],
     rows: NDArray[np.int64],
+    table: Table,
     timings: Timings,
 ) -> Iterator[tuple[Part, Ready]]:
-    """Start states of runs of one structure, then the runs by the steps they need."""
+    """Start states of runs of one structure, then the runs by the steps they need.
+
+    Those that need more than anybody waits for are marked in the table instead.
+    """
     if len(rows) == 0:
         return
     scene = structure.scene
     ready = starts(laid, structure, block[rows])
     timings.mark("statics")
     swept = laid.study.runs.columns(block[rows])
-    table = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
-    groups = equal_rows(table)
-    sizes = laid.sizes_for(structure, [int(table[g[0], 0]) for g in groups], [*map(len, groups)])
+    stepped = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
+    kept = np.flatnonzero(~mark_endless(scene, ready, stepped[:, 0], rows, table))
+    groups = [kept[alike] for alike in equal_rows(stepped[kept])] if len(kept) else []
+    sizes = laid.sizes_for(structure, [int(stepped[g[0], 0]) for g in groups], [*map(len, groups)])
     for alike in groups:
-        steps, *tolerances = table[alike[0]]
+        steps, *tolerances = stepped[alike[0]]
         numbers = Numbers(
             number(scene.output.every), jnp.asarray(int(steps)), *map(number, tolerances)
         )

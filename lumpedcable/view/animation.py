@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile, open_result
+from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
 from lumpedcable.view.sampling import node_count, side_view
 
@@ -58,7 +58,7 @@ def animate_result(
 
     Raises:
         ResultError: the file cannot be read, has no such run, or holds no positions and tensions.
-        OutputError: the film cannot be written there, or not in that format.
+        OutputError: the film cannot be written there, not in that format, or another file is there.
     """
     target = Path(target)
     if target.suffix not in MOVIES:
@@ -66,20 +66,17 @@ def animate_result(
         raise OutputError(f"cannot write {target}: expected a name that ends in {known}")
     if not (seconds > 0.0 and fps > 0):
         raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
+    keep_others(target, target.suffix)
     with open_result(path) as result, style.styled():
         result.hold(run)
         more = beside(result, run) if beside is not None else ({}, (), ())
         film = _Film(result, run, seconds, more)
-        # the writers take the format from the name
-        partial = target.with_name(f".{target.stem}.partial{target.suffix}")
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
-            _write(film, _writer(target, fps), partial, max(2, round(seconds * fps)))
-            os.replace(partial, target)
+            with whole(target) as partial:
+                _write(film, _writer(target, fps), partial, max(2, round(seconds * fps)))
         except OSError as error:
             raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
-        finally:
-            partial.unlink(missing_ok=True)
     return target
 
 

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.errors import OutputError
 from lumpedcable.results.human import scale
+from lumpedcable.results.target import whole
 
 Array = NDArray[Any]
 
@@ -233,7 +234,7 @@ def say_empty(ax: Axes) -> None:
 
 
 def save(draw: Callable[[], Figure], stem: Path, formats: Sequence[str]) -> list[Path]:
-    """Draw a figure in the style and save it, once per format.
+    """Draw a figure in the style and save it, once per format, whole or not at all.
 
     Raises:
         OutputError: it cannot be written there.
@@ -244,7 +245,8 @@ def save(draw: Callable[[], Figure], stem: Path, formats: Sequence[str]) -> list
         for kind in formats:
             path = stem.with_name(f"{stem.name}.{kind}")
             try:
-                figure.savefig(path)
+                with whole(path) as partial:
+                    figure.savefig(partial)
             except OSError as error:
                 raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
             made.append(path)

@@ -31,6 +31,14 @@ MISTAKES = {
     "start beyond a bound": (GOOD.replace("start = 200000.0", "start = 2e5, high = 1e5"), TABLE,
                              "expected a start between the bounds"),
     "missing column": (GOOD, TABLE.replace("load", "laod"), 'did you mean "laod"?'),
+    "a column misspelt": (GOOD.replace('"load"', '"laod"'), TABLE,
+                          'experiments.bench.tension.column: expected a column of bench.csv, '
+                          'found "laod"; did you mean "load"?'),
+    "a column unlike any": (RECORD.replace('"F"', '"colour"'), TIMES,
+                            'experiments.test.observe.0.column: expected a column of test.csv, '
+                            'found "colour"; it has t, F'),
+    "no scene": (GOOD.replace('"scene.toml"', '""'), TABLE,
+                 'scene: expected a scene file, found the folder "."'),
     "unit of a column": (GOOD.replace('unit = "kN"', 'unit = "mm"'), TABLE,
                          'expected a unit of a force (N), found "mm"'),
     "two units": (GOOD.replace("strain (%)\"", "strain (%)\", unit = \"\""), TABLE,
@@ -73,6 +81,27 @@ def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
     told = refused(tmp_path, "fit", "fit.toml")
     assert said in told
     assert all(line.startswith("fit.toml:") for line in told.splitlines())
+
+
+@pytest.mark.parametrize("start", ["1e308", "-1e308", "1e200"])
+def test_a_start_from_which_everything_overflows(tmp_path, start):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "bench.csv").write_text(TABLE)
+    (tmp_path / "fit.toml").write_text(GOOD.replace("200000.0", start))
+    told = refused(tmp_path, "fit", "fit.toml")
+    assert told.startswith("fit.toml: free: expected start values from which")
+    assert told.count("\n") == 1
+
+
+def test_a_record_that_would_never_end(tmp_path):
+    # a line without mass to speak of: waves of 1e15 times their speed
+    (tmp_path / "scene.toml").write_text(SCENE.replace("2.238 kg/m", "2e-30 kg/m"))
+    (tmp_path / "test.csv").write_text(TIMES)
+    (tmp_path / "fit.toml").write_text(RECORD)
+    told = refused(tmp_path, "fit", "fit.toml")
+    assert told.startswith(
+        'scene.toml: experiment "test", at the start values: more steps are needed'
+    )
 
 
 def test_the_good_files_are_good(tmp_path):

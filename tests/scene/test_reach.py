@@ -1,5 +1,6 @@
 """Targets that no line can meet: cargo off the span, tensions too low to carry it."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,24 @@ def test_the_least_tension_of_a_bare_line():
     # 2170.67 N by an independent solution of Lun, Li & Hou 2018, eq. 22; q c between the ends
     assert least_tension(60.0, 16.0, 40.0, 0.0, 30.0, "start") == pytest.approx(2170.67, abs=0.005)
     assert least_tension(60.0, 16.0, 40.0, 0.0, 7.0, "end") == pytest.approx(1530.67, abs=0.005)
+
+
+EXTREMES = (1e-300, 1e-12, 1.0, 1e12, 1e300)
+
+
+@pytest.mark.parametrize("span", EXTREMES)
+@pytest.mark.parametrize("weight", EXTREMES)
+def test_numbers_beyond_arithmetic_give_a_tension_or_none(span, weight):
+    for load in (0.0, 1.0, 1e300):
+        for drop in (0.0, -1.0, 1e308):
+            least = least_tension(span, drop, weight, load, 0.5 * span, "start")
+            # the higher end carries half the weight of a line of that span at least
+            assert math.isnan(least) or least >= (0.5 * span * weight if drop >= 0.0 else 0.0)
+
+
+@pytest.mark.parametrize("place", ["[-1e308, 0, 0]", "[0, 0, 1e308]", "[59.999999999, 0, 0]"])
+def test_places_beyond_arithmetic_are_left_to_statics(place):
+    load_study(HIGHLINE / "delivery-tension.toml", [f"lines.before.start.fixed={place}"])
 
 
 @pytest.mark.parametrize(

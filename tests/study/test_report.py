@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from lumpedcable.scene import load_study
+from lumpedcable.scene.references import RESULTS
 from lumpedcable.status import Status
 from lumpedcable.study import report
-from lumpedcable.study.summary import Outcome
+from lumpedcable.study.summary import QUANTITIES, SUMMARIES, Outcome
 
 SNAPBACK = Path(__file__).parents[2] / "configs" / "snapback.toml"
 # quantity -> (what the runs have, how it is printed with its unit in the heading)
@@ -58,6 +59,12 @@ def test_numbers_and_headings_are_whole_at_any_width(monkeypatch, width, exact, 
     told = ["6.37", "7.57", "12.66", "12.86", "16.87", "16.87", "21.74", "20.74"]
     assert [value in row.split() for value, row in zip(told, rows, strict=True)] == [references] * 8
     assert ("A wider terminal shows exact values and references as well." in text) != references
+
+
+def test_references_are_of_numbers_that_runs_have():
+    units = {name: unit for name, (unit, _) in (QUANTITIES | SUMMARIES).items()}
+    assert {name: unit or "1" for name, unit in RESULTS.items()}.items() <= units.items()
+    assert RESULTS.keys() >= QUANTITIES.keys()
 
 
 def test_references_say_what_they_belong_to(monkeypatch):

@@ -104,6 +104,34 @@ def test_a_solver_that_runs_out_of_steps(tmp_path):
     assert "max_steps" in ran.outcomes[0].message
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("output.duration=1e12", "output.every=1e11"),  # at 1000 m/s and 2 m: 5e14 steps
+        ("lines.rope.mass=1e-30",),  # 1e18 m/s
+        ("materials.hooke.EA=1e60",),  # 1e30 m/s: more steps than an integer holds
+        ("solver.step=1e-300",),
+    ],
+)
+def test_a_run_that_would_never_end_is_not_begun(tmp_path, change):
+    ran = run_text(tmp_path, HOOKE, *change)
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.TOO_MANY_STEPS
+    assert "output.duration" in outcome.message
+    assert np.isnan(outcome.energy_closure)
+    assert np.all(np.isnan(ran["position"]))
+
+
+def test_the_others_go_on_beside_a_run_that_would_never_end(tmp_path):
+    # the second needs 1e15 times the steps of the others
+    swept = '\n[sweep]\n"lines.rope.mass" = [1.0, 1e-30, 2.0]\n'
+    mixed = run_text(tmp_path, HOOKE + swept, "output.duration=10 ms")
+    clean = run_text(tmp_path, HOOKE + swept.replace("1e-30", "4.0"), "output.duration=10 ms")
+    assert mixed.statuses == ["OK", "TOO_MANY_STEPS", "OK"]
+    for k in (0, 2):
+        np.testing.assert_allclose(mixed["velocity"][k], clean["velocity"][k], atol=1e-9)
+
+
 GOOD, BAD = "50 kN", "450 kN"
 
 

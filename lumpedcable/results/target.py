@@ -1,0 +1,86 @@
+"""Files that appear whole, and replace a file of their own kind and nothing else that lies there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+
+from lumpedcable.results.errors import OutputError
+
+__all__ = ["keep_others", "whole"]
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_SIGNS = {
+    "glTF": (0, b"glTF"),
+    "CSV": (0, b"run,"),
+    "MoorDyn": (0, b"Time\t"),
+    ".gif": (0, b"GIF8"),
+    ".mp4": (4, b"ftyp"),
+}
+"""By kind: what stands in every such file, and where."""
+_PAGE = b'<meta name="sources"'
+
+
+@contextmanager
+def whole(target: Path) -> Iterator[Path]:
+    """A name beside the target to write to; the file gets its own name only when it is complete.
+
+    The name ends as the target's does, since some writers take the format from it.
+    """
+    partial = target.with_name(f".{target.stem}.partial{target.suffix}")
+    try:
+        yield partial
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def keep_others(target: Path, kind: str) -> None:
+    """Refuse to replace a file of another kind, which somebody may miss.
+
+    Args:
+        target: where a file is to be written; an empty one, or none, is no obstacle.
+        kind: "results", "VTKHDF", "page", or one of `_SIGNS`.
+
+    Raises:
+        OutputError: there is another file, and which is expected.
+    """
+    try:
+        if not target.exists():
+            return
+        if not target.is_file():
+            raise OutputError(f"cannot write {target}: expected a file name, found no plain file")
+        if target.stat().st_size == 0 or _is(target, kind):
+            return
+    except OSError as error:
+        raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
+    words = {"results": "a results file", "page": "a page of lumpedcable view"}
+    expected = words.get(kind, f"a {kind.removeprefix('.')} file")
+    raise OutputError(
+        f"cannot write {target}: expected {expected} to replace or no file, found another one, "
+        "which is kept: give another name, or delete it"
+    )
+
+
+def _is(path: Path, kind: str) -> bool:
+    """Whether a file is of a kind, by what stands in it."""
+    with path.open("rb") as file:
+        head = file.read(16)
+        if kind == "page":
+            return _PAGE in head + file.read()
+    if kind in _SIGNS:
+        first, sign = _SIGNS[kind]
+        return head[first : first + len(sign)] == sign
+    if not head.startswith(_HDF5):
+        return False
+    try:
+        with h5py.File(path, "r") as file:
+            return "VTKHDF" in file if kind == "VTKHDF" else "schema_version" in file.attrs
+    except BlockingIOError:
+        return True  # somebody writes it, which the writer tells
+    except OSError:
+        return False  # cut off or damaged: nobody can say what it was
