@@ -241,8 +241,19 @@ class Model(eqx.Module):
 
         `dt` is the step (s) that starts here, if steps are fixed: what corrects a step knows it then.
         """
+        gain, _, found = self._moved(t, displacement, velocity, reaction, dt)
+        return gain, found
+
+    def carries(
+        self, t: Float[Array, ""], displacement: Vectors, velocity: Vectors, reaction: Vectors
+    ) -> Vectors:
+        """The same reactions (N), those of ends that can break but hold at t (s) as they are then."""
+        return self._moved(t, displacement, velocity, reaction, None)[1]
+
+    def _moved(self, t, displacement, velocity, reaction, dt) -> tuple[Vectors, Vectors, Found]:
+        """What `acceleration` and `carries` tell: accelerations, reactions, and the evaluation."""
         found = self.evaluate(t, displacement, velocity, reaction, dt)
-        result = {}
+        result, reaction = {}, dict(reaction)
         for name, e in found.items():
             gain = inertia.acceleration(e.nodes, e.force, velocity[name])
             result[name] = corrected_ends(self.lines[name], e, gain, dt)
@@ -250,16 +261,22 @@ class Model(eqx.Module):
             given = jax.jvp(lambda s, m=end.motion: velocity_of(m, s), (t,), (jnp.ones_like(t),))[1]
             given = given.astype(result[name].dtype)
             if end.release is not None:
-                given = jnp.where(end.release.begun(t), result[name][:, node], given)
+                begun, key = end.release.begun(t), end_name(name, node)
+                push = self._reaction(found[name], node, velocity[name][:, node], given)
+                reaction[key] = jnp.where(begun, reaction[key], push)
+                given = jnp.where(begun, result[name][:, node], given)
             result[name] = place_at_end(result[name], node, given)
         for index in range(len(self.junctions)):
-            gains, _ = self._junction(index, t, found, velocity, None)
+            gains, pushes = self._junction(index, t, found, velocity, None)
+            reaction.update({k: jnp.where(b, reaction[k], p) for k, (b, p) in pushes.items()})
             for (name, node), (active, gain) in gains.items():
                 gain = jnp.where(active, gain, result[name][:, node])
                 result[name] = place_at_end(result[name], node, gain)
         for name, body in self.bodies.items():
             key = body_key(name)
-            result[key] = body_gain(self, name, t, found, displacement, velocity, None).gain
+            found_gain = body_gain(self, name, t, found, displacement, velocity, None)
+            result[key] = found_gain.gain
+            reaction.update(self._pulled(t, reaction, name, found_gain.pulls))
             for line, node, end in attached_ends(self, name):
                 q, v = body.reference + displacement[key], velocity[key]
                 turn, _, bias = body.rate(q, v, end.point)
@@ -267,7 +284,7 @@ class Model(eqx.Module):
                 if end.release is not None:
                     gain = jnp.where(end.release.begun(t), result[line][:, node], gain)
                 result[line] = place_at_end(result[line], node, gain)
-        return steered_gain(self, t, result), found
+        return steered_gain(self, t, result), reaction, found
 
     def _driven(self):
         for name, pair in self.ends.items():
