@@ -191,7 +191,7 @@ def _fixed(
         t1 = start + (i + 1) * dt
         y, _, _, state, result = solver.step(term, t0, t1, run.y, model, run.solver_state, False)
         if not staggered:
-            y = _settled(model, t1, y)
+            y = _settled(model, t1, y, dt)
         seen = watch(model, y, run.seen, plan.recoils, t1, dt)
         # only an implicit method can fail to find its stages
         failed = result != diffrax.RESULTS.successful if implicit else False
@@ -225,7 +225,7 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
         )  # fmt: skip
         assert solution.ys is not None
         y = jax.tree.map(lambda x: x[0], solution.ys)
-        y = _settled(model, start + until, y)
+        y = _settled(model, start + until, y, None)
         failed = failed | (solution.result != diffrax.RESULTS.successful)
         return (until, y, taken + solution.stats["num_accepted_steps"], failed), None
 
@@ -238,12 +238,12 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     return Progress(y, numbers.every / jnp.maximum(taken, 1), seen, failed, run.stopped, run.peaks)
 
 
-def _settled(model: Model, t, y: State) -> State:
+def _settled(model: Model, t, y: State, dt) -> State:
     """The same state, with moved ends as they are at t (s), and what those that can break carry."""
     displacement, velocity = on_paths(model, t, y.displacement, y.velocity)
     reaction = y.reaction
     if reaction:
-        reaction = model.carries(t, displacement, velocity, reaction)
+        reaction = model.carries(t, displacement, velocity, reaction, dt)
     return State(displacement, velocity, y.work, reaction, y.tension)
 
 
