@@ -12,13 +12,14 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.couple import body_force
-from lumpedcable.model.ends import Attached, solve_small
+from lumpedcable.model.ends import Attached, Driven, solve_small
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.winches import Winch
+from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
-__all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "start_velocities"]
+__all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "on_paths", "start_velocities"]
 
 NODES = (0, -1)
 SLIDES = 2  # times that N, which depends a little on how a body slides, is found
@@ -74,6 +75,32 @@ def _tied(t, values: Array, node: int, end: Attached, value: Array) -> Array:
     if end.release is not None:
         value = jnp.where(end.release.begun(t), values[:, node], value)
     return place_at_end(values, node, value)
+
+
+def on_paths(
+    model, t: Float[Array, ""], displacement: dict[str, Array], velocity: dict[str, Array]
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The same displacements (m) and velocities (m/s), of moved and tied ends as they are at t (s).
+
+    What is integrated from accelerations alone drifts off: a step in them that falls into a step of
+    time leaves a velocity behind.
+    """
+    displacement, velocity = dict(displacement), dict(velocity)
+    for name, pair in model.ends.items():
+        for node, end in zip(NODES, pair, strict=True):
+            if not isinstance(end, Driven) or isinstance(end.motion, Still):
+                continue
+            u, v = displacement[name], velocity[name]
+            place = end.motion.position(t).astype(u.dtype) - model.lines[name].reference[:, node]
+            rate = velocity_of(end.motion, t).astype(v.dtype)
+            if end.release is not None:
+                begun = end.release.begun(t)
+                place = jnp.where(begun, u[:, node], place)
+                rate = jnp.where(begun, v[:, node], rate)
+            displacement[name] = place_at_end(u, node, place)
+            velocity[name] = place_at_end(v, node, rate)
+    displacement = follow(model, t, displacement)
+    return displacement, follow_rate(model, t, displacement, velocity)
 
 
 def start_velocities(model, velocity: dict[str, Array]) -> dict[str, Array]:

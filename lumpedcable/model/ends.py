@@ -41,6 +41,23 @@ class Release(eqx.Module):
         """Share of the force that is still held (-)."""
         return release_ramp(t, self.start, self.time)
 
+    def carried(
+        self, t: Float[Array, ""], dt: Float[Array, ""] | None, before: Float[Array, " d"],
+        now: Float[Array, " d"],
+    ) -> Float[Array, " d"]:  # fmt: skip
+        """The force (N) at t (s) on an end that holds, `before` the step of dt (s) that ends then; once
+        the break has begun, what it was when it began.
+
+        That instant falls between steps: the last one before it goes on to it as it went, so that what
+        decays depends on the instant smoothly.
+        """
+        force = now
+        if dt is not None:
+            left = (self.start - t) / dt
+            share = jnp.where(left < 1.0 + 1e-9, left, 0.0)
+            force = now + share.astype(now.dtype) * (now - before)
+        return jnp.where(self.begun(t), before, force)
+
 
 class Loaded(eqx.Module):
     """An end on which a known force acts: free (None), or held by a force (d,) in N."""

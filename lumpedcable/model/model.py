@@ -178,14 +178,14 @@ class Model(eqx.Module):
                 begun = end.release.begun(t)
                 key = end_name(name, node)
                 push = self._reaction(found[name], node, now, (half - before[name][:, node]) / dt)
-                reaction[key] = jnp.where(begun, reaction[key], push)
+                reaction[key] = end.release.carried(t, dt, reaction[key], push)
                 now = jnp.where(begun, middle[name][:, node], now)
                 half = jnp.where(begun, after[name][:, node], half)
             middle[name] = place_at_end(middle[name], node, now)
             after[name] = place_at_end(after[name], node, half)
         for index in range(len(self.junctions)):
             gains, pushes = self._junction(index, t, found, before, dt)
-            reaction.update({k: jnp.where(b, reaction[k], p) for k, (b, p) in pushes.items()})
+            reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
             for (name, node), (active, gain) in gains.items():
                 start = before[name][:, node]
                 mid, end_ = start + 0.5 * dt * gain, start + dt * gain
@@ -198,19 +198,19 @@ class Model(eqx.Module):
             found_gain = body_gain(self, name, t, found, displacement, before, dt)
             middle[key] = before[key] + 0.5 * dt * found_gain.gain
             after[key] = before[key] + dt * found_gain.gain
-            reaction.update(self._pulled(t, reaction, name, found_gain.pulls))
+            reaction.update(self._pulled(t, dt, reaction, name, found_gain.pulls))
         if self.bodies:
             middle = follow_rate(self, t, displacement, steered(self, t, None, middle))
             after = follow_rate(self, t, displacement, steered(self, t, dt, after), dt)
         return middle, after, reaction, found
 
-    def _pulled(self, t, reaction, body: str, pulls) -> dict[str, Float[Array, " d"]]:
+    def _pulled(self, t, dt, reaction, body: str, pulls) -> dict[str, Float[Array, " d"]]:
         """What a body pulls the ends with that can still break away from it (N)."""
         result = {}
         for name, node, end in attached_ends(self, body):
             if end.release is not None:
                 key = end_name(name, node)
-                result[key] = jnp.where(end.release.begun(t), reaction[key], pulls[name, node])
+                result[key] = end.release.carried(t, dt, reaction[key], pulls[name, node])
         return result
 
     def carried(
@@ -241,8 +241,20 @@ class Model(eqx.Module):
 
         `dt` is the step (s) that starts here, if steps are fixed: what corrects a step knows it then.
         """
+        gain, _, found = self._moved(t, displacement, velocity, reaction, dt)
+        return gain, found
+
+    def carries(
+        self, t: Float[Array, ""], displacement: Vectors, velocity: Vectors, reaction: Vectors,
+        dt: Float[Array, ""] | None,
+    ) -> Vectors:  # fmt: skip
+        """What ends that can break carry (N) at t (s), after `reaction` a step of dt (s) ago."""
+        return self._moved(t, displacement, velocity, reaction, dt)[1]
+
+    def _moved(self, t, displacement, velocity, reaction, dt) -> tuple[Vectors, Vectors, Found]:
+        """What `acceleration` and `carries` tell: accelerations, reactions, and the evaluation."""
         found = self.evaluate(t, displacement, velocity, reaction, dt)
-        result = {}
+        result, reaction = {}, dict(reaction)
         for name, e in found.items():
             gain = inertia.acceleration(e.nodes, e.force, velocity[name])
             result[name] = corrected_ends(self.lines[name], e, gain, dt)
@@ -250,16 +262,22 @@ class Model(eqx.Module):
             given = jax.jvp(lambda s, m=end.motion: velocity_of(m, s), (t,), (jnp.ones_like(t),))[1]
             given = given.astype(result[name].dtype)
             if end.release is not None:
-                given = jnp.where(end.release.begun(t), result[name][:, node], given)
+                begun, key = end.release.begun(t), end_name(name, node)
+                push = self._reaction(found[name], node, velocity[name][:, node], given)
+                reaction[key] = end.release.carried(t, dt, reaction[key], push)
+                given = jnp.where(begun, result[name][:, node], given)
             result[name] = place_at_end(result[name], node, given)
         for index in range(len(self.junctions)):
-            gains, _ = self._junction(index, t, found, velocity, None)
+            gains, pushes = self._junction(index, t, found, velocity, None)
+            reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
             for (name, node), (active, gain) in gains.items():
                 gain = jnp.where(active, gain, result[name][:, node])
                 result[name] = place_at_end(result[name], node, gain)
         for name, body in self.bodies.items():
             key = body_key(name)
-            result[key] = body_gain(self, name, t, found, displacement, velocity, None).gain
+            found_gain = body_gain(self, name, t, found, displacement, velocity, None)
+            result[key] = found_gain.gain
+            reaction.update(self._pulled(t, dt, reaction, name, found_gain.pulls))
             for line, node, end in attached_ends(self, name):
                 q, v = body.reference + displacement[key], velocity[key]
                 turn, _, bias = body.rate(q, v, end.point)
@@ -267,7 +285,7 @@ class Model(eqx.Module):
                 if end.release is not None:
                     gain = jnp.where(end.release.begun(t), result[line][:, node], gain)
                 result[line] = place_at_end(result[line], node, gain)
-        return steered_gain(self, t, result), found
+        return steered_gain(self, t, result), reaction, found
 
     def _driven(self):
         for name, pair in self.ends.items():
@@ -316,7 +334,7 @@ class Model(eqx.Module):
             if member in leaving:
                 active = ~leaving[member].begun(t)
                 mass, force = parts[member]
-                pushes[end_name(*member)] = (~active, mass @ gain - force)
+                pushes[end_name(*member)] = (leaving[member], mass @ gain - force)
             elif parting is not None:
                 active = ~parting.begun(t)  # left to itself it moves like any other end
             gains[member] = (active, gain)

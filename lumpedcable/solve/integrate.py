@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
-from lumpedcable.model.attached import start_velocities
+from lumpedcable.model.attached import on_paths, start_velocities
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.couple import steered
 from lumpedcable.model.ends import Driven, end_name
@@ -185,11 +185,14 @@ def _fixed(
     solver, term = fixed_solver(plan, numbers), CableTerm(jnp.zeros(()))
     dt = numbers.every / numbers.steps
     implicit = isinstance(solver, diffrax.AbstractImplicitSolver)
+    staggered = isinstance(solver, Leapfrog | Constrained)  # sees to its ends itself
 
     def step(i, run: Progress) -> Progress:
         t0 = start + i * dt
         t1 = start + (i + 1) * dt
         y, _, _, state, result = solver.step(term, t0, t1, run.y, model, run.solver_state, False)
+        if not staggered:
+            y = _settled(model, t1, y, dt)
         seen = watch(model, y, run.seen, plan.recoils, t1, dt)
         # only an implicit method can fail to find its stages
         failed = result != diffrax.RESULTS.successful if implicit else False
@@ -213,18 +216,48 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     guess = jnp.clip(run.solver_state, 1e-6 * numbers.every, numbers.every)
     own, guess = cast((numbers, guess), str(dtype))
     controller = diffrax.PIDController(rtol=own.rtol, atol=own.atol, norm=_size)
-    solution = diffrax.diffeqsolve(
-        CableTerm(start), METHODS[plan.method](), jnp.zeros((), dtype), own.every, guess, run.y,
-        args=model, stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True),
-        max_steps=plan.max_steps, throw=False, adjoint=diffrax.ForwardMode(),
-    )  # fmt: skip
-    assert solution.ys is not None
-    y = jax.tree.map(lambda x: x[0], solution.ys)
-    taken = jnp.maximum(solution.stats["num_accepted_steps"], 1)
+
+    def part(carry, until):
+        t0, y, taken, failed = carry
+        solution = diffrax.diffeqsolve(
+            CableTerm(start), METHODS[plan.method](), t0, until, guess, y, args=model,
+            stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True),
+            max_steps=plan.max_steps, throw=False, adjoint=diffrax.ForwardMode(),
+        )  # fmt: skip
+        assert solution.ys is not None
+        y = jax.tree.map(lambda x: x[0], solution.ys)
+        y = _settled(model, start + until, y, None)
+        failed = failed | (solution.result != diffrax.RESULTS.successful)
+        return (until, y, taken + solution.stats["num_accepted_steps"], failed), None
+
+    first = jnp.zeros((), dtype), run.y, jnp.zeros((), jnp.int64), run.exhausted
+    if run.y.reaction:
+        (_, y, taken, failed), _ = jax.lax.scan(part, first, _until_breaks(model, own.every, start))
+    else:
+        (_, y, taken, failed), _ = part(first, own.every)
     seen = watch(model, y, run.seen, plan.recoils, start + numbers.every, numbers.every)
-    failed = solution.result != diffrax.RESULTS.successful
-    failed = run.exhausted | failed
-    return Progress(y, numbers.every / taken, seen, failed, run.stopped, run.peaks)
+    return Progress(y, numbers.every / jnp.maximum(taken, 1), seen, failed, run.stopped, run.peaks)
+
+
+def _settled(model: Model, t, y: State, dt) -> State:
+    """The same state, with moved ends as they are at t (s), and what those that can break carry."""
+    displacement, velocity = on_paths(model, t, y.displacement, y.velocity)
+    reaction = y.reaction
+    if reaction:
+        reaction = model.carries(t, displacement, velocity, reaction, dt)
+    return State(displacement, velocity, y.work, reaction, y.tension)
+
+
+def _until_breaks(model: Model, every, start) -> Float[Array, " parts"]:
+    """Times (s) from `start` on that cut an interval just before each break that begins in it.
+
+    There what an end carries is known, which is what decays from then on.
+    """
+    starts = jnp.stack([end.release.start for *_, end in model.breakable() if end.release])
+    # so much before that neither precision takes the one for the other
+    small = jnp.finfo(every.dtype).eps * every + jnp.finfo(starts.dtype).eps * (start + every)
+    ahead = jnp.clip(starts - start - 8.0 * small, 0.0, every).astype(every.dtype)
+    return jnp.append(jnp.sort(ahead), every)
 
 
 def _size(error: State) -> Float[Array, ""]:

@@ -46,3 +46,40 @@ def test_shares_of_the_speed_behind_the_front(tmp_path):
     assert found.remarks == []
     assert found.check is not None
     assert found.check.good
+
+
+PULLED = """
+[materials.wire]
+law = "linear"
+EA = 1e6
+damping = 1e3
+[lines.rope]
+material = "wire"
+length = 20
+segments = 4
+mass = 1
+start = { fixed = [0, 0, 0] }
+end = { motion = { position = [20, 0, 0], velocity = [0.02, 0, 0], ramp = 0.4 } }
+[events.break]
+breaks = "rope.end"
+start = 1.0003
+time = 2
+[solver]
+step = 1e-3
+[output]
+duration = 2.1
+every = 0.05
+"""
+
+
+@pytest.mark.parametrize("method", ["leapfrog", "rk4"])
+def test_a_line_under_growing_load_carries_more_the_later_it_breaks(tmp_path, method):
+    study = study_of(tmp_path, PULLED, f"solver.method={method}")
+    found = sensitivity_of(study, read_scalar("last tension at rope.start", study.scene))
+    # slowly, T = EA v s/L cos^2(pi x/2) with x = (t - s)/time: more is left, and of a larger force
+    start, time = 1.0003, 2.0
+    x = (2.1 - start) / time
+    held, rate = np.cos(0.5 * np.pi * x) ** 2, 0.5 * np.pi / time * np.sin(np.pi * x)
+    assert found.value == pytest.approx(1e3 * start * held, rel=0.02)
+    slope = dict(zip(found.keys, found.slopes, strict=True))["events.break.start"]
+    assert slope == pytest.approx(1e3 * (held + start * rate), rel=0.02)

@@ -82,3 +82,49 @@ def test_single_precision_is_enough(tmp_path):
     assert moves[1] != moves[0]  # it was another precision
     velocity = np.max(np.abs(single["velocity"] - double["velocity"]))
     assert velocity < 1e-3 * SIZE
+
+
+MOVED = """
+[materials.wire]
+law = "linear"
+EA = 1e6
+damping = 1e3
+[lines.rope]
+material = "wire"
+length = 20
+segments = 4
+mass = 1
+start = { fixed = [0, 0, 0] }
+end = { motion = { position = [20, 0, 0], velocity = [0.02, 0, 0], ramp = 0.4 } }
+[output]
+duration = 3
+every = 0.5
+"""
+
+
+@pytest.mark.parametrize("method", ["rk4", "heun", "dopri8"])
+def test_a_moved_end_stays_on_its_path(tmp_path, method):
+    # its ramp ends with a step in its acceleration, which once left a velocity behind for good
+    ran = run_text(tmp_path, MOVED + f'[solver]\nmethod = "{method}"\n')
+    t = np.arange(0.0, 3.01, 0.5)
+    ramp = np.sin(0.5 * np.pi * np.clip(t / 0.4, 0.0, 1.0)) ** 2
+    np.testing.assert_allclose(ran["position"][0, :, -1, 0], 20.0 + 0.02 * t * ramp, rtol=1e-13)
+    np.testing.assert_allclose(ran["velocity"][0, 1:, -1, 0], 0.02, rtol=1e-13)
+
+
+BREAK = '[events.break]\nbreaks = "rope.end"\nstart = 1\ntime = 2\n'
+
+
+@pytest.mark.parametrize("method", ["rk4", "tsit5"])
+@pytest.mark.parametrize("place", ["rope.end", "rope@10 m"])
+def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, method, place):
+    # slack at the start, stretched by 0.02 m when it breaks, EA 0.02/20 = 1 kN, and slowly: half of it
+    # is left halfway, give or take the wave of the pull, m c v / 2 = 10 N
+    text = MOVED + BREAK.replace("rope.end", place) + f'[solver]\nmethod = "{method}"\n'
+    ran = run_text(tmp_path, text)
+    times = list(np.arange(0.0, 3.01, 0.5))
+    line = "rope" if place == "rope.end" else "rope-1"
+    tension = ran.lines[line]["tension"][0, :, -1]
+    np.testing.assert_allclose(tension[times.index(1.0)], 1000.0, atol=20.0)
+    np.testing.assert_allclose(tension[times.index(2.0)], 500.0, atol=20.0)
+    np.testing.assert_allclose(tension[times.index(3.0)], 0.0, atol=20.0)
