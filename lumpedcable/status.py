@@ -44,7 +44,7 @@ ADVICE = {
     ),
     Status.NON_FINITE: (
         "lower solver.courant; if strains can go beyond max_strain of the material, raise it; check "
-        "masses, stiffness and drag for the units"
+        "places, masses, stiffness and drag for the units"
     ),
     Status.STEP_BOUND_BROKEN: (
         "strains left the range that the step was chosen for: raise max_strain of the material, "

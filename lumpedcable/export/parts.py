@@ -38,7 +38,7 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
     """The lines of a run whose positions are stored, without the padding of shorter ones.
 
     Raises:
-        ResultError: there is none.
+        ResultError: there is none, or the run never began.
     """
     found = []
     for name in result.lines:
@@ -46,11 +46,16 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
         if not line.has("position"):
             continue
         count = int(np.isfinite(line.unstretched_position(run)).sum())
+        position = line.position(run)[:, :count]
+        if not np.isfinite(position).any():
+            raise ResultError(
+                f"{result.path}: run {run} has no positions to export: {result.status_message[run]}"
+            )
         nodes = {f: line.field(f, run)[:, :count] for f in ("velocity",) if line.has(f)}
         segments = {
             f: line.field(f, run)[:, : count - 1] for f in ("tension", "strain") if line.has(f)
         }
-        found.append(LineOfRun(name, line.position(run)[:, :count], nodes, segments))
+        found.append(LineOfRun(name, position, nodes, segments))
     if not found:
         raise ResultError(f"{result.path} holds no positions to export")
     return found

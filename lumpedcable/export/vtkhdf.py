@@ -6,6 +6,7 @@ Source: VTK file formats, "VTKHDF file format", version 2.1 for `Steps` of unstr
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import h5py
@@ -40,7 +41,8 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
         first += count
     connectivity = np.concatenate(pairs).ravel()
     cells = connectivity.size // 2
-    with replacing(target, "VTKHDF") as partial, h5py.File(partial, "w") as file:
+    made = io.BytesIO()  # HDF5 itself says little of a full disk, and only when it closes the file
+    with h5py.File(made, "w") as file:
         root = file.create_group("VTKHDF", track_order=True)
         root.attrs["Version"] = np.array(_VERSION, "i8")
         root.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))
@@ -65,6 +67,8 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
                 root.create_dataset(f"{group}/{name}", data=flat.astype("f4"))
         root.create_dataset("CellData/line", data=np.concatenate(owners).astype("i4"))
         _steps(root, result.time, nodes, cells, own)
+    with replacing(target, "VTKHDF") as partial:
+        partial.write_bytes(made.getbuffer())
     return [target]
 
 

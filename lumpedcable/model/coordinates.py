@@ -79,6 +79,7 @@ def plane_normal(axes):
     return second[one] * first[two] - second[two] * first[one]
 
 
+@np.errstate(over="ignore")  # what is too far apart is told by `_basis`
 def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
     """The fewest coordinates that hold every place, direction and motion of all the scenes.
 
@@ -89,7 +90,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
     of it or not alike on both sides, is in space, whose axes are always x, y and z.
 
     Raises:
-        ValueError: a scene asks for fewer dimensions than it needs.
+        ValueError: a scene asks for fewer dimensions than it needs, or its places are too far apart.
     """
     places: list[np.ndarray] = []
     directions: list[np.ndarray] = []
@@ -271,6 +272,10 @@ def _pushes(body: Body) -> list[np.ndarray]:
 
 def _basis(directions: list[np.ndarray]) -> np.ndarray:
     """Orthonormal columns that span the directions; x alone where there is none."""
+    if not np.all(np.isfinite(directions)):
+        raise ValueError("expected places whose distances are finite, found some too far apart")
+    # by powers of two, which change no digit: squares of 1e308 overflow
+    directions = [np.ldexp(v, -np.frexp(np.max(np.abs(v)))[1]) for v in directions]
     sizes = [np.linalg.norm(v) for v in directions]
     units = [v / s for v, s in zip(directions, sizes, strict=True) if s > 0.0]
     if not units:

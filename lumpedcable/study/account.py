@@ -56,6 +56,8 @@ class Account:
         shape = (len(self.part.runs), self.count + 1)
         for key, table in self.flags.items():
             table[:, times] = getattr(samples, key)
+        for values in samples.energy.values():  # of places beyond all measure, before all else
+            self.flags["finite"][:, times] &= np.isfinite(values)
         self.courant[:, times] = samples.courant
         for kept, found in (
             (self.energy, samples.energy),

@@ -56,7 +56,7 @@ def structure_of(scene: Scene) -> Structure:
 
 
 def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:
-    """The coordinates of all scenes together; SceneError where one asks for too few dimensions."""
+    """The coordinates of all scenes together; SceneError where there are none."""
     try:
         return coordinates_of(scenes)
     except ValueError as error:

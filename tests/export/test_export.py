@@ -2,12 +2,16 @@
 
 import csv
 import json
+import os
 import struct
+import subprocess
+import sys
 
+import h5py
 import numpy as np
 import pytest
 import synthetic_result
-from command_line import refused, say
+from command_line import ROOT, refused, say
 
 from lumpedcable.export import FORMATS, export_result
 from lumpedcable.results import open_result
@@ -170,3 +174,37 @@ def test_what_cannot_be_exported_is_told(file, tmp_path):
     )
     blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("tension",))
     assert "no positions to export" in refused(tmp_path, "export", blind, "--to", "vtkhdf")
+
+
+FULL = """
+import resource, signal, sys
+from lumpedcable.cli import main
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop()),) * 2)
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits on file sizes are a Unix thing")
+@pytest.mark.parametrize("room", [10, 5000])
+def test_a_full_disk_is_told_in_one_line(file, tmp_path, room):
+    options = ["export", str(file), "--to", "vtkhdf", "-o", "a.vtkhdf", str(room)]
+    ended = subprocess.run(
+        [sys.executable, "-c", FULL, *options], cwd=tmp_path, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "LUMPEDCABLE_CACHE": "off"},
+    )  # fmt: skip
+    said = (ended.returncode, ended.stdout, ended.stderr)
+    assert said == (2, "", "cannot write a.vtkhdf: File too large\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", [["export", "--to", k] for k in ("vtkhdf", "gltf", "moordyn")]
+                         + [["animate"]])  # fmt: skip
+def test_a_run_that_never_began_is_told(file, tmp_path, command):
+    (tmp_path / "case.h5").write_bytes(file.read_bytes())
+    with h5py.File(tmp_path / "case.h5", "r+") as case:
+        case["lines/rope/position"][2] = np.nan
+        case["status_message"][2] = "no static equilibrium was found"
+    said = refused(tmp_path, *command, "case.h5", "--run", "2")
+    assert "run 2 has no positions to" in said
+    assert "no static equilibrium was found" in said

@@ -1,8 +1,10 @@
 """The scene's own coordinates, and those in space."""
 
 import numpy as np
+import pytest
 
-from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.scene import load_study
 
 
 def test_what_has_blown_up_is_told_in_space_without_a_warning():
@@ -12,3 +14,23 @@ def test_what_has_blown_up_is_told_in_space_without_a_warning():
     np.testing.assert_array_equal(found[:, 0], [2.0, 0.0, 0.0])
     assert found[0, 1] == np.inf
     assert found[0, 2] == -1e308
+
+
+def lines_at(tmp_path, *places):
+    lines = "".join(
+        f'[lines.l{k}]\nmaterial = "m"\nlength = 1\nsegments = 2\nmass = 1\n'
+        f'start = {{ fixed = {p} }}\nend = "free"\n'
+        for k, p in enumerate(places)
+    )
+    law = '[materials.m]\nlaw = "linear"\nEA = 1\n'
+    (tmp_path / "s.toml").write_text(f"{law}{lines}[output]\nduration = 1\nevery = 1\n")
+    return list(load_study(tmp_path / "s.toml").runs)
+
+
+def test_directions_hold_however_far_apart_places_are(tmp_path):
+    # the square of 1e308 is no number; the axes are those of the same places in metres
+    far = coordinates_of(lines_at(tmp_path, [0, 0, 0], [3e307, 0, 4e307]))
+    near = coordinates_of(lines_at(tmp_path, [0, 0, 0], [3, 0, 4]))
+    np.testing.assert_allclose(far.axes, near.axes, atol=1e-15)
+    with pytest.raises(ValueError, match="too far apart"):
+        coordinates_of(lines_at(tmp_path, [0, 0, -1e308], [0, 0, 1e308]))

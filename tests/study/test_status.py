@@ -132,6 +132,18 @@ def test_the_others_go_on_beside_a_run_that_would_never_end(tmp_path):
         np.testing.assert_allclose(mixed["velocity"][k], clean["velocity"][k], atol=1e-9)
 
 
+def test_energies_beyond_all_numbers(tmp_path):
+    # m g z of the second line is more than a float holds, though it moves as the first does
+    lines = HOOKE[HOOKE.index("[lines.rope]") : HOOKE.index("[events")]
+    other = lines.replace("lines.rope", "lines.other").replace("[0, 0, 0]", "[0, 0, 1e308]")
+    scene = "gravity = 9.81\n" + HOOKE.replace("[events", f"{other}[events")
+    ran = run_text(tmp_path, scene, "output.duration=5 ms")
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.NON_FINITE
+    assert outcome.status_time == 0.0
+    assert "places" in outcome.message
+
+
 GOOD, BAD = "50 kN", "450 kN"
 
 
