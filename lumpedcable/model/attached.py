@@ -7,6 +7,8 @@ J^T M J and J^T (F - M J' q').
 
 from typing import NamedTuple
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -91,7 +93,11 @@ def on_paths(
             if not isinstance(end, Driven) or isinstance(end.motion, Still):
                 continue
             u, v = displacement[name], velocity[name]
-            place = end.motion.position(t).astype(u.dtype) - model.lines[name].reference[:, node]
+            # how far it has gone is told in double precision: places of tens of metres cost digits
+            path = jax.tree.map(
+                lambda x: x.astype(jnp.float64) if eqx.is_inexact_array(x) else x, end.motion
+            )
+            place = (path.position(t) - path.position(jnp.zeros_like(t))).astype(u.dtype)
             rate = velocity_of(end.motion, t).astype(v.dtype)
             if end.release is not None:
                 begun = end.release.begun(t)

@@ -128,3 +128,11 @@ def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, meth
     np.testing.assert_allclose(tension[times.index(1.0)], 1000.0, atol=20.0)
     np.testing.assert_allclose(tension[times.index(2.0)], 500.0, atol=20.0)
     np.testing.assert_allclose(tension[times.index(3.0)], 0.0, atol=20.0)
+
+
+def test_a_moved_end_costs_single_precision_no_digits(tmp_path):
+    # 20 m have digits of 2 um, 0.4 N of a segment's tension; the way of 60 mm has them of 4 nm, 1 mN
+    text = MOVED + '[solver]\nmethod = "rk4"\n'
+    double, single = (run_text(tmp_path, text, f"solver.dtype={d}") for d in ("float64", "float32"))
+    assert single.attributes["dtype"] == "float32"
+    np.testing.assert_allclose(single["tension"], double["tension"], rtol=0, atol=0.1)
