@@ -13,6 +13,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.residual import failed_runs, penalised, residual, value_and_jacobian
+from lumpedcable.study.compiled import RUN_OFTEN
 
 __all__ = ["Found", "search", "searches"]
 
@@ -148,7 +149,11 @@ class Marquardt(optx.AbstractGaussNewton):
         return (state.terminate & free) | stuck | (counted.idle >= MOST_IDLE), state.result
 
 
-@partial(jax.jit, static_argnames=("spec", "solver", "tolerance", "max_steps"))
+@partial(
+    jax.jit,
+    static_argnames=("spec", "solver", "tolerance", "max_steps"),
+    compiler_options=RUN_OFTEN,
+)
 def search(
     spec: Spec, arrays: Arrays, z: Float[Array, " p"], solver: str, tolerance: float, max_steps: int
 ) -> Found:
@@ -156,7 +161,11 @@ def search(
     return _search(spec, arrays, z, solver, tolerance, max_steps)
 
 
-@partial(jax.jit, static_argnames=("spec", "solver", "tolerance", "max_steps", "axes"))
+@partial(
+    jax.jit,
+    static_argnames=("spec", "solver", "tolerance", "max_steps", "axes"),
+    compiler_options=RUN_OFTEN,
+)
 def searches(
     spec: Spec, arrays: Arrays, z: Float[Array, "lanes p"], solver: str, tolerance: float,
     max_steps: int, axes: Any = None,

@@ -17,6 +17,7 @@ from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import penalised, unpacked
 from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
 from lumpedcable.status import Status
+from lumpedcable.study.compiled import RUN_OFTEN
 
 __all__ = [
     "Sought",
@@ -134,7 +135,7 @@ def _others(problem: Problem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
     yield from places[order[:RESCUES]]
 
 
-_plain = jax.jit(penalised, static_argnames=("spec",))
+_plain = jax.jit(penalised, static_argnames=("spec",), compiler_options=RUN_OFTEN)
 
 
 def bad_end(problem: Problem, spec: Spec, sought: Sought) -> bool:

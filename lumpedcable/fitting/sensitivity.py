@@ -21,7 +21,7 @@ from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.status import Status
-from lumpedcable.study.compiled import RUN_ONCE, Structure, number
+from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, number
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.plan import (
     output_count,
@@ -234,7 +234,7 @@ def _starts(spec: GroupSpec, arrays: GroupArrays, values, directions):
     return floats, changes, rest, bound, converged
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction", "width"))
+@partial(jax.jit, static_argnames=("spec", "reduction", "width"), compiler_options=RUN_OFTEN)
 def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, width: int, first):
     """The scalar, its status and so many derivatives from the `first`, together through time."""
     floats, changes, rest, bound, converged = starts
@@ -254,7 +254,7 @@ def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, widt
     return value[0], status[0], slopes
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction"))
+@partial(jax.jit, static_argnames=("spec", "reduction"), compiler_options=RUN_OFTEN)
 def _backwards(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
     """The scalar, its status and its derivatives, by one way back."""
 

@@ -200,6 +200,7 @@ def test_moordyn_runs_the_line():
     assert found.histories.tension[:40] == pytest.approx(45e3, rel=0.02)
 
 
+@pytest.mark.slow
 def test_pyelastica_runs_a_linear_line():
     pytest.importorskip("elastica")
     line = line_of(scene_of(*compare.HOOKE, "pretension=500"))

@@ -14,6 +14,7 @@ DELIVERY = Path(__file__).parents[2] / "configs" / "highline" / "delivery-tensio
 PLACES = ("lines.after.end.fixed.0", "lines.after.end.fixed.2", "lines.before.start.fixed.2")
 
 
+@pytest.mark.slow
 def test_places_of_held_ends_matter_where_targets_choose_the_lengths_of_joined_lines():
     short = ("before.segments=4", "after.segments=4", "targets.cargo.x=30 m", "EA=75 MN")
     study = load_study(DELIVERY, short)
@@ -88,6 +89,7 @@ def test_a_slack_line_without_weight_has_derivatives_either_way(tmp_path):
         assert reverse[key] == pytest.approx(slope, rel=1e-8, abs=1e-9), key
 
 
+@pytest.mark.slow
 def test_a_line_that_hangs_over_a_bed_has_derivatives_either_way(tmp_path):
     # tension at the top: m g L
     wanted = {"lines.wire.length": 3 * 9.81, "lines.wire.mass": 5 * 9.81, "gravity": 15.0}

@@ -42,6 +42,7 @@ def test_values_and_derivatives_in_both_modes(values):
             np.testing.assert_allclose(mine, own, rtol=1e-14, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_second_derivatives_and_batches():
     def total(f):
         return lambda x: jnp.sum(f(GIVEN, (x, jnp.exp(x), jnp.sum(x)))[0])

@@ -119,7 +119,7 @@ def test_a_kick_solves_its_equation(d, dt, current):
     np.testing.assert_allclose((after - before) / dt, gain, rtol=1e-9, atol=1e-9 * 50.0)
 
 
-@pytest.mark.parametrize("d", [1, 2])
+@pytest.mark.parametrize("d", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_kick_s_derivative_is_its_differences(d):
     # also the second one: the root of the drag brings a rule of its own
     rng = np.random.default_rng(d)

@@ -66,6 +66,7 @@ def test_a_current_across_the_plane_carries_a_body_that_has_drag(tmp_path):
     assert place[:, 1] == pytest.approx(carried, abs=1e-3 * carried[-1])
 
 
+@pytest.mark.slow
 def test_a_hull_that_moves_sideways_has_no_resistance_along_its_length(tmp_path):
     skin = ', resistance = { viscosity = "1e-6 m2/s" }'
     t, place, _ = floating(tmp_path, "velocity = [0, 3, 0]", hull=skin)

@@ -102,7 +102,7 @@ every = 0.5
 """
 
 
-@pytest.mark.parametrize("method", ["rk4", "heun", "dopri8"])
+@pytest.mark.parametrize("method", ["rk4", pytest.param("heun", marks=pytest.mark.slow), "dopri8"])
 def test_a_moved_end_stays_on_its_path(tmp_path, method):
     # its ramp ends with a step in its acceleration, which once left a velocity behind for good
     ran = run_text(tmp_path, MOVED + f'[solver]\nmethod = "{method}"\n')
@@ -115,8 +115,15 @@ def test_a_moved_end_stays_on_its_path(tmp_path, method):
 BREAK = '[events.break]\nbreaks = "rope.end"\nstart = 1\ntime = 2\n'
 
 
-@pytest.mark.parametrize("method", ["rk4", "tsit5"])
-@pytest.mark.parametrize("place", ["rope.end", "rope@10 m"])
+@pytest.mark.parametrize(
+    ("method", "place"),
+    [
+        ("rk4", "rope.end"),
+        pytest.param("tsit5", "rope.end", marks=pytest.mark.slow),
+        pytest.param("rk4", "rope@10 m", marks=pytest.mark.slow),
+        ("tsit5", "rope@10 m"),
+    ],
+)
 def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, method, place):
     # slack at the start, stretched by 0.02 m when it breaks, EA 0.02/20 = 1 kN, and slowly: half of it
     # is left halfway, give or take the wave of the pull, m c v / 2 = 10 N

@@ -19,8 +19,10 @@ quantities = ["position", "tension", "energy"]
 
 @pytest.mark.parametrize(
     "text",
-    [nylon_rope(20, "20 ms", every="5 ms"), SLIDING],
-    ids=["a line that parts", "runs that stop"],
+    [
+        pytest.param(nylon_rope(20, "20 ms", every="5 ms"), id="a line that parts"),
+        pytest.param(SLIDING, id="runs that stop", marks=pytest.mark.slow),
+    ],
 )
 def test_an_interval_in_several_calls_is_the_same_interval(text, tmp_path, monkeypatch):
     whole = run_text(tmp_path, text)
