@@ -50,6 +50,7 @@ def test_a_thrust_to_the_side_pushes_a_ship_to_the_side(tmp_path):
     assert place[:, 1] == pytest.approx(20e3 / MASS * t**2 / 2, abs=2e-4 * 20e3 / MASS * 8)
 
 
+@pytest.mark.slow
 def test_a_moment_turns_a_ship_out_of_the_plane_of_its_line(tmp_path):
     t, _, angle = floating(tmp_path, 'control.moment = [0, 0, "200 kN m"]')
     turned = 200e3 / (MASS / 12 * (SIZE[0] ** 2 + SIZE[1] ** 2)) * t**2 / 2

@@ -132,6 +132,7 @@ def test_the_others_go_on_beside_a_run_that_would_never_end(tmp_path):
         np.testing.assert_allclose(mixed["velocity"][k], clean["velocity"][k], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_energies_beyond_all_numbers(tmp_path):
     # m g z of the second line is more than a float holds, though it moves as the first does
     lines = HOOKE[HOOKE.index("[lines.rope]") : HOOKE.index("[events")]
