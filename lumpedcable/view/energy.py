@@ -27,25 +27,25 @@ def energy_figure(result: ResultFile, group: Group) -> Figure:
 
     Terms that are zero throughout are left out; those too small to be seen are named in a note.
     """
-    count = len(group.runs)
-    terms = {
-        name: result.energy(name)[list(group.runs)]
-        for name in result.energy_terms
-        if name != RESIDUAL
-    }
-    terms = {name: values for name, values in terms.items() if style.largest(values) > 0}
+    count, runs = len(group.runs), list(group.runs)
+    names = [name for name in result.energy_terms if name != RESIDUAL]
+    whole = _moving({name: result.energy(name) for name in names})
+    # by what any run of the file shows, so that a term looks the same in all its figures
+    hidden = _too_small(whole)
+    shown = [name for name in whole if name not in hidden]
+    looks = {name: style.curve(index) for index, name in enumerate(shown)}
+    terms = _moving({name: values[runs] for name, values in whole.items()})
     small = _too_small(terms)
     terms = {name: values for name, values in terms.items() if name not in small}
-    rest = result.energy(RESIDUAL)[list(group.runs)] if RESIDUAL in result.energy_terms else None
+    rest = result.energy(RESIDUAL)[runs] if RESIDUAL in result.energy_terms else None
     panels = [np.array([values[place] for values in terms.values()]) for place in range(count)]
     factor, unit = style.shared_unit(panels, "J")
     to_time, time_unit = scale(float(result.time[-1]), "s")
     rest_unit = ""
     figure, upper, lower = _stacked(result, group, rest is not None)
-    looks = {name: style.curve(index) for index, name in enumerate(terms)}
     for ax, curves in zip(upper, panels, strict=True):
-        for look, values in zip(looks.values(), curves, strict=True):
-            ax.plot(result.time * to_time, values * factor, **look)
+        for name, values in zip(terms, curves, strict=True):
+            ax.plot(result.time * to_time, values * factor, **looks[name])
         ax.set_ylim(style.limits(curves * factor, zero=True))
         if not np.isfinite(curves).any():
             style.say_empty(ax)
@@ -65,6 +65,11 @@ def energy_figure(result: ResultFile, group: Group) -> Figure:
     style.foot(figure, note, handles)
     figure.align_ylabels()
     return figure
+
+
+def _moving(terms: dict[str, Array]) -> dict[str, Array]:
+    """The terms that are not zero throughout."""
+    return {name: values for name, values in terms.items() if style.largest(values) > 0}
 
 
 def _too_small(terms: dict[str, Array]) -> list[str]:

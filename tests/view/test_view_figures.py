@@ -15,7 +15,7 @@ from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
 from lumpedcable.view import style
 from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, shape_figure
-from lumpedcable.view.groups import groups
+from lumpedcable.view.groups import Group, groups
 from lumpedcable.view.recoil import (
     end_speed_figure,
     tension_figure,
@@ -212,6 +212,31 @@ def test_terms_that_are_zero_throughout_are_left_out(tmp_path):
         (ax,) = panels(figure)
         assert len(ax.lines) == 1
         assert [t.get_text() for t in figure.legends[0].get_texts()] == ["kinetic energy"]
+
+
+def test_a_term_looks_the_same_in_all_figures_of_a_file(tmp_path):
+    # the one in between is too small to be seen in the first run alone
+    sizes = {"drag": [5.0, 5.0], "lost": [1e-3, 1.0], "strain": [4.0, 4.0]}
+    with ResultWriter(
+        tmp_path / "a.h5",
+        dims={"run": 2, "time": 2},
+        variables=[Variable(f"energy/{n}", ("run", "time"), "f8", "J") for n in sizes],
+        coordinates={"time": Coordinate([0.0, 1.0], "s")},
+    ) as writer:
+        for name, values in sizes.items():
+            writer.write(f"energy/{name}", np.array(values)[:, None] * [0.0, 1.0])
+    with open_result(tmp_path / "a.h5") as result:
+        both = [
+            {
+                line.get_label(): (line.get_color(), line.get_linestyle())
+                for line in drawn(energy_figure, result, group).legends[0].get_lines()
+            }
+            for group in (Group("", "", (run,), ("",), "") for run in (0, 1))
+        ]
+    assert list(both[0]) == ["drag", "strain"]
+    assert list(both[1]) == ["drag", "lost", "strain"]
+    assert len(set(both[1].values())) == 3
+    assert all(both[1][name] == look for name, look in both[0].items())
 
 
 def test_tension_at_the_ends_of_a_line_that_holds(tmp_path):
