@@ -30,6 +30,7 @@ from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watc
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, rests
+from lumpedcable.solve.watching import Watching
 
 __all__ = [
     "METHODS",
@@ -215,27 +216,32 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     dtype = next(iter(run.y.velocity.values())).dtype
     guess = jnp.clip(run.solver_state, 1e-6 * numbers.every, numbers.every)
     own, guess = cast((numbers, guess), str(dtype))
-    controller = diffrax.PIDController(rtol=own.rtol, atol=own.atol, norm=_size)
+    steps = diffrax.PIDController(rtol=own.rtol, atol=own.atol, norm=_size)
 
     def part(carry, until):
-        t0, y, taken, failed = carry
+        t0, y, seen, taken, failed = carry
+        controller = Watching(steps, seen, start, plan.recoils) if seen else steps
         solution = diffrax.diffeqsolve(
             CableTerm(start), METHODS[plan.method](), t0, until, guess, y, args=model,
-            stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True),
-            max_steps=plan.max_steps, throw=False, adjoint=diffrax.ForwardMode(),
+            stepsize_controller=controller, max_steps=plan.max_steps, throw=False,
+            saveat=diffrax.SaveAt(t1=True, controller_state=bool(seen)),
+            adjoint=diffrax.ForwardMode(),
         )  # fmt: skip
         assert solution.ys is not None
         y = jax.tree.map(lambda x: x[0], solution.ys)
         y = _settled(model, start + until, y, None)
+        if seen:
+            assert solution.controller_state is not None
+            _, seen = solution.controller_state
         failed = failed | (solution.result != diffrax.RESULTS.successful)
-        return (until, y, taken + solution.stats["num_accepted_steps"], failed), None
+        return (until, y, seen, taken + solution.stats["num_accepted_steps"], failed), None
 
-    first = jnp.zeros((), dtype), run.y, jnp.zeros((), jnp.int64), run.exhausted
+    found = jnp.zeros((), dtype), run.y, run.seen, jnp.zeros((), jnp.int64), run.exhausted
     if run.y.reaction:
-        (_, y, taken, failed), _ = jax.lax.scan(part, first, _until_breaks(model, own.every, start))
+        found, _ = jax.lax.scan(part, found, _until_breaks(model, own.every, start))
     else:
-        (_, y, taken, failed), _ = part(first, own.every)
-    seen = watch(model, y, run.seen, plan.recoils, start + numbers.every, numbers.every)
+        found, _ = part(found, own.every)
+    _, y, seen, taken, failed = found
     return Progress(y, numbers.every / jnp.maximum(taken, 1), seen, failed, run.stopped, run.peaks)
 
 

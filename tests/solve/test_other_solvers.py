@@ -60,6 +60,20 @@ def test_runge_kutta_is_of_fourth_order(tmp_path, truth):
     assert np.log2(far / near) == pytest.approx(4, abs=0.4)
 
 
+@pytest.mark.parametrize("method", ["tsit5", pytest.param("kvaerno5", marks=pytest.mark.slow)])
+def test_what_an_end_does_does_not_depend_on_how_often_it_is_looked_at(tmp_path, method):
+    found = []
+    for every in ("20 ms", "0.25 ms"):
+        changes = ("rope.segments=20", "output.duration=100 ms", f"output.every={every}")
+        ran = run_text(tmp_path, PLAIN + f'method = "{method}"\n', *changes)
+        assert ran.statuses == ["OK"]
+        found.append(ran.outcomes[0].recoils["rope.end"])
+    rarely, often = found
+    # the speed is level at its peak: between steps of some tenths of a millisecond it hardly changes
+    assert rarely["peak_end_speed"] == pytest.approx(often["peak_end_speed"], rel=2e-3)
+    assert rarely["front_arrival"] == pytest.approx(often["front_arrival"], abs=0.2e-3)
+
+
 def test_all_solvers_book_the_same_energies(tmp_path):
     # another integrator accumulates work as part of its state; the balance closes to its tolerance
     text = PLAIN + 'method = "dopri5"\nrtol = 1e-8\natol = 1e-10\n'
