@@ -96,6 +96,7 @@ def test_five_numbers_come_back_from_bench_and_breaks_of_fifty_segments(tmp_path
         assert fitted.values == pytest.approx(TRUTH, rel=1e-6), factor
 
 
+@pytest.mark.slow
 def test_a_law_that_cannot_reach_a_pretension_is_told(tmp_path):
     # T = p1 tanh(...) + p4 + p5 e stays below 500 kN, a little more by p5: without an answer at 530 kN
     problem = breaks(tmp_path, pulls=(45, 315, 530))

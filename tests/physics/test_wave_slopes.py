@@ -19,7 +19,7 @@ KINDS = [
     if not (kind[0] and not (kind[1] and kind[2]))
 ]
 FEW = [
-    kind if sum(kind) in (0, 5, 6) else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS
+    kind if sum(kind) in (0, 6) else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS
 ]
 
 

@@ -238,7 +238,8 @@ every = "20 ms"
 """
 
 
-@pytest.mark.parametrize("damping", [pytest.param("500 Pa s", marks=pytest.mark.slow), "5 kPa s"])
+@pytest.mark.slow
+@pytest.mark.parametrize("damping", ["500 Pa s", "5 kPa s"])
 def test_a_line_falls_on_the_bed_and_stays_there(tmp_path, damping):
     # of 2 sqrt(k m) = 894 Pa s, half critical and several times that
     ran = run_text(tmp_path, FALL.format(damping=damping))
