@@ -21,7 +21,7 @@ from lumpedcable.model.carried import (
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Loaded, Release
 from lumpedcable.model.floating import make_body
-from lumpedcable.model.layout import Joint, Layout, Piece
+from lumpedcable.model.layout import LEAST, Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
@@ -54,7 +54,7 @@ from lumpedcable.scene.lines import (
     RecordedMotion,
 )
 
-__all__ = ["assemble", "make_line", "segment_lengths", "wave_scheme"]
+__all__ = ["assemble", "make_line", "release_of", "seam_of", "segment_lengths", "wave_scheme"]
 
 STANDARD_GRAVITY = 9.80665  # m/s2
 # m; an inextensible line at rest stretches by its tension over this and its weight per metre
@@ -97,11 +97,27 @@ def segment_lengths(scene: Scene, piece: Piece, xp: Any = jnp) -> Float[Array, "
         power = xp.arange(line.segments) / (line.segments - 1.0)
         weight = xp.asarray(line.grading, float) ** power
         return (line.unstretched * weight / xp.sum(weight))[part]
+    if piece.seam is not None:
+        before, sizes = seam_of(scene, piece, xp)
+        return xp.where(xp.arange(piece.segments) < before, *sizes)
     first, last = (
         scene.events[event].place if event is not None else own
         for event, own in ((piece.starts_at, 0.0), (piece.ends_at, line.unstretched))
     )
     return ((xp.asarray(last, float) - xp.asarray(first, float)) / piece.segments)[None]
+
+
+def seam_of(scene: Scene, piece: Piece, xp: Any = jnp) -> tuple[Any, tuple[Any, Any]]:
+    """Segments before the seam of a piece, and the unstretched lengths (m) of those before and after it.
+
+    The seam is at the node nearest to the place of the break, and that node at the place.
+    """
+    assert piece.seam is not None
+    length = xp.asarray(scene.lines[piece.line].unstretched, float)
+    place = xp.asarray(scene.events[piece.seam].place, float)
+    nearest = xp.rint(piece.segments * place / length)
+    before = xp.clip(nearest, LEAST, piece.segments - LEAST)
+    return before.astype(int), (place / before, (length - place) / (piece.segments - before))
 
 
 def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: int,
@@ -279,7 +295,8 @@ def _numbered(end: End, number: dict[int, int]) -> End:
     return Joined(number[end.junction], end.release) if isinstance(end, Joined) else end
 
 
-def _release(scene: Scene, event: str | None) -> Release | None:
+def release_of(scene: Scene, event: str | None) -> Release | None:
+    """The break of an event, None for none."""
     if event is None:
         return None
     return Release(_number(scene.events[event].start), _number(scene.events[event].time))
@@ -306,7 +323,7 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
 
 
 def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coordinates) -> End:
-    release = _release(scene, layout.event_at(piece.name, node))
+    release = release_of(scene, layout.event_at(piece.name, node))
     joint = layout.joint_of(piece.name, node)
     own = _own_end(scene, layout, piece.name, node)
     if joint is not None:

@@ -20,8 +20,8 @@ __all__ = ["boundary"]
 def boundary(
     model: Model, name: str, node: int, t: Float[Array, ""], reaction: dict[str, Float[Array, " d"]]
 ) -> Boundary:
-    """What a wave meets at an end, node 0 or -1 of a line, at t (s)."""
-    end = model.ends[name][0 if node == 0 else 1]
+    """What a wave meets at an end of a line, at t (s)."""
+    end = model.end(name, node)
     force, rate = _force_and_rate(model, name, node, t, reaction)
     if isinstance(end, Loaded):
         return Boundary(True, force, None, rate)
@@ -40,7 +40,7 @@ def boundary(
 
 def _force_and_rate(model: Model, name: str, node: int, t, reaction):
     """The known force on an end (N) and how fast it changes (N/s), None where there is none."""
-    end = model.ends[name][0 if node == 0 else 1]
+    end = model.end(name, node)
     if isinstance(end, Loaded) and end.release is None:
         return end.force, None
     t = jnp.asarray(t)
@@ -49,7 +49,7 @@ def _force_and_rate(model: Model, name: str, node: int, t, reaction):
 
 def _force(model: Model, name: str, node: int, t, reaction) -> Float[Array, " d"] | None:
     """The known force on an end node (N), None where there is none."""
-    end = model.ends[name][0 if node == 0 else 1]
+    end = model.end(name, node)
     if isinstance(end, Loaded):
         return end.external(t)
     if isinstance(end, Joined):

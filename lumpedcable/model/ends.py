@@ -6,9 +6,9 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.physics.motion import AbstractMotion
 from lumpedcable.physics.ramp import release_ramp
+from lumpedcable.physics.seam import AFTER, BEFORE
 
 __all__ = [
-    "END_NAMES",
     "Attached",
     "Driven",
     "End",
@@ -19,12 +19,13 @@ __all__ = [
     "end_name",
 ]
 
-END_NAMES = {0: "start", -1: "end"}
+# the parts of a line that is cut are "rope-1" and "rope-2"
+END_NAMES = {0: ".start", -1: ".end", BEFORE: "-1.end", AFTER: "-2.start"}
 
 
 def end_name(line: str, node: int) -> str:
-    """ "rope.start" for node 0 of rope, "rope.end" for node -1."""
-    return f"{line}.{END_NAMES[node]}"
+    """ "rope.start" for node 0 of rope, "rope.end" for -1; at its cut "rope-1.end", "rope-2.start"."""
+    return f"{line}{END_NAMES[node]}"
 
 
 class Release(eqx.Module):

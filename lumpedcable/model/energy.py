@@ -17,6 +17,7 @@ from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction
 from lumpedcable.model.rods import line_drag, line_energy
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
@@ -178,10 +179,13 @@ def _rod_powers(line: Line, e: Evaluation, v, dt) -> dict[str, Array]:
 
 def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Float[Array, ""]:
     total = jnp.zeros((), v.dtype)
-    for node, end, force in zip((0, -1), model.ends[name], e.ends, strict=True):
+    line = model.lines[name]
+    for side, force in zip(line.ends, e.ends, strict=True):
+        node, end = line.node(side), model.end(name, side)
         if force is not None:
-            total = total + jnp.dot(force, v[:, node])
+            total = total + jnp.dot(force, pick(v, node))
         if isinstance(end, Driven):
+            assert isinstance(node, int)  # no line is held at a cut
             mass, _, _ = end_matrices(e.nodes, node, v[:, node])
             push = mass @ gain[:, node] - e.force[:, node]
             if drag is not None:
@@ -196,15 +200,17 @@ def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Floa
 def _end_gain_power(line: Line, e: Evaluation, v, gain, dt) -> Float[Array, " n"]:
     """Power (W) that the correction of a loaded end node adds, booked on the end segments."""
     result = jnp.zeros(line.segments, v.dtype)
-    for node, inner in ((0, 1), (-1, -2)):
-        theta = end_correction(line, e, node, dt)
+    for end in line.ends:
+        theta = end_correction(line, e, end, dt)
         if theta is not None:
+            node, segment = line.node(end), line.segment(end)
             # with x the plain and y the corrected acceleration of the end node and z its
             # neighbour's, y - x = theta (x - z) = theta / (1 + theta) (y - z)
-            u = e.line.shape.tangent[:, node]
-            ahead = jnp.dot(gain[:, node] - gain[:, inner], u)
-            push = e.nodes.mass_t[node] * theta / (1.0 + theta) * ahead
-            result = place_at_end(result, node, result[node] + push * jnp.dot(v[:, node], u))
+            u = pick(e.line.shape.tangent, segment)
+            ahead = jnp.dot(pick(gain, node) - pick(gain, line.node(end, 1)), u)
+            push = pick(e.nodes.mass_t, node) * theta / (1.0 + theta) * ahead
+            more = pick(result, segment) + push * jnp.dot(pick(v, node), u)
+            result = place_at_end(result, segment, more)
     return result
 
 
@@ -226,6 +232,8 @@ def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Arr
     shape = e.line.shape
     across = v[:, 1:] - v[:, :-1]
     spin = (across - shape.tangent * dot(across, shape.tangent)) / shape.length
+    if line.seam is not None:
+        spin = jnp.where(line.seam.gap(line.segments), 0.0, spin)
     total = shape.tangent[:, 1:] + shape.tangent[:, :-1]
     size = jnp.sqrt(dot(total, total))
     size = jnp.where(size < 1e-6, 1.0, size)
@@ -257,8 +265,9 @@ def energies(
         for load in line.loads:
             add(load.energy_name, load.energy(e.line.shape))
     for index, junction in enumerate(model.junctions):
-        name, node = model.carrier(index)
-        v, x = velocity[name][:, node], found[name].line.shape.position[:, node]
+        name, side = model.carrier(index)
+        node = model.lines[name].node(side)
+        v, x = pick(velocity[name], node), pick(found[name].line.shape.position, node)
         if junction.mass is not None:
             add("kinetic", 0.5 * junction.mass * jnp.dot(v, v))
         if junction.load is not None:

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from lumpedcable.model.line import Line, node_tangent
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.vectors import dot, size
 
@@ -41,6 +42,9 @@ class Frame(NamedTuple):
 def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Frame:
     """The frame of every node; `height` (m) is where a current is looked up."""
     dry = line.mass * line.node_length
+    if line.seam is not None:
+        # what does not move has some mass, since it is divided by
+        dry = dry + line.seam.hole(line.segments + 1)
     mass_t = mass_n = dry
     if line.added_mass is not None:
         mass_n = dry + line.added_mass.normal * line.node_length
@@ -141,21 +145,22 @@ def kinetic_energy(nodes: Frame, velocity: Float[Array, "d nodes"]) -> Float[Arr
     return 0.5 * (jnp.sum(nodes.mass_t * along**2) + jnp.sum(nodes.mass_n * across**2))
 
 
-def end_matrices(nodes: Frame, node: int, velocity: Float[Array, " d"]):
+def end_matrices(nodes: Frame, node: int | Int[Array, ""], velocity: Float[Array, " d"]):
     """Mass matrix (kg), linearised drag k |v| (N s/m), both (d, d), and flow (m/s) of an end node."""
     d = velocity.shape[0]
     eye = jnp.eye(d, dtype=velocity.dtype)
-    flow = jnp.zeros_like(velocity) if nodes.flow is None else nodes.flow[:, node]
+    flow = jnp.zeros_like(velocity) if nodes.flow is None else pick(nodes.flow, node)
     if nodes.tangent is None:
         along, across = eye, jnp.zeros_like(eye)
     else:
-        t = nodes.tangent[:, node]
+        t = pick(nodes.tangent, node)
         along = jnp.outer(t, t)
         across = eye - along
-    mass = nodes.mass_t[node] * along + nodes.mass_n[node] * across
+    mass = pick(nodes.mass_t, node) * along + pick(nodes.mass_n, node) * across
     if nodes.drag_t is None or nodes.drag_n is None:
         return mass, jnp.zeros_like(mass), flow
     relative = velocity - flow
     v_t, v_n = along @ relative, across @ relative
-    drag = nodes.drag_t[node] * size(v_t) * along + nodes.drag_n[node] * size(v_n) * across
+    drag_t, drag_n = pick(nodes.drag_t, node), pick(nodes.drag_n, node)
+    drag = drag_t * size(v_t) * along + drag_n * size(v_n) * across
     return mass, drag, flow

@@ -1,7 +1,8 @@
 """How a scene's lines are cut and joined: the part of a model that is structure, not number.
 
-A line that breaks along its length is two pieces joined until then. Everything here is plain Python
-over a concrete scene; equal layouts (and equal skeletons of the scene) share one compiled program.
+A line that breaks along its length is two pieces joined until then, or, where the place of the break is
+to be a number like any other, one piece with a seam. Everything here is plain Python over a concrete
+scene; equal layouts (and equal skeletons of the scene) share one compiled program.
 """
 
 from collections.abc import Mapping
@@ -9,15 +10,29 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from lumpedcable.physics.seam import AFTER, BEFORE
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.lines import HeldEnd, HeldForce, tie_of
 
-__all__ = ["Joint", "Layout", "Piece", "cut_keys", "cuts_of", "make_layout"]
+__all__ = [
+    "LEAST",
+    "Joint",
+    "Layout",
+    "Piece",
+    "cut_keys",
+    "cuts_of",
+    "layouts_of",
+    "make_layout",
+    "part_names",
+]
 
 
+LEAST = 5  # segments on either side of a seam: what an end asks of them must be the part's own
+IN_SEAM = -1  # in the place of the segments before a cut, where these are a number
 LENGTH_KEYS = ("length", "payout.speed", "payout.time")
 """Numbers of a line that its unstretched length follows from."""
 
@@ -27,6 +42,7 @@ class Piece:
     """One line of the model: `segments` of the scene's line `line` from its segment `first` on.
 
     `starts_at` and `ends_at` name the event that breaks the line there, None at the line's own ends.
+    `seam` is the event that breaks it at a place that is a number, None where there is none.
     """
 
     name: str
@@ -35,11 +51,17 @@ class Piece:
     segments: int
     starts_at: str | None
     ends_at: str | None
+    seam: str | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it is called in results: itself, or its parts before and after the seam."""
+        return (self.name,) if self.seam is None else part_names(self.name)
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Ends of pieces that share a node, ("piece", 0 or -1), and the body at it, if any."""
+    """Ends of pieces that share a node, ("piece", its end), and the body at it, if any."""
 
     members: tuple[tuple[str, int], ...]
     body: str | None
@@ -64,12 +86,59 @@ class Layout:
                 return index
         return None
 
+    @property
+    def seams(self) -> tuple[Piece, ...]:
+        """The pieces that are open at a seam."""
+        open_ = {name for joint in self.joints for name, end in joint.members if end in AT_CUT}
+        return tuple(piece for piece in self.pieces if piece.name in open_)
+
+    @property
+    def whole(self) -> "Layout":
+        """The same with its seams closed, as at rest: there no piece has ends."""
+        joints = tuple(j for j in self.joints if not any(end in AT_CUT for _, end in j.members))
+        breaks = tuple(b for b in self.breaks if b[1] not in AT_CUT)
+        return Layout(self.pieces, joints, breaks)
+
     def event_at(self, piece: str, node: int) -> str | None:
         """Name of the event that breaks an end, None where none does."""
         for name, end, event in self.breaks:
             if (name, end) == (piece, node):
                 return event
         return None
+
+
+AT_CUT = (BEFORE, AFTER)
+
+
+def part_names(line: str) -> tuple[str, str]:
+    """The names of a line's two parts before and after its one cut."""
+    return f"{line}-1", f"{line}-2"
+
+
+def has_seam(scene: Scene, name: str) -> bool:
+    """Whether the one place along a line at which it breaks may be a number of the program.
+
+    Not where bending or friction on the bed reaches across it, where winches, trolleys or targets ask
+    for the whole line, or where segments differ.
+    """
+    line = scene.lines[name]
+    targets = [event.target() for event in scene.events.values() if event.target()[0] == name]
+    if len(targets) != 1 or targets[0][1] is not None:
+        return False
+    equal = line.segment_lengths is None and line.grading is None
+    rigid = scene.materials[line.material].law == "inextensible"
+    grips = scene.seabed is not None and scene.seabed.friction is not None
+    winches = any(isinstance(end, WinchEnd) for end in (line.start, line.end))
+    carries = not all(isinstance(body, Body) for body in scene.bodies.values())
+    odd = rigid or grips or winches or carries or line.bending is not None
+    odd = odd or bool(scene.targets) or scene.output.static
+    return equal and not odd
+
+
+def _seam_cut(scene: Scene, name: str, cut: ArrayLike) -> NDArray[np.bool_]:
+    """Whether cuts with so many segments before them are seams."""
+    cut, count = np.asarray(cut), _segments(scene.lines[name])
+    return has_seam(scene, name) & (cut >= LEAST) & (cut <= count - LEAST)
 
 
 def _segments(line) -> int:
@@ -117,13 +186,27 @@ def cut_keys(scene: Scene) -> set[str]:
     return keys
 
 
+def layouts_of(
+    scene: Scene, numbers: Mapping[str, NDArray[np.float64]], runs: int
+) -> NDArray[np.int64]:
+    """What tells the layouts of `runs` runs apart, shape (runs, breaks along lines).
+
+    Runs of one skeleton and equal rows have equal layouts: `cuts_of`, but for seams.
+    """
+    cuts = cuts_of(scene, numbers, runs)
+    along = [event.target()[0] for event in scene.events.values() if event.target()[1] is None]
+    for column, name in enumerate(along):
+        mine = cuts[:, column]
+        cuts[:, column] = np.where(_seam_cut(scene, name, mine), IN_SEAM, mine)
+    return cuts
+
+
 def cuts_of(
     scene: Scene, numbers: Mapping[str, NDArray[np.float64]], runs: int
 ) -> NDArray[np.int64]:
     """Where breaks along lines cut them in `runs` runs, shape (runs, breaks): segments before.
 
-    Runs of one skeleton and equal cuts have equal layouts. `numbers` are those that differ from the
-    scene's, each of shape (runs,).
+    `numbers` are those that differ from the scene's, each of shape (runs,).
     """
     found = []
     for event, own in scene.events.items():
@@ -148,8 +231,8 @@ def cuts_of(
     return np.array(found, int).reshape(len(found), runs).T
 
 
-def make_layout(scene: Scene) -> Layout:
-    """The layout of a scene.
+def make_layout(scene: Scene, seams: bool = False) -> Layout:
+    """The layout of a scene, with `seams` where lines can have them.
 
     Raises ValueError where a line of one segment is to break along its length, where two breaks fall
     on one node, where every end at a joint or body is to break away from it, or where more than two
@@ -175,6 +258,13 @@ def make_layout(scene: Scene) -> Layout:
                 f'line "{name}" has too few segments for its breaks along its length: '
                 f"{_segments(line)} segments, {len(inside)} breaks"
             )
+        if seams and len(inside) == 1 and bool(_seam_cut(scene, name, cuts[1])):
+            event = inside[0][1]
+            pieces.append(Piece(name, name, 0, cuts[-1], None, None, event))
+            links.append({(name, BEFORE), (name, AFTER)})
+            breaks.append((name, BEFORE, event))
+            outer[f"{name}.start"], outer[f"{name}.end"] = (name, 0), (name, -1)
+            continue
         marks = [None, *(event for _, event in inside), None]
         for k in range(len(cuts) - 1):
             piece = Piece(

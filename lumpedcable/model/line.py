@@ -4,16 +4,17 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.linear import differences, settled_back
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.seabed import BedGrip
+from lumpedcable.physics.seam import AFTER, BEFORE, Seam
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
 from lumpedcable.physics.vectors import dot
-from lumpedcable.physics.waves import Boundary, Ghosted, ReleaseWaves, WaveTensions
+from lumpedcable.physics.waves import Boundary, Cut, Ghosted, ReleaseWaves, WaveTensions
 
 __all__ = [
     "Line",
@@ -96,6 +97,7 @@ class Line(eqx.Module):
     growth: Float[Array, ""] | None = None
     give: Float[Array, ""] | None = None
     grip: BedGrip | None = None
+    seam: Seam | None = None
     inextensible: bool = eqx.field(static=True, default=False)
 
     @property
@@ -107,6 +109,25 @@ class Line(eqx.Module):
     def segments(self) -> int:
         """Number of segments n."""
         return self.reference.shape[1] - 1
+
+    @property
+    def ends(self) -> tuple[int, ...]:
+        """Its ends: 0 and -1, and where it is cut those at the cut."""
+        return (0, -1) if self.seam is None else (0, -1, BEFORE, AFTER)
+
+    def node(self, end: int, inner: int = 0) -> int | Int[Array, ""]:
+        """Index of an end's node, or of the one so many further in."""
+        if end in (0, -1):
+            return inner if end == 0 else -1 - inner
+        assert self.seam is not None
+        return self.seam.node(end, inner)
+
+    def segment(self, end: int, inner: int = 0) -> int | Int[Array, ""]:
+        """Index of an end's segment, or of the one so many further in."""
+        if end in (0, -1):
+            return inner if end == 0 else -1 - inner
+        assert self.seam is not None
+        return self.seam.segment(end, inner)
 
     @property
     def kept(self) -> Float[Array, " n"]:
@@ -125,6 +146,8 @@ class Line(eqx.Module):
         """Tangents, strains and lengths of a displacement (m)."""
         length = self.segment_length
         step = differences(displacement)
+        if self.seam is not None:
+            step = jnp.where(self.seam.gap(self.segments), 0.0, step)
         if self.dimensions == 1:
             # along a straight line strain has a sign: below -1 a segment points backwards
             tangent = jnp.sign(self.reference_step)
@@ -146,15 +169,15 @@ class Line(eqx.Module):
         self,
         displacement: Float[Array, "d nodes"],
         velocity: Float[Array, "d nodes"] | None,
-        ends: tuple[Boundary, Boundary] | None = None,
+        boundaries: tuple[Boundary, ...] | None = None,
         dt: Float[Array, ""] | None = None,
-        end_forces: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None] = (None, None),
+        end_forces: tuple[Float[Array, " d"] | None, ...] = (None, None),
         over: Workspace | None = None,
     ) -> LineForces:
         """Everything along the line at a displacement (m) and velocity (m/s, None at rest).
 
-        `ends` and `dt` (s) are what the wave terms need: the boundaries, and the fixed step if any;
-        `end_forces` act on the first and the last node (N); `over` is a workspace to write over.
+        `boundaries` and `dt` (s) are what the wave terms need: those of its ends, and the fixed step if
+        any; `end_forces` act on the nodes of its ends (N); `over` is a workspace to write over.
         """
         shape = self.shape(displacement)
         tension, stiffness = map(settled_back, tension_and_stiffness(self.law, shape.strain))
@@ -168,19 +191,23 @@ class Line(eqx.Module):
                 damping = self.damping * rate
                 if self.tension_only:
                     damping = jnp.maximum(damping, -tension)
-            if self.waves is not None and ends is not None:
+            if self.waves is not None and boundaries is not None:
+                start, end, *more = boundaries
                 waves, ghosted = self.waves.terms(
-                    tension, stiffness, rate, shape.tangent, self.segment_length, self.mass, ends, dt,
-                    self.tension_only, None if over is None else over.ghosted, self.damping,
+                    tension, stiffness, rate, shape.tangent, self.segment_length, self.mass,
+                    (start, end), dt, self.tension_only, None if over is None else over.ghosted,
+                    self.damping, None if self.seam is None else Cut(self.seam, *more),
                 )  # fmt: skip
                 # a step reads them where it has written them; who keeps nothing need not write them
                 if over is not None and ghosted.tension is not None:
                     tension = ghosted.tension[1:-1]
         result = LineForces(shape, jnp.zeros(()), tension, stiffness, damping, waves)
+        outer = end_forces[0], end_forces[1]
         force, carried = between_nodes(
             settled_back(result.total_tension()) * shape.tangent,
-            end_forces,
+            outer,
             None if over is None else over.carried,
+            () if self.seam is None else self._at_cut(end_forces[2:]),
         )
         result = result._replace(workspace=Workspace(ghosted, carried))
         for load in self.loads:
@@ -189,6 +216,14 @@ class Line(eqx.Module):
             return result._replace(force=force)
         resistances = tuple(r.force(shape, velocity) for r in self.resistances)
         return result._replace(force=sum(resistances, force), resistances=resistances)
+
+    def _at_cut(self, forces: tuple[Float[Array, " d"] | None, ...]):
+        """Where a cut line carries the forces on its nodes at the cut, and what it carries there (N)."""
+        assert self.seam is not None
+        for side, force in zip((BEFORE, AFTER), forces, strict=True):
+            if force is not None:
+                # a tension pulls the end before the cut forwards, and the one after it back
+                yield self.seam.slot(side), force if side == BEFORE else -force
 
     def stored_energy(self, shape: Shape) -> Float[Array, ""]:
         """Strain energy of the line (J)."""

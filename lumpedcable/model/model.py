@@ -16,6 +16,7 @@ from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered
 from lumpedcable.model.ends import (
     Driven,
     End,
+    Joined,
     Junction,
     Loaded,
     Release,
@@ -29,9 +30,12 @@ from lumpedcable.model.places import PlaceMeasured
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
+from lumpedcable.physics.seam import AFTER, BEFORE
 from lumpedcable.physics.waves import Boundary
 
 __all__ = ["Evaluation", "Model"]
+
+NODES = (0, -1, BEFORE, AFTER)
 
 Vectors = dict[str, Float[Array, "d nodes"]]
 
@@ -39,14 +43,14 @@ Vectors = dict[str, Float[Array, "d nodes"]]
 class Evaluation(NamedTuple):
     """Everything known of one line at one instant: its forces, its nodes' inertia, its end forces.
 
-    `ends` are the known forces on start and end node (N), None where there is none; `grip` the
+    `ends` are the known forces on the nodes of the line's ends (N), None where there is none; `grip` the
     friction (N) on the nodes in a kick, None where the line has none.
     """
 
     line: LineForces
     nodes: inertia.Frame
-    ends: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None]
-    boundaries: tuple[Boundary, Boundary]
+    ends: tuple[Float[Array, " d"] | None, ...]
+    boundaries: tuple[Boundary, ...]
     grip: Float[Array, "d nodes"] | None = None
 
     @property
@@ -60,7 +64,8 @@ class Model(eqx.Module):
 
     `up` (d,) is the vertical unit vector in the scene's own coordinates and `base` the height of
     their origin (m): heights are base + up . x. They serve currents, None where there is none.
-    `couplings` are bodies that run on cables, `measures` the numbers that the scene asks for.
+    `couplings` are bodies that run on cables, `measures` the numbers that the scene asks for. `cuts` are
+    the ends before and after the seam of a line that has one.
     """
 
     lines: dict[str, Line]
@@ -71,15 +76,20 @@ class Model(eqx.Module):
     bodies: dict[str, AbstractBody] = eqx.field(default_factory=dict)
     couplings: tuple[Coupled, ...] = ()
     measures: dict[str, Measured | PlaceMeasured] = eqx.field(default_factory=dict)
+    cuts: dict[str, tuple[Joined, Joined]] = eqx.field(default_factory=dict)
+
+    def end(self, name: str, node: int) -> End:
+        """What is at an end of a line."""
+        return (self.ends[name] + self.cuts.get(name, ()))[NODES.index(node)]
 
     def breakable(self) -> list[tuple[str, int, End]]:
-        """Driven, joined or attached ends that can break: (line, 0 or -1, end)."""
-        found = []
-        for name, pair in self.ends.items():
-            for node, end in zip((0, -1), pair, strict=True):
-                if end.release is not None and not isinstance(end, Loaded):
-                    found.append((name, node, end))
-        return found
+        """Driven, joined or attached ends that can break: (line, its end, what is there)."""
+        return [
+            (name, node, end)
+            for name, line in self.lines.items()
+            for node in line.ends
+            if (end := self.end(name, node)).release is not None and not isinstance(end, Loaded)
+        ]
 
     def evaluate(
         self,
@@ -101,11 +111,8 @@ class Model(eqx.Module):
             line = live_line(self, name, displacement, velocity)
             if dt is not None:
                 dt = dt.astype(line.reference.dtype)
-            boundaries = (
-                boundary(self, name, 0, t, reaction),
-                boundary(self, name, -1, t, reaction),
-            )
-            ends = (boundaries[0].force, boundaries[1].force)
+            boundaries = tuple(boundary(self, name, node, t, reaction) for node in line.ends)
+            ends = tuple(met.force for met in boundaries)
             u = displacement[name]
             v = None if velocity is None else velocity[name]
             workspace = None if over is None else over[name]
@@ -125,7 +132,7 @@ class Model(eqx.Module):
     def leavers(self, junction: int):
         """The ends at a junction that can break away from it, and their releases."""
         for name, node in self.junctions[junction].members:
-            end = self.ends[name][0 if node == 0 else 1]
+            end = self.end(name, node)
             if end.release is not None:
                 yield (name, node), end.release
 
@@ -186,11 +193,12 @@ class Model(eqx.Module):
         for index in range(len(self.junctions)):
             gains, pushes = self._junction(index, t, found, before, dt)
             reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
-            for (name, node), (active, gain) in gains.items():
-                start = before[name][:, node]
+            for (name, side), (active, gain) in gains.items():
+                node = self.lines[name].node(side)
+                start = pick(before[name], node)
                 mid, end_ = start + 0.5 * dt * gain, start + dt * gain
-                mid = jnp.where(active, mid, middle[name][:, node])
-                end_ = jnp.where(active, end_, after[name][:, node])
+                mid = jnp.where(active, mid, pick(middle[name], node))
+                end_ = jnp.where(active, end_, pick(after[name], node))
                 middle[name] = place_at_end(middle[name], node, mid)
                 after[name] = place_at_end(after[name], node, end_)
         for name in self.bodies:
@@ -270,8 +278,9 @@ class Model(eqx.Module):
         for index in range(len(self.junctions)):
             gains, pushes = self._junction(index, t, found, velocity, None)
             reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
-            for (name, node), (active, gain) in gains.items():
-                gain = jnp.where(active, gain, result[name][:, node])
+            for (name, side), (active, gain) in gains.items():
+                node = self.lines[name].node(side)
+                gain = jnp.where(active, gain, pick(result[name], node))
                 result[name] = place_at_end(result[name], node, gain)
         for name, body in self.bodies.items():
             key = body_key(name)
@@ -306,7 +315,7 @@ class Model(eqx.Module):
         junction = self.junctions[index]
         leaving = dict(self.leavers(index))
         name, node = self.carrier(index)
-        velocity = before[name][:, node]
+        velocity = pick(before[name], self.lines[name].node(node))
         d, dtype = velocity.shape[0], velocity.dtype
         half = 0.0 if dt is None else 0.5 * dt
         matrix, vector = jnp.zeros((d, d), dtype), jnp.zeros((d,), dtype)
@@ -316,9 +325,9 @@ class Model(eqx.Module):
             vector = vector + junction.load
         parts = {}
         for member in junction.members:
-            e = found[member[0]]
-            mass, drag, flow = end_matrices(e.nodes, member[1], velocity)
-            force = e.force[:, member[1]] - drag @ (velocity - flow)
+            e, place = found[member[0]], self.lines[member[0]].node(member[1])
+            mass, drag, flow = end_matrices(e.nodes, place, velocity)
+            force = pick(e.force, place) - drag @ (velocity - flow)
             parts[member] = (mass + half * drag, force)
             active = 1.0
             if member in leaving:
@@ -348,13 +357,15 @@ def end_correction(
 
     None where the line has no such correction or the end's motion is known.
     """
-    met = e.boundaries[0 if node == 0 else 1]
+    met = e.boundaries[NODES.index(node)]
     if line.waves is None or not line.waves.corrected or met.loaded is False:
         return None
     nu2 = jnp.zeros((), line.reference.dtype)
     if dt is not None:
-        stiff = jnp.maximum(pick(e.line.stiffness, node), 0.0)
-        nu2 = jnp.clip(stiff * (dt / line.segment_length[node]) ** 2 / line.mass, 0.0, 1.0)
+        segment = line.segment(node)
+        stiff = jnp.maximum(pick(e.line.stiffness, segment), 0.0)
+        length = pick(line.segment_length, segment)
+        nu2 = jnp.clip(stiff * (dt / length) ** 2 / line.mass, 0.0, 1.0)
     theta = 0.25 * (1.0 - nu2)
     return theta if met.loaded is True else jnp.where(met.loaded, theta, 0.0)
 
@@ -367,11 +378,12 @@ def corrected_ends(
     The end node stands for half a segment; a_N <- a_N + theta (a_N - a_N-1) along the line, with
     theta = (1 - nu^2) / 4 and nu the Courant number there, cancels the leading error of its motion.
     """
-    for node, inner in ((0, 1), (-1, -2)):
-        theta = end_correction(line, e, node, dt)
+    for end in line.ends:
+        theta = end_correction(line, e, end, dt)
         if theta is not None:
-            u = pick(e.line.shape.tangent, node)
+            node = line.node(end)
+            u = pick(e.line.shape.tangent, line.segment(end))
             own = pick(gain, node)
-            ahead = jnp.dot(own - pick(gain, inner), u)
+            ahead = jnp.dot(own - pick(gain, line.node(end, 1)), u)
             gain = place_at_end(gain, node, own + theta * ahead * u)
     return gain

@@ -6,7 +6,7 @@ a body to the next, make one path. Along it everything couples to its neighbours
 
 from dataclasses import dataclass, field
 
-from lumpedcable.model.ends import END_NAMES, Attached, Joined
+from lumpedcable.model.ends import Attached, Joined, end_name
 from lumpedcable.model.model import Model
 
 __all__ = ["Leg", "Path", "paths_of"]
@@ -62,7 +62,7 @@ def paths_of(model: Model) -> tuple[Path, ...]:
                 at.setdefault(knot, []).append((name, node))
     for (kind, name), sides in at.items():
         if len(sides) > 2:
-            ends = ", ".join(f"{line}.{END_NAMES[node]}" for line, node in sides)
+            ends = ", ".join(end_name(line, node) for line, node in sides)
             where = f'at the body "{name}"' if kind == "body" else "at one place"
             raise ValueError(
                 f"expected at most two ends of inextensible lines {where}, found {ends}"

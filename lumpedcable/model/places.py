@@ -8,6 +8,10 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.couple import live_line
 from lumpedcable.model.layout import Layout
+from lumpedcable.model.line import Line
+from lumpedcable.physics.linear import pick
+from lumpedcable.physics.place import place_at_end
+from lumpedcable.physics.seam import AFTER, BEFORE, Seam
 from lumpedcable.scene import Scene
 from lumpedcable.scene.measures import LineMeasure
 
@@ -45,35 +49,49 @@ class PlaceMeasured(eqx.Module):
             return _size(seen.velocity[piece][:, self.side])
         assert self.place is not None
         lines = [live_line(model, piece, seen.displacement, None) for piece in self.pieces]
-        sizes = [jnp.broadcast_to(line.segment_length, line.segments) for line in lines]
+        sizes = [_sizes(line) for line in lines]
         # a place at the very end belongs to the last segment
         place = self.place.astype(sizes[0].dtype)
         whole = sum(jnp.sum(size) for size in sizes)
         place = jnp.minimum(place, whole * (1.0 - 4.0 * jnp.finfo(place.dtype).eps))
         begin, found = jnp.zeros_like(place), []
-        for piece, size in zip(self.pieces, sizes, strict=True):
+        for piece, line, size in zip(self.pieces, lines, sizes, strict=True):
             ends = begin + jnp.cumsum(size)
             starts = jnp.concatenate([begin[None], ends[:-1]])
             here = (starts <= place) & (place < ends)
             begin = ends[-1]
             if self.kind == "tension":
-                own = _between(seen.tension[piece], 0.5 * (starts + ends), place)
+                own = _between(line.seam, seen.tension[piece], 0.5 * (starts + ends), place)
                 found.append(jnp.sum(jnp.where(here, own, 0.0)))
             else:
                 v = seen.velocity[piece]
-                share = (place - starts) / size
+                share = (place - starts) / jnp.where(size > 0.0, size, 1.0)
                 own = v[:, :-1] + share * (v[:, 1:] - v[:, :-1])
                 found.append(jnp.sum(jnp.where(here, own, 0.0), axis=1))
         total = sum(found[1:], found[0])
         return total if self.kind == "tension" else _size(total)
 
 
-def _between(values: Float[Array, " n"], middles: Float[Array, " n"], place) -> Float[Array, " n"]:
+def _sizes(line: Line) -> Float[Array, " n"]:
+    """Unstretched lengths (m) of all segments, 0 of what is none."""
+    sizes = jnp.broadcast_to(line.segment_length, line.segments)
+    return sizes if line.seam is None else jnp.where(line.seam.gap(line.segments), 0.0, sizes)
+
+
+def _between(
+    seam: Seam | None, values: Float[Array, " n"], middles: Float[Array, " n"], place
+) -> Float[Array, " n"]:
     """Each segment's value carried on to `place` on the line to its neighbour's on that side, or
     to its only neighbour's."""
     if values.shape[0] == 1:
         return values
-    slope = jnp.diff(values) / jnp.diff(middles)
+    apart = jnp.diff(middles)
+    slope = jnp.diff(values) / jnp.where(apart > 0.0, apart, 1.0)
+    if seam is not None:
+        # beyond a cut is no neighbour
+        for out, within in ((BEFORE, 1), (AFTER, -1)):
+            there = seam.segment(out) - (out == AFTER)
+            slope = place_at_end(slope, there, pick(slope, there - within))
     after, before = (jnp.concatenate([slope, slope[-1:]]), jnp.concatenate([slope[:1], slope]))
     return values + (place - middles) * jnp.where(place > middles, after, before)
 

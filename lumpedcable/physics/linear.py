@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jax.extend import core
 from jax.interpreters import ad, batching, mlir
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from lumpedcable.physics.each import settled
 
@@ -214,9 +214,14 @@ def differences(x: Float[Array, "*d n+1"]) -> Float[Array, "*d n"]:
     return applied(_Differences(), x)[0]
 
 
-def pick(values: Float[Array, "*d n"], index: int) -> Float[Array, "*d"]:
-    """The values at one place along the last axis, counted from the end if it is negative."""
-    return applied(_Pick(values.shape[-1], index), values)[0]
+def pick(values: Float[Array, "*d n"], index: int | Int[Array, ""]) -> Float[Array, "*d"]:
+    """The values at one place along the last axis, counted from the end if it is negative.
+
+    A place that is known only when the program runs is counted from the start.
+    """
+    if isinstance(index, int):
+        return applied(_Pick(values.shape[-1], index), values)[0]
+    return jax.lax.dynamic_index_in_dim(values, index, values.ndim - 1, keepdims=False)
 
 
 def settled_back(x: Float[Array, "..."]) -> Float[Array, "..."]:

@@ -1,13 +1,14 @@
 """Forces on the nodes of a line: those of its shape, which store energy, and those that resist."""
 
 import abc
+from collections.abc import Iterable
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
-from lumpedcable.physics.place import framed, framed_differences
+from lumpedcable.physics.place import framed, framed_differences, place_at_end
 
 __all__ = ["AbstractLoad", "AbstractResistance", "Shape", "between_nodes"]
 
@@ -70,16 +71,20 @@ def between_nodes(
     segment_force: Float[Array, "d n"],
     ends: tuple[Float[Array, " d"] | None, Float[Array, " d"] | None] = (None, None),
     into: Float[Array, "d n+2"] | None = None,
+    more: Iterable[tuple[Int[Array, ""], Float[Array, " d"]]] = (),
 ) -> tuple[Float[Array, "d nodes"], Float[Array, "d n+2"]]:
     """Net force on nodes (N) from forces carried by segments: + on the start node, - on the end.
 
-    `ends` are forces (N) on the first and the last node besides. Also returned: the forces of the
-    segments framed by those of the ends, written over `into` if that is given.
+    `ends` are forces (N) on the first and the last node besides; `more` says what some segments carry
+    instead. Also returned: the forces of the segments framed by those of the ends, written over `into`
+    if that is given.
     """
     none = jnp.zeros_like(segment_force[:, :1])
     start = none if ends[0] is None else -ends[0][:, None]
     end = none if ends[1] is None else ends[1][:, None]
-    carried = framed(start, segment_force, end, into)
-    if into is None:
+    carried, given = framed(start, segment_force, end, into), False
+    for segment, force in more:
+        carried, given = place_at_end(carried, segment + 1, force), True
+    if into is None and not given:
         return framed_differences(start, segment_force, end), carried
     return carried[:, 1:] - carried[:, :-1], carried

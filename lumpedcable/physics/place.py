@@ -25,10 +25,15 @@ def place(whole: Float[Array, "..."], part: Float[Array, "..."], *start: Index) 
 
 
 def place_at_end(
-    values: Float[Array, "*d n"], node: int, value: Float[Array, "*d"]
+    values: Float[Array, "*d n"], node: Index, value: Float[Array, "*d"]
 ) -> Float[Array, "*d n"]:
-    """The same values but for the first (`node` 0) or last (`node` -1) along the last axis."""
-    return _with_end(node, values, value)
+    """The same values but for the first (`node` 0) or last (`node` -1) along the last axis.
+
+    A node that is known only when the program runs is any one.
+    """
+    if isinstance(node, int):
+        return _with_end(node, values, value)
+    return jax.lax.dynamic_update_slice_in_dim(values, value[..., None], node, values.ndim - 1)
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))

@@ -39,10 +39,10 @@ class WaveTensions(NamedTuple):
 
 
 class Given(NamedTuple):
-    """1 in segments of loaded ends; off the joints at either end; taut. None: nowhere, never asked."""
+    """1 in segments of loaded ends; off the joint at each end; taut. None: nowhere, never asked."""
 
     there: Float[Array, " n"] | None
-    off_joint: tuple[Bool[Array, " n"] | None, Bool[Array, " n"] | None]
+    off_joint: tuple[Bool[Array, " n"] | None, ...]
     taut: Bool[Array, " n"] | None
 
 

@@ -12,14 +12,15 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.physics.each import at_each
 from lumpedcable.physics.linear import pick
-from lumpedcable.physics.place import framed
+from lumpedcable.physics.place import framed, place_at_end
+from lumpedcable.physics.seam import AFTER, BEFORE, Seam
 from lumpedcable.physics.wave_terms import SOFT, Given, Values, WaveTensions, slopes, tensions
 
-__all__ = ["Boundary", "Ghosted", "ReleaseWaves", "WaveTensions"]
+__all__ = ["Boundary", "Cut", "Ghosted", "ReleaseWaves", "WaveTensions"]
 
 FALLEN = 5  # slack segments at an end, with which the line falls slack
 
@@ -79,8 +80,10 @@ class Boundary(eqx.Module):
             loaded = jnp.where(jnp.max(jax.lax.stop_gradient(stiffness)) <= SOFT, rate, loaded)
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, rate)
 
-    def at_load(self, rate: Float[Array, " n"], segment: int) -> Float[Array, " n"] | None:
-        """1 in the end's own segment, 0 or -1, where a force is known, else 0; None if it never is.
+    def at_load(
+        self, rate: Float[Array, " n"], segment: int | Int[Array, ""]
+    ) -> Float[Array, " n"] | None:
+        """1 in the end's own segment where a force is known, else 0; None if it never is.
 
         In the shape and precision of `rate`.
         """
@@ -91,11 +94,23 @@ class Boundary(eqx.Module):
         here = jnp.arange(segments) == segment % segments
         return (here & self.loaded).astype(rate.dtype)
 
-    def off_joint(self, segments: int, segment: int) -> Bool[Array, " n"] | None:
+    def off_joint(self, segments: int, segment: int | Int[Array, ""]) -> Bool[Array, " n"] | None:
         """False in the end's own segment at a joint, where the next line's tension is not known."""
         if self.joined is None:
             return None
         return ~((jnp.arange(segments) == segment % segments) & self.joined)
+
+
+class Cut(NamedTuple):
+    """A cut along a line and what a wave meets at the end before it and at the one after it."""
+
+    seam: Seam
+    before: Boundary
+    after: Boundary
+
+    def sides(self) -> tuple[tuple[int, Boundary], tuple[int, Boundary]]:
+        """The two ends with their boundaries."""
+        return (BEFORE, self.before), (AFTER, self.after)
 
 
 class Ghosted(NamedTuple):
@@ -151,14 +166,23 @@ class ReleaseWaves(eqx.Module):
         tension_only: bool,
         over: Ghosted | None = None,
         damping: Float[Array, ""] | None = None,
+        cut: Cut | None = None,
     ) -> tuple[WaveTensions, Ghosted]:
         """The tensions that they add, and what these were found from, written over `over` if given."""
         ghosted = self._ghosted(tension, stiffness, rate, tangent, ends, tension_only, over)
+        if cut is not None:
+            ghosted = _written_beyond(
+                ghosted, tension, stiffness, rate, tangent, cut, tension_only
+            )  # fmt: skip
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
+        segments = rate.shape[0]
+        met: list[tuple[int | Int[Array, ""], Boundary]] = [(0, ends[0]), (-1, ends[1])]
+        if cut is not None:
+            met += [(cut.seam.segment(side), end) for side, end in cut.sides()]
         given = Given(
-            _at_loads(ends, rate),
-            (ends[0].off_joint(rate.shape[0], 0), ends[1].off_joint(rate.shape[0], -1)),
+            _at_loads(met, rate),
+            tuple(end.off_joint(segments, segment) for segment, end in met),
             tension > 0.0 if tension_only else None,
         )
         values = Values(
@@ -201,14 +225,42 @@ class ReleaseWaves(eqx.Module):
         return Ghosted(tensions, rates, near)
 
 
+def _written_beyond(
+    ghosted: Ghosted,
+    tension: Float[Array, " n"],
+    stiffness: Float[Array, " n"],
+    rate: Float[Array, " n"],
+    tangent: Float[Array, "d n"],
+    cut: Cut,
+    tension_only: bool,
+) -> Ghosted:
+    """`ghosted` with what lies beyond the ends at a cut in its slots.
+
+    Written there and not chosen at each segment: XLA would work it out anew at every one.
+    """
+    tensions, rates, near = ghosted
+    for side, end in cut.sides():
+        own, slot = cut.seam.segment(side), cut.seam.slot(side) + 1
+        ahead = pick(tangent, own) * (1.0 if side == BEFORE else -1.0)
+        last = cut.seam.last(stiffness, side, FALLEN)
+        rates = place_at_end(
+            rates, slot, end.ghost_rate(pick(rate, own), last, ahead, tension_only)
+        )
+        if near is not None:
+            near = place_at_end(near, slot, pick(last, 0))
+        if tensions is not None:
+            tensions = place_at_end(tensions, slot, end.ghost_tension(pick(tension, own), ahead))
+    return Ghosted(tensions, rates, near)
+
+
 def _three(ghosted: Float[Array, " n+2"]) -> tuple[Float[Array, " n"], ...]:
     return ghosted[:-2], ghosted[1:-1], ghosted[2:]
 
 
 def _at_loads(
-    ends: tuple[Boundary, Boundary], rate: Float[Array, " n"]
+    met: list[tuple[int | Int[Array, ""], Boundary]], rate: Float[Array, " n"]
 ) -> Float[Array, " n"] | None:
     """1 in the segments of loaded ends, 0 in all others; None if there can be none."""
-    found = [end.at_load(rate, node) for node, end in zip((0, -1), ends, strict=True)]
+    found = [end.at_load(rate, segment) for segment, end in met]
     masks = [mask for mask in found if mask is not None]
     return functools.reduce(jnp.maximum, masks) if masks else None

@@ -22,6 +22,7 @@ from lumpedcable.model.ends import Driven, end_name
 from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
 from lumpedcable.solve.constrained import Constrained
@@ -104,12 +105,16 @@ class Progress(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """The numbers of a plan: output interval (s), steps in it, tolerances, first step (s)."""
+    """The numbers of a plan: output interval (s), steps in it, tolerances.
+
+    `cuts` are, by line, the segments before its seam, where all runs that go together have the same.
+    """
 
     every: Float[Array, ""]
     steps: Int[Array, ""]
     rtol: Float[Array, ""]
     atol: Float[Array, ""]
+    cuts: dict[str, Int[Array, ""]] = {}  # noqa: RUF012 (a named tuple's default, which nobody changes)
 
 
 def initial_state(model: Model, energy: bool, stepping: bool) -> State:
@@ -135,7 +140,8 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
     if zero:
         found = model.evaluate(jnp.full((), -jnp.inf), displacement, None, zero)
         for name, node, _ in model.breakable():
-            reaction[end_name(name, node)] = -found[name].force[:, node]
+            place = model.lines[name].node(node)
+            reaction[end_name(name, node)] = -pick(found[name].force, place)
     tension = {
         name: line.law.tension(line.reference_strain)
         for name, line in model.lines.items()

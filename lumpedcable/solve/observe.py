@@ -7,21 +7,25 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.energy import WORKS, energies
+from lumpedcable.model.layout import LEAST, part_names
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
 from lumpedcable.model.places import Seen
 from lumpedcable.model.state import State
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
+from lumpedcable.physics.seam import AFTER, BEFORE, EXTRA
 from lumpedcable.physics.vectors import dot
 from lumpedcable.solve.bound import courant_number
 
 __all__ = ["Recoil", "Sample", "Watch", "end_tension", "sample", "watch", "watches"]
 
+FAR = {0: -1, -1: 0, BEFORE: 0, AFTER: -1}  # the other end of a line, or of its part
 ARRIVAL_DROP = 0.01  # share of the start tension that must be gone for the far end to feel it
 
 
 class Recoil(NamedTuple):
-    """An end that recoils once it is broken: node 0 or -1 of a line, and the event's start (s)."""
+    """An end of a line that recoils once it is broken."""
 
     line: str
     node: int
@@ -75,15 +79,16 @@ def end_tension(
     through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. Without `shape` the
     loads are left out: the waves that are added to them have no slope there.
     """
-    here, next_ = (0, 1) if node == 0 else (-1, -2)
+    segment = line.segment(node)
     pull = jnp.zeros((), tension.dtype)
     if shape is not None and line.loads:
-        total = sum(load.force(shape)[:, node] for load in line.loads)
-        along = jnp.dot(total, shape.tangent[:, node])
-        pull = along if node == 0 else -along  # on the end node: f l / 2
+        total = sum(pick(load.force(shape), line.node(node)) for load in line.loads)
+        along = jnp.dot(total, pick(shape.tangent, segment))
+        pull = along if node in (0, AFTER) else -along  # on the end node: f l / 2
+    here = pick(tension, segment)
     if line.segments == 1:
-        return tension[0] + pull
-    return tension[here] + (tension[here] - tension[next_]) / 8.0 + 0.75 * pull
+        return here + pull
+    return here + (here - pick(tension, line.segment(node, 1))) / 8.0 + 0.75 * pull
 
 
 def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch, ...]:
@@ -108,7 +113,8 @@ def watch(
     """Watches after a step of dt that ended at t (s)."""
     result = []
     for recoil, old in zip(recoils, seen, strict=True):
-        speed = jnp.sqrt(jnp.sum(y.velocity[recoil.line][:, recoil.node] ** 2))
+        node = model.lines[recoil.line].node(recoil.node)
+        speed = jnp.sqrt(jnp.sum(pick(y.velocity[recoil.line], node) ** 2))
         far = _far_tension(model, y, recoil)
         level = (1.0 - ARRIVAL_DROP) * old.first
         crossed = jnp.isnan(old.arrival) & (far < level)
@@ -118,7 +124,7 @@ def watch(
         faster = speed > old.peak_speed
         peak_time = jnp.where(faster, t.astype(speed.dtype), old.peak_time)
         peak = jnp.where(faster, speed, old.peak_speed)
-        moved = jnp.sum(y.displacement[recoil.line][:, recoil.node] ** 2)
+        moved = jnp.sum(pick(y.displacement[recoil.line], node) ** 2)
         farther = moved > old.reach
         reach = jnp.where(farther, moved, old.reach)
         reach_time = jnp.where(farther, t.astype(moved.dtype), old.reach_time)
@@ -128,7 +134,7 @@ def watch(
 
 def _far_tension(model: Model, y: State, recoil: Recoil) -> Float[Array, ""]:
     """Tension (N) at the end across from the one that recoils, worked out there alone."""
-    node = -1 - recoil.node
+    node = FAR[recoil.node]
     end, nodes = last_segments(model.lines[recoil.line], node, 2)
     shape = end.shape(y.displacement[recoil.line][:, nodes])
     return end_tension(end, end.law.tension(shape.strain), node)
@@ -144,7 +150,7 @@ def sample(
 ) -> Sample:
     """Everything that is kept of one output time."""
     found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
-    fields, ends, tensions = {}, {}, {}
+    fields, ends, whole_ends, tensions = {}, {}, {}, {}
     place = model.followed(t, y.displacement)
     finite = jnp.ones((), bool)
     back = jnp.zeros((), bool)
@@ -161,8 +167,16 @@ def sample(
             "tension": whole,
             "strain": e.shape.strain,
         }
-        fields[name] = {key: value for key, value in every.items() if key in quantities}
-        ends[name] = jnp.stack([end_tension(line, whole, node, e.shape) for node in (0, -1)])
+        kept = {key: value for key, value in every.items() if key in quantities}
+        at_ends = [end_tension(line, whole, node, e.shape) for node in line.ends]
+        if line.seam is None:
+            fields[name], ends[name] = kept, jnp.stack(at_ends)
+        else:
+            start, end, before, after = at_ends
+            first, last = part_names(name)
+            fields[first], fields[last] = parts(line, kept)
+            ends[first], ends[last] = jnp.stack([start, before]), jnp.stack([after, end])
+            whole_ends[name] = jnp.stack([start, end])
         finite &= jnp.all(jnp.isfinite(every["position"])) & jnp.all(
             jnp.isfinite(every["velocity"])
         )
@@ -171,7 +185,7 @@ def sample(
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
     stored = energies(model, found, y.displacement, y.velocity)
     none = jnp.full((), jnp.nan)  # without a line that has nodes
-    most = [jnp.max(whole) for whole in tensions.values()]
+    most = [largest_tension(model.lines[name], whole) for name, whole in tensions.items()]
     largest = {"tension": jnp.max(jnp.stack(most)) if most else none, "kinetic": stored["kinetic"]}
     energy = {}
     if y.work:
@@ -185,12 +199,29 @@ def sample(
         key = body_key(name)
         bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
         finite &= jnp.all(jnp.isfinite(bodies[name]))
-    seen = Seen(place, y.velocity, tensions, ends)
+    seen = Seen(place, y.velocity, tensions, ends | whole_ends)
     measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
     stopped = jnp.zeros((), bool)
     return Sample(
         fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures, stopped
     )
+
+
+def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]:
+    """The largest tension (N) of all segments that there are."""
+    if line.seam is not None:
+        tension = jnp.where(line.seam.gap(line.segments), -jnp.inf, tension)
+    return jnp.max(tension)
+
+
+def parts(line: Line, fields: dict[str, Array]) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Fields of a line that is cut, as those of its two parts, each filled up with NaN."""
+    assert line.seam is not None
+    first, last, longest = {}, {}, line.segments - EXTRA - LEAST
+    for key, values in fields.items():
+        nodes = values.shape[-1] - line.segments
+        first[key], last[key] = line.seam.parts(values, longest + nodes, bool(nodes))
+    return first, last
 
 
 def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:

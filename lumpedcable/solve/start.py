@@ -20,6 +20,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
+from lumpedcable.solve.hanging import hanging_line, nodal_weight, spanning_line
 from lumpedcable.solve.resting import (
     draped_line,
     laid_on_slope,
@@ -29,14 +30,7 @@ from lumpedcable.solve.resting import (
     seabed_of,
     slope_under,
 )
-from lumpedcable.solve.statics import (
-    Equilibrium,
-    equilibrium,
-    hanging_line,
-    held_position,
-    nodal_weight,
-    spanning_line,
-)
+from lumpedcable.solve.statics import Equilibrium, equilibrium, held_position
 
 __all__ = ["start_of"]
 

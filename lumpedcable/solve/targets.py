@@ -19,6 +19,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model, Vectors
+from lumpedcable.model.seams import opened
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.scene import Scene, Target
 from lumpedcable.scene.part import Part, children
@@ -46,6 +47,9 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     Without targets this is `start_of`. Its result has derivatives with respect to every number of
     the scene, what a target asks for included.
     """
+    if layout.seams:
+        found = rest_of(scene, layout.whole, coordinates)
+        return found._replace(model=opened(found.model, scene, layout))
     if not scene.targets:
         return start_of(scene, layout, coordinates)
 

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.seams import parts_of
 from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import Status
@@ -80,12 +81,12 @@ class Account:
         """Positions (runs, 3, nodes) of every line at the start (m)."""
         lived = len(self.part.runs)
         if self._start is None:
-            self._start = {
-                name: self.coordinates.expand(
-                    np.asarray(line.reference, float)[:lived], 1, place=True
-                )
-                for name, line in ready.model.lines.items()
-            }
+            self._start = {}
+            for name, line in ready.model.lines.items():
+                places = np.asarray(line.reference, float)
+                places = self.coordinates.expand(places, 1, place=True)
+                found = parts_of(name, line, places, nodes=True)
+                self._start |= {part: values[:lived] for part, values in found.items()}
         return self._start
 
 

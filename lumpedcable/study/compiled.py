@@ -23,6 +23,7 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
+from lumpedcable.model.seams import cut_at
 from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, Plan, advance, begin, cast
@@ -42,6 +43,7 @@ __all__ = [
     "linearise",
     "prepare_batch",
     "prepare_cells",
+    "prepare_many",
 ]
 
 CACHE_VARIABLE = "LUMPEDCABLE_CACHE"
@@ -166,10 +168,10 @@ def _prepare(
     return jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), found)
 
 
-# without `beside`, and with it
-prepare_batch, prepare_cells = (
+# a few runs; many; with `beside`
+prepare_batch, prepare_many, prepare_cells = (
     jax.jit(_prepare, static_argnames=("structure", "dtype"), compiler_options=options)
-    for options in (RUN_ONCE, RUN_SELDOM)
+    for options in (RUN_ONCE, RUN_SELDOM, RUN_SELDOM)
 )
 
 
@@ -179,7 +181,7 @@ def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, P
 
     def every(models, numbers):
         def one(model):
-            run, found = begin(model.tree(), plan, numbers)
+            run, found = begin(cut_at(model.tree(), numbers.cuts), plan, numbers)
             return pack(run), pack(found)
 
         return in_one_piece(plan, numbers.steps > 0, jax.vmap(one), models)
@@ -202,7 +204,8 @@ def advance_batch(
         keep = pack if models.numbers.shape[0] == 1 else lambda found: found
 
         def one(model, run):
-            run, found = advance(model.tree(), plan, numbers, run.tree(), first, count, keep, ends)
+            mine = cut_at(model.tree(), numbers.cuts)
+            run, found = advance(mine, plan, numbers, run.tree(), first, count, keep, ends)
             return pack(run), found
 
         return in_one_piece(plan, count >= 0, partial(across, one), models, runs)

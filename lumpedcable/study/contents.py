@@ -74,7 +74,7 @@ PLACES = {
 def energy_terms(laid: Laid) -> dict[str, str]:
     """Energy datasets of a study: name to long name, stored ones first."""
     # only names and structure are asked for: nothing is computed
-    scene, layout = laid.scene, laid.structures[0].layout
+    scene, layout = laid.scene, laid.structures[0].layout.whole
     model = jax.eval_shape(lambda: assemble(scene, layout, laid.coordinates))
     stored = {"kinetic", "strain"}
     kinds: set[str] = set()
@@ -103,11 +103,7 @@ class Contents:
     def __init__(self, laid: Laid, runs: NDArray[np.int64], exact: bool):
         self.laid, self.runs, self.exact = laid, runs, exact
         self.study, self.scene = laid.study, laid.scene
-        self.segments: dict[str, int] = {}
-        for structure in laid.structures:
-            for piece in structure.layout.pieces:
-                known = self.segments.get(piece.name, 0)
-                self.segments[piece.name] = max(known, piece.segments)
+        self.segments = laid.segments
         layouts = [structure.layout for structure in laid.structures]
         self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
         self.fields = fields_of(self.scene)
@@ -118,6 +114,7 @@ class Contents:
         self.bodies = [*rigid, *self.riders] if self.histories else []
         # lines whose lengths targets choose
         chosen = {target.line for target in self.scene.targets.values()}
+        self.sources = {name: piece.line for piece in pieces for name in piece.names}
         self.chosen = [p.name for p in pieces if p.line in chosen] if self.histories else []
         laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
         self.rigid = [name for name, law in laws.items() if law == "inextensible"]
@@ -235,9 +232,12 @@ class Contents:
     def _places(self, name: str) -> dict[str, Coordinate]:
         """Unstretched places along a line: one row for all runs of the study, or one for each."""
         study, laid = self.study, self.laid
-        line = next(p.line for s in laid.structures for p in s.layout.pieces if p.name == name)
+        line = self.sources[name]
         lengths = ("length", "payout.", "grading", "segment_lengths.")
         own = tuple(f"lines.{line}.{key}" for key in lengths)
+        own += tuple(
+            f"events.{k}.place" for k, e in self.scene.events.items() if e.target()[0] == line
+        )
         keys = sorted(key for key in study.runs.moved if key.startswith(own))
         if not keys and len(laid.structures) == 1:
             rows, firsts = np.zeros(0, int), [0]
@@ -248,9 +248,8 @@ class Contents:
             firsts = self.runs[firsts]
         nodes = np.full((len(firsts), self.segments[name] + 1), np.nan)
         for k, run in enumerate(firsts):
-            layout = laid.structures[laid.which([run])[0]].layout
-            if any(piece.name == name for piece in layout.pieces):
-                places = node_places(study.runs[int(run)], layout, name)
+            places = node_places(study.runs[int(run)], name)
+            if places is not None:
                 nodes[k, : places.size] = places
         nodes = nodes[rows.ravel()] if rows.size else nodes[0]
         middle = 0.5 * (nodes[..., 1:] + nodes[..., :-1])
@@ -319,10 +318,11 @@ class Contents:
                 if FIELDS[quantity][0] == "node":
                     table = self.laid.coordinates.expand(table, axis=2)
                     if quantity == "position":
-                        table = table + start[name][:, None]
+                        nodes = self.segments[name] + 1
+                        table = _sized(table, 3, nodes) + _sized(start[name][:, None], 3, nodes)
                     table = np.moveaxis(table, 2, 3)
                 size = self.segments[name] + (FIELDS[quantity][0] == "node")
-                self._put(writer, f"lines/{name}/{quantity}", rows, first, _padded(table, size))
+                self._put(writer, f"lines/{name}/{quantity}", rows, first, _sized(table, 2, size))
             for k, side in enumerate(("start", "end")):
                 ends = np.asarray(samples.ends[name])[:, :, k]
                 self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
@@ -384,11 +384,16 @@ def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]
     return found
 
 
-def _padded(table: NDArray[Any], size: int) -> NDArray[Any]:
-    """Axis 2 filled up with NaN to `size`, where another run of the study has more nodes."""
-    missing = size - table.shape[2]
+def _sized(table: NDArray[Any], axis: int, size: int) -> NDArray[Any]:
+    """An axis filled up with NaN to `size`, where another run of the study has more nodes, or cut to it.
+
+    What is cut off of a part of a line is NaN in all runs.
+    """
+    missing = size - table.shape[axis]
     if missing == 0:
         return table
+    if missing < 0:
+        return table[(slice(None),) * axis + (slice(size),)]
     widths = [(0, 0)] * table.ndim
-    widths[2] = (0, missing)
+    widths[axis] = (0, missing)
     return np.pad(table, widths, constant_values=np.nan)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.model.assemble import segment_lengths
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.layout import cut_keys, cuts_of
+from lumpedcable.model.layout import cut_keys, cuts_of, layouts_of, make_layout
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure
@@ -42,12 +42,14 @@ class Laid:
         structures: the different structures, in order of the first run that has each.
         coordinates: those of all runs.
         count: number of outputs after the start.
+        segments: the most that each line, or part of a line, has in any run.
     """
 
     study: Study
     structures: tuple[Structure, ...]
     coordinates: Coordinates
     count: int
+    segments: Mapping[str, int]
 
     @property
     def scene(self) -> Scene:
@@ -90,14 +92,34 @@ def lay_out(study: Study) -> Laid:
             dimensions).
     """
     structures: dict[Structure, None] = {}
+    segments: dict[str, int] = {}
+    deciding = _deciding_runs(study)
     try:
-        for first, _ in _alike(study, _deciding_runs(study)):
-            structures.setdefault(structure_of(study.runs[first]))
+        for first, rows in _alike(study, deciding):
+            structure = structure_of(study.runs[first])
+            structures.setdefault(structure)
+            for name, most in _segments(study, structure, deciding[rows]):
+                segments[name] = max(most, segments.get(name, 0))
     except ValueError as error:
         raise SceneError([Fault(str(study.path), 1, "lines", str(error))]) from None
     coordinates = common_coordinates(study, _placing_scenes(study))
     found = tuple(structures)
-    return Laid(study, found, coordinates, output_count(found[0].scene))
+    return Laid(study, found, coordinates, output_count(found[0].scene), segments)
+
+
+def _segments(study: Study, structure: Structure, runs: NDArray[np.int64]):
+    """Yield the most segments that lines, and parts of lines, have in runs of a structure."""
+    for piece in structure.layout.pieces:
+        if piece.seam is None:
+            yield piece.name, piece.segments
+            continue
+        scene = structure.scene
+        moved = study.runs.numbers(runs) if cut_keys(scene) & study.runs.moved else {}
+        along = [name for name, event in scene.events.items() if event.target()[1] is None]
+        cuts = cuts_of(scene, moved, len(runs))[:, along.index(piece.seam)]
+        first, last = piece.names
+        yield first, int(cuts.max())
+        yield last, piece.segments - int(cuts.min())
 
 
 def _alike(study: Study, runs: NDArray[np.int64]):
@@ -109,8 +131,8 @@ def _alike(study: Study, runs: NDArray[np.int64]):
     for group in equal_rows(whole):
         scene = study.runs[int(runs[group[0]])]
         moved = study.runs.numbers(runs[group]) if cut_keys(scene) & study.runs.moved else {}
-        cuts = cuts_of(scene, moved, len(group))
-        found += [group[rows] for rows in equal_rows(cuts)]
+        layouts = layouts_of(scene, moved, len(group))
+        found += [group[rows] for rows in equal_rows(layouts)]
     for rows in sorted(found, key=lambda rows: rows[0]):
         yield int(runs[rows[0]]), rows
 
@@ -169,8 +191,14 @@ def _placing_scenes(study: Study) -> list[Scene]:
     return [runs[int(run)] for run in found]
 
 
-def node_places(scene: Scene, layout, name: str) -> NDArray[np.float64]:
-    """Unstretched distances (m) of a piece's nodes from the start of the scene's line."""
+def node_places(scene: Scene, name: str) -> NDArray[np.float64] | None:
+    """Unstretched distances (m) of the nodes of a line or a part of one from the start of the line.
+
+    None if the scene has no such part.
+    """
+    layout = make_layout(scene)
+    if all(piece.name != name for piece in layout.pieces):
+        return None
     piece = next(p for p in layout.pieces if p.name == name)
     lengths = np.broadcast_to(segment_lengths(scene, piece, np), (piece.segments,))
     begin = 0.0

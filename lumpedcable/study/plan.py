@@ -52,7 +52,7 @@ ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
 
 def structure_of(scene: Scene) -> Structure:
     """The structure of a scene; ValueError where it cannot be laid out."""
-    return Structure(scene.skeleton(), make_layout(scene), scene)
+    return Structure(scene.skeleton(), make_layout(scene, seams=True), scene)
 
 
 def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:

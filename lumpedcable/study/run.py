@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumpedcable.model.seams import cuts_in
 from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
@@ -217,13 +218,15 @@ def _prepared(
     swept = laid.study.runs.columns(block[rows])
     stepped = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
     kept = np.flatnonzero(~mark_endless(scene, ready, stepped[:, 0], rows, table))
-    groups = [kept[alike] for alike in equal_rows(stepped[kept])] if len(kept) else []
+    cuts = cuts_in(ready.model)
+    ways = np.column_stack([stepped, *cuts.values()])
+    groups = [kept[some] for some in equal_rows(ways[kept])] if len(kept) else []
     sizes = laid.sizes_for(structure, [int(stepped[g[0], 0]) for g in groups], [*map(len, groups)])
     for alike in groups:
         steps, *tolerances = stepped[alike[0]]
-        numbers = Numbers(
-            number(scene.output.every), jnp.asarray(int(steps)), *map(number, tolerances)
-        )
+        here = {name: jnp.asarray(before[alike[0]]) for name, before in cuts.items()}
+        every, rtol, atol = map(number, (scene.output.every, *tolerances))
+        numbers = Numbers(every, jnp.asarray(int(steps)), rtol, atol, here)
         for mine, size in batched(alike, sizes):
             plan = plan_of(scene, structure.layout, size)
             part = Part(structure, block[rows[mine]], rows[mine], size, plan, numbers)

@@ -9,7 +9,14 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.study.compiled import Ready, Structure, number, prepare_batch, prepare_cells
+from lumpedcable.study.compiled import (
+    Ready,
+    Structure,
+    number,
+    prepare_batch,
+    prepare_cells,
+    prepare_many,
+)
 from lumpedcable.study.laying import Laid, equal_rows
 from lumpedcable.study.plan import lanes
 
@@ -19,6 +26,7 @@ CELL = 128  # runs that start alike, at most, in one cell of a batch
 CELLS = 4  # cells of a batch
 STATICS = 10  # steps of an output interval that statics may take as long as
 FEWEST = 4  # runs in a cell on average for which cells are worth their lanes
+SOME = 64  # runs of a study for which a program that is slow but soon compiled is the quicker one
 Tree = TypeVar("Tree")
 
 
@@ -82,7 +90,9 @@ def _prepare(
     shared = {key: number(v) for key, v in scene.numbers().items() if key not in numbers}
     axes, origin = laid.coordinates.axes, laid.coordinates.origin
     common = structure, scene.solver.dtype, axes, origin, shared, swept
-    return prepare_cells(*common, beside) if beside else prepare_batch(*common)
+    if beside:
+        return prepare_cells(*common, beside)
+    return (prepare_batch if len(laid.study.runs) <= SOME else prepare_many)(*common)
 
 
 def _joined(found: list[Ready]) -> Ready:

@@ -12,10 +12,11 @@ import numpy as np
 
 from lumpedcable.exact import release_wave
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.ends import END_NAMES
+from lumpedcable.model.ends import end_name
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.model.materials import law_of
+from lumpedcable.model.seams import at_end, part_length
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
@@ -109,7 +110,7 @@ class Outcome:
 
 def recoil_name(recoil: Recoil) -> str:
     """ "rope.end" for the end of rope."""
-    return f"{recoil.line}.{END_NAMES[recoil.node]}"
+    return end_name(recoil.line, recoil.node)
 
 
 def recoil_names(layout: Layout) -> list[str]:
@@ -260,8 +261,8 @@ def _recoil(
 ) -> dict[str, NDArray[np.float64]]:  # fmt: skip
     """Numbers of one recoiling end of every run, measured and exact."""
     lived, study = len(part.runs), contents.laid.study
-    line = ready.model.lines[recoil.line]
-    strain = np.asarray(line.reference_strain, float)[:lived, recoil.node]
+    line = jax.tree.map(lambda x: np.asarray(x)[:lived], ready.model.lines[recoil.line])
+    strain = at_end(line, np.asarray(line.reference_strain, float), recoil.node)
     source = _source(part.structure.scene, recoil.line)
     tension = _tensions(study, part, source, strain)
     begins = _begins(study, part, recoil)
@@ -284,7 +285,8 @@ def _recoil(
         numbers["peak_end_speed"] = before(watch.peak_speed, watch.peak_time)
         numbers["reach"] = before(np.sqrt(np.asarray(watch.reach, float)), watch.reach_time)
         with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement
-            move = np.linalg.norm(account.displacement[recoil.line][:, :, recoil.node], axis=1)
+            moved = at_end(line, account.displacement[recoil.line], recoil.node)
+            move = np.linalg.norm(moved, axis=1)
         numbers["end_displacement"] = np.where(status == Status.OK, move, nan)
     if contents.exact:
         waves = [
@@ -352,8 +354,7 @@ def _exact(
     if not tension > 0.0 or not first:
         return {}
     source = _source(scene, recoil.line)
-    lengths = np.asarray(line.segment_length)[k]
-    length = float(np.sum(np.broadcast_to(lengths, (line.reference.shape[-1] - 1,))))
+    length = part_length(line, k, recoil.node)
     try:
         wave = release_wave(_curve(scene, source), scene.lines[source].mass, tension0=tension)
     except ValueError:
