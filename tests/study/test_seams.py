@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from engine_runs import HOOKE, ROPE, run_text, study_of
+from engine_runs import HOOKE, NYLON, ROPE, run_text, study_of
 
 from lumpedcable.model import layout as layouts
 from lumpedcable.model.layout import LEAST, make_layout
@@ -21,15 +21,6 @@ PLANE = """
 gravity = 9.81
 [water]
 density = 1025
-[materials.nylon]
-law = "tanh"
-p1 = "270.3 kN"
-p2 = 10.2
-p3 = -2.128
-p4 = "262.7 kN"
-p5 = "135.5 N"
-damping = "1 kN s"
-tension_only = true
 [lines.rope]
 material = "nylon"
 length = "60 m"
@@ -52,7 +43,8 @@ beside = { tension = "rope@21 m" }
 duration = "30 ms"
 every = "1 ms"
 """
-# in space: a bed, a current across, the other end held by a force
+PLANE += NYLON.replace("tension_only = false", 'tension_only = true\ndamping = "1 kN s"')
+# in space: a bed, a current across
 SPACE = PLANE.replace(
     "density = 1025\n",
     "density = 1025\ncurrent = { velocity = [0, 1, 0] }\n"
