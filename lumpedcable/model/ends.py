@@ -6,7 +6,7 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.physics.motion import AbstractMotion
 from lumpedcable.physics.ramp import release_ramp
-from lumpedcable.physics.seam import AFTER, BEFORE
+from lumpedcable.physics.tips import AFTER, BEFORE
 
 __all__ = [
     "Attached",

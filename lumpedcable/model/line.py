@@ -11,8 +11,9 @@ from lumpedcable.physics.linear import differences, settled_back
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.seabed import BedGrip
-from lumpedcable.physics.seam import AFTER, BEFORE, Seam
+from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
+from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot
 from lumpedcable.physics.waves import Boundary, Cut, Ghosted, ReleaseWaves, WaveTensions
 

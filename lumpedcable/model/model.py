@@ -30,12 +30,9 @@ from lumpedcable.model.places import PlaceMeasured
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
-from lumpedcable.physics.seam import AFTER, BEFORE
 from lumpedcable.physics.waves import Boundary
 
 __all__ = ["Evaluation", "Model"]
-
-NODES = (0, -1, BEFORE, AFTER)
 
 Vectors = dict[str, Float[Array, "d nodes"]]
 
@@ -80,7 +77,7 @@ class Model(eqx.Module):
 
     def end(self, name: str, node: int) -> End:
         """What is at an end of a line."""
-        return (self.ends[name] + self.cuts.get(name, ()))[NODES.index(node)]
+        return (self.ends[name] + self.cuts.get(name, ()))[self.lines[name].ends.index(node)]
 
     def breakable(self) -> list[tuple[str, int, End]]:
         """Driven, joined or attached ends that can break: (line, its end, what is there)."""
@@ -357,7 +354,7 @@ def end_correction(
 
     None where the line has no such correction or the end's motion is known.
     """
-    met = e.boundaries[NODES.index(node)]
+    met = e.boundaries[line.ends.index(node)]
     if line.waves is None or not line.waves.corrected or met.loaded is False:
         return None
     nu2 = jnp.zeros((), line.reference.dtype)

@@ -11,7 +11,8 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
-from lumpedcable.physics.seam import AFTER, BEFORE, Seam
+from lumpedcable.physics.seam import Seam
+from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene
 from lumpedcable.scene.measures import LineMeasure
 

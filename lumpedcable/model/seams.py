@@ -13,7 +13,8 @@ from lumpedcable.model.ends import Joined, Junction
 from lumpedcable.model.layout import Layout, Piece, part_names
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
-from lumpedcable.physics.seam import AFTER, BEFORE, EXTRA, Seam
+from lumpedcable.physics.seam import EXTRA, Seam
+from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene
 
 __all__ = ["at_end", "cut_at", "cuts_in", "opened", "part_length", "parts_of"]

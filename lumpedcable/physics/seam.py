@@ -15,9 +15,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-__all__ = ["AFTER", "BEFORE", "EXTRA", "Seam"]
+from lumpedcable.physics.tips import BEFORE
 
-BEFORE, AFTER = 1, 2  # the ends at a cut, as 0 is a line's start and -1 its end
+__all__ = ["EXTRA", "Seam"]
+
 EXTRA = 2  # nodes, and segments, that a cut adds to a line
 
 

@@ -17,12 +17,11 @@ from jaxtyping import Array, Bool, Float, Int
 from lumpedcable.physics.each import at_each
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import framed, place_at_end
-from lumpedcable.physics.seam import AFTER, BEFORE, Seam
+from lumpedcable.physics.seam import Seam
+from lumpedcable.physics.tips import AFTER, BEFORE, FALLEN
 from lumpedcable.physics.wave_terms import SOFT, Given, Values, WaveTensions, slopes, tensions
 
 __all__ = ["Boundary", "Cut", "Ghosted", "ReleaseWaves", "WaveTensions"]
-
-FALLEN = 5  # slack segments at an end, with which the line falls slack
 
 
 class Boundary(eqx.Module):

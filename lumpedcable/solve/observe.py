@@ -14,7 +14,8 @@ from lumpedcable.model.places import Seen
 from lumpedcable.model.state import State
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
-from lumpedcable.physics.seam import AFTER, BEFORE, EXTRA
+from lumpedcable.physics.seam import EXTRA
+from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot
 from lumpedcable.solve.bound import courant_number
 

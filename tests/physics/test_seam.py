@@ -7,7 +7,8 @@ import pytest
 
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
-from lumpedcable.physics.seam import AFTER, BEFORE, Seam
+from lumpedcable.physics.seam import Seam
+from lumpedcable.physics.tips import AFTER, BEFORE
 
 NODES = jnp.asarray([[0.0, 1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0, 9.0]])
 SEGMENTS = jnp.asarray([10.0, 11.0, 12.0, 13.0])
