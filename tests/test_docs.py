@@ -99,6 +99,7 @@ def test_nothing_is_left_to_do(path):
     assert not re.search(r"\b(TODO|FIXME|TBD|XXX)\b", path.read_text())
 
 
+@pytest.mark.slow
 def test_what_the_page_says_of_waves(tmp_path):
     page = (ROOT / "docs" / "model.md").read_text()
     told = f"b = {waves.LINEAR_VISCOSITY} c + {waves.QUADRATIC_VISCOSITY} |D|"

@@ -27,7 +27,7 @@ DOCS = ROOT / "docs"
 PAGES = [
     path for path in sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")]) if path.name != "gallery.md"
 ]
-QUICK = {"tutorial-rope.md"}  # pages with commands that are not slow
+QUICK: set[str] = set()  # pages with commands that are not slow
 # test_docs_extending.py applies the first, whole, and runs it; the second begins as the README, which
 # test_docs.py holds it to
 ELSEWHERE = {"extending.md", "index.md"}
@@ -229,6 +229,7 @@ def test_the_commands_of_the_pages_are_understood():
     assert found > 8
 
 
+@pytest.mark.slow
 def test_the_documentation_builds_without_a_warning(tmp_path):
     pytest.importorskip("furo", reason="the extra docs is not installed")
     pytest.importorskip("myst_nb", reason="the extra docs is not installed")

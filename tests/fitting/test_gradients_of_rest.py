@@ -77,6 +77,7 @@ def both_ways(study, of):
     return [dict(zip(one.keys, map(float, one.slopes), strict=True)) for one in found]
 
 
+@pytest.mark.slow
 def test_a_slack_line_without_weight_has_derivatives_either_way(tmp_path):
     forward, reverse = both_ways(study_of(tmp_path, SLACK), "max velocity at rope@25m")
     assert all(np.isfinite(list(reverse.values())))

@@ -40,6 +40,7 @@ def line(length, segments, start, end, mass=MASS):
     return LINE.format(length=length, segments=segments, mass=mass, start=start, end=end)
 
 
+@pytest.mark.slow
 def test_what_is_pulled_slides_as_far_as_friction_asks(tmp_path):
     # pulled slowly by u, the line slides over s with T = EA u' falling by mu w per metre:
     # u = mu w s^2 / (2 EA), T(x) = mu w (x - 50 m) where it slides; held there, it stays as it is

@@ -129,6 +129,7 @@ def moored(folder, angle, more=""):
     return ran.lines["l"]["tension"][0], ship["position"][0] @ turn, ship["attitude"][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [np.pi, 0.6457718232379019, np.pi / 2])
 def test_a_scene_turned_about_the_vertical_does_the_same(tmp_path, angle):
     tension, place, attitude = moored(tmp_path, 0.0)

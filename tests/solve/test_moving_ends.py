@@ -205,6 +205,7 @@ every = "10 ms"
 """
 
 
+@pytest.mark.slow
 def test_the_ends_of_a_line_between_two_ships_go_with_their_posts(tmp_path):
     ran = run_text(tmp_path, BETWEEN_SHIPS)
     t = ran.time

@@ -26,7 +26,7 @@ def truth(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    "method", ["tsit5", "dopri8", pytest.param("kvaerno5", marks=pytest.mark.slow)]
+    "method", ["tsit5", *(pytest.param(m, marks=pytest.mark.slow) for m in ("dopri8", "kvaerno5"))]
 )
 def test_adaptive_solvers_come_as_close_as_they_are_asked_to(tmp_path, truth, method):
     errors = []
@@ -116,7 +116,9 @@ every = 0.5
 """
 
 
-@pytest.mark.parametrize("method", ["rk4", pytest.param("heun", marks=pytest.mark.slow), "dopri8"])
+@pytest.mark.parametrize(
+    "method", ["rk4", *(pytest.param(m, marks=pytest.mark.slow) for m in ("heun", "dopri8"))]
+)
 def test_a_moved_end_stays_on_its_path(tmp_path, method):
     # its ramp ends with a step in its acceleration, which once left a velocity behind for good
     ran = run_text(tmp_path, MOVED + f'[solver]\nmethod = "{method}"\n')
@@ -135,7 +137,7 @@ BREAK = '[events.break]\nbreaks = "rope.end"\nstart = 1\ntime = 2\n'
         ("rk4", "rope.end"),
         pytest.param("tsit5", "rope.end", marks=pytest.mark.slow),
         pytest.param("rk4", "rope@10 m", marks=pytest.mark.slow),
-        ("tsit5", "rope@10 m"),
+        pytest.param("tsit5", "rope@10 m", marks=pytest.mark.slow),
     ],
 )
 def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, method, place):

@@ -58,6 +58,7 @@ def test_a_thousandth_of_moorpys_stiffness_is_stiff_enough():
     assert exact_catenary(7.51e9)[1] == pytest.approx(MOORPY, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_moorpys_catenary():
     line, exact = exact_catenary(7.51e9)
     errors, misses = [], []
@@ -129,6 +130,7 @@ def period(folder, *overrides):
     return period_of(ran.time, ran["rope.position"][0, :, -1, 0])
 
 
+@pytest.mark.slow
 def test_the_pendulum(tmp_path):
     # stretched by the weight, swinging wide, and the line swinging with it: on the mass of the bob
     # M, m L/3 of inertia that pulls nothing back, since water carries the line

@@ -158,6 +158,7 @@ def test_a_break_against_all_its_reflections(tmp_path, place, length, name):
     np.testing.assert_allclose(moved, exact.end_displacement(ran.time), atol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_body_that_a_line_breaks_away_from(tmp_path):
     # a mass between two lines, in balance; one breaks: the mass is pulled away by the other
     text = """

@@ -113,6 +113,7 @@ def test_places_of_a_parted_line_are_what_the_fields_say(tmp_path):
     assert near[0] == pytest.approx(10e3, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_summaries_have_the_largest(tmp_path):
     target, _ = ran(tmp_path, PARTED)
     with open_result(target) as result:

@@ -100,7 +100,7 @@ def close(mine, joined, share):
 @pytest.mark.parametrize(
     ("text", "changes", "share"),
     [
-        pytest.param(PLANE, (), 1e-9, id="plane"),
+        pytest.param(PLANE, (), 1e-9, id="plane", marks=pytest.mark.slow),
         # at rest a line that is whole has one direction at a node, two that are joined have two, so that
         # a current across lets them hang a little differently; the limiter makes more of that
         pytest.param(SPACE, (), 2e-5, id="space", marks=pytest.mark.slow),
@@ -173,6 +173,7 @@ def test_a_cut_near_an_end_is_structure(tmp_path):
     assert LEAST == 5
 
 
+@pytest.mark.slow
 def test_runs_of_different_places_stand_in_one_file(tmp_path):
     text = BETWEEN_WALLS.replace('"rope@40 m"', '"rope"\nplace = "40 m"')
     changes = ("break.place=[4 m, 30 m, 72 m]", "output.duration=20 ms", "break.time=4 ms")

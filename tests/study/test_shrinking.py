@@ -33,6 +33,7 @@ def both(tmp_path_factory):
     return whole, less, sizes
 
 
+@pytest.mark.slow
 def test_lanes_are_given_up_as_runs_stop(both):
     _, _, sizes = both
     assert sizes[0] == 8

@@ -110,7 +110,8 @@ def _evaluated(model, displacement, velocity):
     return found.pulls[0], found.drawn[winch_name("line")]
 
 
-@pytest.mark.parametrize("winch", ["end", pytest.param("start", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("winch", ["end", "start"])
 def test_friction_opposes_the_slip_on_the_substance_and_its_work_is_whole(tmp_path, winch):
     moving = Moving(tmp_path, winch)
     pull, drawn = moving.found()

@@ -168,6 +168,7 @@ def test_a_later_break_moves_the_front(tmp_path):
         np.testing.assert_allclose(front.get_ydata(), [20, 20 + LENGTH / SPEED * 1e3])
 
 
+@pytest.mark.slow
 def test_lines_pushed_hard_get_two_hues_and_others_one(tmp_path, sweep):
     end = RecoilingEnd(sweep, "rope.end")
     for group in groups(sweep):
@@ -324,7 +325,9 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(k, marks=pytest.mark.slow) if k == "many" else k for k in SCENES]
+)
 def test_no_text_is_cut_off_or_overlaps_another(tmp_path, name):
     path = snapback(tmp_path / "a.h5", **SCENES[name])
     with open_result(path) as result:

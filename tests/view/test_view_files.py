@@ -38,6 +38,7 @@ def test_a_sweep_gives_a_set_of_figures_for_each_break_time(tmp_path):
         assert 500 < height < 2000
 
 
+@pytest.mark.slow
 def test_a_single_run_in_other_formats(tmp_path):
     path = snapback(tmp_path / "a.h5", **ONE, segments=6, swept=False)
     made = plot_result(path, tmp_path, ("pdf", "svg"))
