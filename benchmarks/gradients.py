@@ -21,7 +21,7 @@ from lumpedcable.fitting.sensitivity import setting_of
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.solve.integrate import advance, begin
 from lumpedcable.solve.start import start_of
-from lumpedcable.study.compiled import RUN_ONCE, number
+from lumpedcable.study.compiled import RUN_BACK, RUN_OFTEN, RUN_ONCE, number
 from lumpedcable.study.lanes import across
 from lumpedcable.study.plan import structure_of
 
@@ -128,7 +128,9 @@ def _measured(work: dict[str, Any], rounds: int) -> dict[str, Any]:
     result, calls = {}, {}
     for name, (compute, arguments) in work.items():
         begun = time.perf_counter()
-        compiled = jax.jit(compute).lower(*arguments).compile()
+        # as the package compiles what it calls often
+        options = RUN_BACK if name == "backward" else RUN_OFTEN
+        compiled = jax.jit(compute, compiler_options=options).lower(*arguments).compile()
         taken = time.perf_counter() - begun
         calls[name] = partial(compiled, *arguments)
         result[name] = {

@@ -21,7 +21,7 @@ from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.status import Status
-from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, number
+from lumpedcable.study.compiled import RUN_BACK, RUN_OFTEN, RUN_ONCE, Structure, number
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.plan import (
     output_count,
@@ -254,7 +254,7 @@ def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, widt
     return value[0], status[0], slopes
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction"), compiler_options=RUN_OFTEN)
+@partial(jax.jit, static_argnames=("spec", "reduction"), compiler_options=RUN_BACK)
 def _backwards(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
     """The scalar, its status and its derivatives, by one way back."""
 

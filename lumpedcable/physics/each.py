@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
+from jax.experimental.xla_metadata import set_xla_metadata
 from jaxtyping import Array, Float
 
 __all__ = ["at_each", "settled"]
@@ -86,7 +87,16 @@ _at_each.defjvp(_changes, symbolic_zeros=True)
 def settled(x: Float[Array, "..."]) -> Float[Array, "..."]:
     """The same numbers, in a way that XLA's CPU compiler works them out before they are used.
 
-    What is cheap it would put into every loop that reads it, however many times that does the same; a
-    division it leaves where it is.
+    What is cheap it would put into every loop that reads it, however many times that does the same. A
+    call that is marked as not to be put in line it leaves where it is, and hands the array on. Elsewhere
+    this is nothing at all.
     """
-    return x / jnp.where(jnp.isnan(x), x, 1.0)
+    if jax.default_backend() != "cpu":
+        return x
+    with set_xla_metadata(inlineable="false"):
+        return _apart(x)
+
+
+@functools.partial(jax.jit, inline=False)
+def _apart(x: Float[Array, "..."]) -> Float[Array, "..."]:
+    return x * 1.0  # jax would take x alone past the call

@@ -24,9 +24,11 @@ __all__ = [
     "FramedDifferences",
     "applied",
     "differences",
+    "neighbours",
     "pick",
     "room",
     "settled_back",
+    "sides",
     "tangent_of",
 ]
 
@@ -120,19 +122,27 @@ class _Differences(AbstractLinear):
         return (x[..., 1:] - x[..., :-1],)
 
     def back(self, *results):
-        (x,) = results
-        framed = jnp.pad(x, ((0, 0),) * (x.ndim - 1) + ((1, 1),))
-        return (framed[..., :-1] - framed[..., 1:],)
+        x = settled(results[0])
+        (found,) = Framed().there(-x[..., :1], x[..., :-1] - x[..., 1:], x[..., -1:])
+        return (settled(found),)
 
 
-def room(values: Float[Array, "*d n"]) -> Float[Array, "*d n+2"]:
-    """An array to write values and their neighbours into.
+def room(values: Float[Array, "*d n"], count: int) -> Float[Array, "*d count"]:
+    """An array of the precision of the values, `count` long, to write them and their neighbours into.
 
     Its numbers are all different: what is written into equal ones XLA would work out in every loop that
     reads it, with a branch at each element.
     """
-    count = values.shape[-1] + 2
     return jnp.broadcast_to(jnp.arange(count, dtype=values.dtype), (*values.shape[:-1], count))
+
+
+def _filled(*parts: tuple[Array, int]) -> Array:
+    """An array made of these parts, each from its index on, counted from the end if it is negative."""
+    count = sum(part.shape[-1] for part, _ in parts)
+    whole, lead = room(parts[0][0], count), (0,) * (parts[0][0].ndim - 1)
+    for part, index in parts:
+        whole = jax.lax.dynamic_update_slice(whole, part, (*lead, index % count))
+    return whole
 
 
 @dataclass(frozen=True)
@@ -142,10 +152,7 @@ class Framed(AbstractLinear):
     def there(self, *operands: Array) -> Arrays:
         """(first, values, last) as one array."""
         first, values, last = operands
-        whole, lead = room(values), (0,) * (values.ndim - 1)
-        for part, index in ((values, 1), (first, 0), (last, values.shape[-1] + 1)):
-            whole = jax.lax.dynamic_update_slice(whole, part, (*lead, index))
-        return (whole,)
+        return (_filled((values, 1), (first, 0), (last, -1)),)
 
     def back(self, *results: Array) -> Arrays:
         """The three parts of one array."""
@@ -165,6 +172,28 @@ class FramedDifferences(AbstractLinear):
         """Those of what comes back, with the sign turned."""
         (x,) = results
         return -x[..., :1], x[..., :-1] - x[..., 1:], x[..., -1:]
+
+
+@dataclass(frozen=True)
+class _Neighbours(AbstractLinear):
+    own: bool
+
+    def there(self, *operands):
+        (x,) = operands
+        three = x[..., :-2], x[..., 1:-1], x[..., 2:]
+        return three if self.own else three[::2]
+
+    def back(self, *results):
+        left, right = results[0], results[-1]
+        # what comes back to each value of its own, and from its neighbours, if it has these
+        own = results[1] if self.own else jnp.zeros_like(left)
+        if own.shape[-1] == 1:
+            return (_filled((own, 1), (left, 0), (right, -1)),)
+        ends = left[..., :1], right[..., -1:]
+        second = own[..., :1] + left[..., 1:2]
+        last_but_one = own[..., -1:] + right[..., -2:-1]
+        within = own[..., 1:-1] + (left[..., 2:] + right[..., :-2])
+        return (_filled((within, 2), (second, 1), (last_but_one, -2), (ends[0], 0), (ends[1], -1)),)
 
 
 @dataclass(frozen=True)
@@ -212,6 +241,16 @@ class _SettledBack(AbstractLinear):
 def differences(x: Float[Array, "*d n+1"]) -> Float[Array, "*d n"]:
     """x_j+1 - x_j along the last axis."""
     return applied(_Differences(), x)[0]
+
+
+def neighbours(framed: Float[Array, "*d n+2"]) -> tuple[Float[Array, "*d n"], ...]:
+    """Of (first, values, last): what is left of each value, the values, what is right of each."""
+    return applied(_Neighbours(own=True), framed)
+
+
+def sides(framed: Float[Array, "*d n+2"]) -> tuple[Float[Array, "*d n"], ...]:
+    """`neighbours` without the values."""
+    return applied(_Neighbours(own=False), framed)
 
 
 def pick(values: Float[Array, "*d n"], index: int | Int[Array, ""]) -> Float[Array, "*d"]:

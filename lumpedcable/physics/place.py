@@ -69,7 +69,7 @@ def _written_over(into: Array, first: Array, values: Array, last: Array) -> Arra
 
 @jax.custom_jvp
 def _framed(first: Array, values: Array, last: Array) -> Array:
-    return _written_over(room(values), first, values, last)
+    return _written_over(room(values, values.shape[-1] + 2), first, values, last)
 
 
 @_framed.defjvp

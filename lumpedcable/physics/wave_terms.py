@@ -120,12 +120,13 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
         more = 1.0 + (MORE_AT_LOAD - 1.0) * given.there
         linear, free = linear * more, free * more
         share = share * (1.0 + (LESS_LIMIT_AT_LOAD - 1.0) * given.there)
+    linear, free = keep(linear), keep(free)
     if dt is None:
         still = jnp.zeros_like(stiff)
-        return _Pieces(stiff, jump, smooth, still, linear, free, None, None, None, keep(free))
+        return _Pieces(stiff, jump, smooth, still, linear, free, None, None, None, free)
     nu2 = stiff * ((dt / length) ** 2 / mass)
     room = share / 6.0 * length / dt
-    bound = most((1.0 - nu2) * (3.0 - nu2) * room, 0.0)
+    bound = keep(most((1.0 - nu2) * (3.0 - nu2) * room, 0.0))
     viscosity, slack = least(free, bound), None
     if values.beside is not None:
         assert given.taut is not None

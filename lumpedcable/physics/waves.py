@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.physics.each import at_each
-from lumpedcable.physics.linear import pick
+from lumpedcable.physics.linear import neighbours, pick, sides
 from lumpedcable.physics.place import framed, place_at_end
 from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tips import AFTER, BEFORE, FALLEN
@@ -56,27 +56,27 @@ class Boundary(eqx.Module):
     def ghost_rate(
         self,
         rate: Float[Array, ""],
-        stiffness: Float[Array, " k"],
+        stiffness: Float[Array, ""],
         outward: Float[Array, " d"],
-        tension_only: bool,
+        last: Float[Array, " k"] | None,
     ) -> Float[Array, ""]:
         """Strain rate (1/s) of the segment that would follow beyond the end; `outward` a unit vector.
 
-        `stiffness` (N) is that of the last segments, the end's own first. It repeats at an end whose
-        motion is known. At one loaded by F it is 2 g - rate: the force gives the end's own strain rate
-        g = F' . u / T'(e), the mean of the two. Of slack segments it says nothing: a few have run ahead
-        of their neighbours, and g is 0; where all of these are slack the line falls slack, and what it
-        does repeats.
+        `stiffness` (N) is that of the end's own segment, and `last` are those of the last ones, None for
+        a line that cannot be slack. The rate repeats at an end whose motion is known. At one loaded by F
+        it is 2 g - rate: the force gives the end's own strain rate g = F' . u / T'(e), the mean of the
+        two. Of slack segments it says nothing: a few have run ahead of their neighbours, and g is 0;
+        where all of the last ones are slack the line falls slack, and what it does repeats.
         """
         if self.loaded is False:
             return rate
-        own, loaded = pick(stiffness, 0), -rate
+        loaded = -rate
         if self.force_rate is not None:
-            taut = own > SOFT
-            g = jnp.dot(self.force_rate, outward) / jnp.where(taut, own, 1.0)
+            taut = stiffness > SOFT
+            g = jnp.dot(self.force_rate, outward) / jnp.where(taut, stiffness, 1.0)
             loaded = loaded + 2.0 * jnp.where(taut, g, 0.0)
-        if tension_only:
-            loaded = jnp.where(jnp.max(jax.lax.stop_gradient(stiffness)) <= SOFT, rate, loaded)
+        if last is not None:
+            loaded = jnp.where(jnp.max(last) <= SOFT, rate, loaded)
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, rate)
 
     def at_load(
@@ -170,9 +170,7 @@ class ReleaseWaves(eqx.Module):
         """The tensions that they add, and what these were found from, written over `over` if given."""
         ghosted = self._ghosted(tension, stiffness, rate, tangent, ends, tension_only, over)
         if cut is not None:
-            ghosted = _written_beyond(
-                ghosted, tension, stiffness, rate, tangent, cut, tension_only
-            )  # fmt: skip
+            ghosted = _written_beyond(ghosted, tension, stiffness, rate, tangent, cut)
         if ghosted.tension is not None:
             tension = ghosted.tension[1:-1]
         segments = rate.shape[0]
@@ -185,10 +183,10 @@ class ReleaseWaves(eqx.Module):
             tension > 0.0 if tension_only else None,
         )
         values = Values(
-            _three(ghosted.rate),
+            neighbours(ghosted.rate),
             stiffness,
-            None if ghosted.stiffness is None or dt is None else _three(ghosted.stiffness)[::2],
-            None if ghosted.tension is None else _three(ghosted.tension),
+            None if ghosted.stiffness is None or dt is None else sides(ghosted.stiffness),
+            None if ghosted.tension is None else neighbours(ghosted.tension),
             length,
             mass,
             dt,
@@ -209,13 +207,14 @@ class ReleaseWaves(eqx.Module):
         start, end = ends
         over = Ghosted(None, None, None) if over is None else over  # type: ignore[arg-type]
         ahead = -pick(tangent, 0), pick(tangent, -1)
-        first = start.ghost_rate(pick(rate, 0), stiffness[:FALLEN], ahead[0], tension_only)
-        fallen = stiffness[: -FALLEN - 1 : -1]
-        last = end.ghost_rate(pick(rate, -1), fallen, ahead[1], tension_only)
-        rates = framed(first[None], rate, last[None], over.rate)
-        near = None
+        own, fallen, near = (pick(stiffness, 0), pick(stiffness, -1)), (None, None), None
         if tension_only:
-            near = framed(stiffness[:1], stiffness, stiffness[-1:], over.stiffness)
+            still = jax.lax.stop_gradient(stiffness)
+            fallen = still[:FALLEN], still[-FALLEN:]
+            near = framed(own[0][None], stiffness, own[1][None], over.stiffness)
+        first = start.ghost_rate(pick(rate, 0), own[0], ahead[0], fallen[0])
+        last = end.ghost_rate(pick(rate, -1), own[1], ahead[1], fallen[1])
+        rates = framed(first[None], rate, last[None], over.rate)
         if not self.corrected:
             return Ghosted(None, rates, near)
         before = start.ghost_tension(pick(tension, 0), ahead[0])
@@ -231,7 +230,6 @@ def _written_beyond(
     rate: Float[Array, " n"],
     tangent: Float[Array, "d n"],
     cut: Cut,
-    tension_only: bool,
 ) -> Ghosted:
     """`ghosted` with what lies beyond the ends at a cut in its slots.
 
@@ -241,19 +239,14 @@ def _written_beyond(
     for side, end in cut.sides():
         own, slot = cut.seam.segment(side), cut.seam.slot(side) + 1
         ahead = pick(tangent, own) * (1.0 if side == BEFORE else -1.0)
-        last = cut.seam.last(stiffness, side, FALLEN)
-        rates = place_at_end(
-            rates, slot, end.ghost_rate(pick(rate, own), last, ahead, tension_only)
-        )
+        stiff, last = pick(stiffness, own), None
         if near is not None:
-            near = place_at_end(near, slot, pick(last, 0))
+            near = place_at_end(near, slot, stiff)
+            last = cut.seam.last(jax.lax.stop_gradient(stiffness), side, FALLEN)
+        rates = place_at_end(rates, slot, end.ghost_rate(pick(rate, own), stiff, ahead, last))
         if tensions is not None:
             tensions = place_at_end(tensions, slot, end.ghost_tension(pick(tension, own), ahead))
     return Ghosted(tensions, rates, near)
-
-
-def _three(ghosted: Float[Array, " n+2"]) -> tuple[Float[Array, " n"], ...]:
-    return ghosted[:-2], ghosted[1:-1], ghosted[2:]
 
 
 def _at_loads(

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from lumpedcable.physics.linear import differences, pick, settled_back
+from lumpedcable.physics.linear import differences, neighbours, pick, settled_back, sides
 from lumpedcable.physics.place import framed, framed_differences, place_at_end
 from lumpedcable.study.lanes import across
 
@@ -24,6 +24,21 @@ CASES = {
     "framed": (framed, together, (FIRST, LINE, LAST)),
     "framed differences": (
         framed_differences, lambda *x: jnp.diff(together(*x), axis=-1), (FIRST, LINE, LAST),
+    ),
+    "neighbours": (
+        lambda x: jnp.stack(neighbours(x)),
+        lambda x: jnp.stack([x[..., k : k + N - 2] for k in range(3)]), (LINE,),
+    ),
+    "neighbours of one": (
+        lambda x: jnp.stack(neighbours(x)), lambda x: jnp.stack([x[..., k : k + 1] for k in range(3)]),
+        (LINE[..., :3],),
+    ),
+    "sides of two": (
+        lambda x: jnp.stack(sides(x)), lambda x: jnp.stack([x[..., :2], x[..., 2:]]), (LINE[..., :4],),
+    ),
+    "differences of one": (differences, lambda x: x[..., 1:] - x[..., :-1], (LINE[..., :2],)),
+    "sides": (
+        lambda x: jnp.stack(sides(x)), lambda x: jnp.stack([x[..., :-2], x[..., 2:]]), (LINE,),
     ),
     "first": (lambda x: pick(x, 0), lambda x: x[..., 0], (LINE,)),
     "last but one": (lambda x: pick(x, -2), lambda x: x[..., N - 2], (LINE,)),

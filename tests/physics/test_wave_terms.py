@@ -126,7 +126,8 @@ class TestBoundary:
 
     def test_a_wall_mirrors_the_tension(self):
         assert float(WALL.ghost_tension(jnp.asarray(7.0), self.outward)) == 7.0
-        rate = WALL.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward, True)
+        stiff = jnp.asarray(200.0)
+        rate = WALL.ghost_rate(jnp.asarray(7.0), stiff, self.outward, stiff[None])
         assert float(rate) == 7.0
 
     def test_a_load_is_the_mean_of_the_tensions_on_its_two_sides(self):
@@ -141,8 +142,8 @@ class TestBoundary:
         fading = Boundary(True, force, force_rate=600.0 * self.outward)
 
         def ghost(boundary, *stiffness, cut=True):
-            rate, stiffness = jnp.asarray(1.0), jnp.asarray(stiffness)
-            return float(boundary.ghost_rate(rate, stiffness, self.outward, cut))
+            own, last = jnp.asarray(stiffness[0]), jnp.asarray(stiffness) if cut else None
+            return float(boundary.ghost_rate(jnp.asarray(1.0), own, self.outward, last))
 
         assert ghost(fading, 200.0, 200.0) == pytest.approx(5.0)
         assert ghost(Boundary(True, force), 200.0, 200.0) == -1.0
@@ -157,7 +158,8 @@ class TestBoundary:
             breaks = Boundary(jnp.asarray(begun), None)
             fixed = free = float(breaks.ghost_tension(jnp.asarray(7.0), self.outward))
             assert (free == -7.0) if begun else (fixed == 7.0)
-            rate = breaks.ghost_rate(jnp.asarray(7.0), jnp.full(2, 200.0), self.outward, True)
+            stiff = jnp.asarray(200.0)
+            rate = breaks.ghost_rate(jnp.asarray(7.0), stiff, self.outward, stiff[None])
             assert float(rate) == (-7.0 if begun else 7.0)
 
     def test_no_correction_at_a_joint(self):
