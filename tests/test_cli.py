@@ -171,6 +171,7 @@ def stopped(folder, how):
     return err, started.returncode
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_keeps_what_it_has(tmp_path):
     told = "interrupted; what was finished is in scene.h5.partial\n"
     assert stopped(tmp_path, signal.SIGINT) == (told, 130)

@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.residual import failed_runs, penalised, residual, value_and_jacobian
-from lumpedcable.study.compiled import RUN_BACK, RUN_OFTEN
+from lumpedcable.study.compiled import RUN_OFTEN
 
 __all__ = ["Found", "search", "searches"]
 
@@ -152,7 +152,7 @@ class Marquardt(optx.AbstractGaussNewton):
 @partial(
     jax.jit,
     static_argnames=("spec", "solver", "tolerance", "max_steps"),
-    compiler_options=RUN_BACK,
+    compiler_options=RUN_OFTEN,
 )
 def search(
     spec: Spec, arrays: Arrays, z: Float[Array, " p"], solver: str, tolerance: float, max_steps: int

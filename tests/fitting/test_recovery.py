@@ -73,6 +73,7 @@ def clean(tmp_path_factory):
     return measured(problem, answers(problem), 0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.5, 1.5], ids=["half", "half as much again"])
 def test_five_numbers_come_back_from_breaks_without_noise(clean, factor):
     # from half of each the law reaches two of the four pretensions alone

@@ -85,6 +85,7 @@ def test_all_solvers_book_the_same_energies(tmp_path):
         np.testing.assert_allclose(ran.energy[term], other.energy[term], rtol=1e-4, atol=1e-2)
 
 
+@pytest.mark.slow
 def test_single_precision_is_enough(tmp_path):
     # strains come from displacement differences, not from places: no digits are lost
     text = ROPE.replace("tension_only = false", "tension_only = true")

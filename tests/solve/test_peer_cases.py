@@ -83,6 +83,7 @@ def test_moorpys_catenary_to_five_digits():
 # --- chain mooring --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_chain_mooring():
     # elastic catenary on a frictionless bottom; the chain here lies on a bed that gives by 4 mm
     _, (anchor, fairlead), nodes = at_rest("chain-mooring.toml")

@@ -148,6 +148,7 @@ def exactly(time):
     return solve_ivp(slope, (0, time[-1]), start, "DOP853", time, rtol=1e-10, atol=1e-12).y[:4].T
 
 
+@pytest.mark.slow
 def test_ship_and_cargo_on_an_ideal_cable_meet_their_equations(folder):
     run = ran(folder)
     assert run.outcome.status.name == "OK"

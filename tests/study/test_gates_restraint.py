@@ -94,6 +94,7 @@ def lengths_and_energy_are_kept(third):
     assert np.max(np.abs(whole + lost - whole[0])) < 0.005 * ran.energy["kinetic"][0, 0]
 
 
+@pytest.mark.slow
 # one test, so that its run is made once however the tests are shared out
 def test_the_third_case(third):
     the_ship_stops_when_the_paper_says(third)

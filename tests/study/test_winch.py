@@ -156,6 +156,7 @@ def test_a_top_speed_holds_and_does_not_wind_up(folder):
     assert run.outcome.energy_closure < 1e-3
 
 
+@pytest.mark.slow
 def test_a_sheave_grips_both_ways(tmp_path):
     text = WINCH.replace(f"control = {{ gain = {GAIN}, integral_time = {TIME} }}",
                          'sheave = { friction = 0.1, wrap = "90 deg", speed = 0.002 }')  # fmt: skip

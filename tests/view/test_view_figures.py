@@ -326,7 +326,8 @@ SCENES = {
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(k, marks=pytest.mark.slow) if k == "many" else k for k in SCENES]
+    "name",
+    [pytest.param(k, marks=pytest.mark.slow) if k in ("many", "sweep") else k for k in SCENES],
 )
 def test_no_text_is_cut_off_or_overlaps_another(tmp_path, name):
     path = snapback(tmp_path / "a.h5", **SCENES[name])
