@@ -7,8 +7,12 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
-from jax.experimental.xla_metadata import set_xla_metadata
 from jaxtyping import Array, Float
+
+try:
+    from jax.experimental.xla_metadata import set_xla_metadata
+except ImportError:  # an experiment of jax's, which may end; without it derivatives take longer
+    set_xla_metadata = None
 
 __all__ = ["at_each", "settled"]
 
@@ -91,7 +95,7 @@ def settled(x: Float[Array, "..."]) -> Float[Array, "..."]:
     call that is marked as not to be put in line it leaves where it is, and hands the array on. Elsewhere
     this is nothing at all.
     """
-    if jax.default_backend() != "cpu":
+    if set_xla_metadata is None or jax.default_backend() != "cpu":
         return x
     with set_xla_metadata(inlineable="false"):
         return _apart(x)
