@@ -17,11 +17,11 @@ from benchmarks.cost import PARAMETERS, median_of
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.fitting.residual import run_group
 from lumpedcable.fitting.scalar import read_scalar
-from lumpedcable.fitting.sensitivity import setting_of
+from lumpedcable.fitting.sensitivity import RUN_BACK, setting_of
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.solve.integrate import advance, begin
 from lumpedcable.solve.start import start_of
-from lumpedcable.study.compiled import RUN_BACK, RUN_OFTEN, RUN_ONCE, number
+from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, number
 from lumpedcable.study.lanes import across
 from lumpedcable.study.plan import structure_of
 

@@ -27,7 +27,6 @@ DOCS = ROOT / "docs"
 PAGES = [
     path for path in sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")]) if path.name != "gallery.md"
 ]
-QUICK: set[str] = set()  # pages with commands that are not slow
 # test_docs_extending.py applies the first, whole, and runs it; the second begins as the README, which
 # test_docs.py holds it to
 ELSEWHERE = {"extending.md", "index.md"}
@@ -165,9 +164,7 @@ def run_commands(block, folder, env):
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(
-            p, id=p.name, marks=() if p.name in QUICK or not blocks(p, "bash") else pytest.mark.slow
-        )
+        pytest.param(p, id=p.name, marks=pytest.mark.slow if blocks(p, "bash") else ())
         for p in PAGES
         if runnable(p) and p.name not in ELSEWHERE
     ],

@@ -21,7 +21,7 @@ from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.status import Status
-from lumpedcable.study.compiled import RUN_BACK, RUN_OFTEN, RUN_ONCE, Structure, number
+from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, number, understood
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.plan import (
     output_count,
@@ -34,6 +34,11 @@ __all__ = ["Sensitivity", "scalar_slopes", "sensitivity_of", "setting_of"]
 
 Array = NDArray[np.float64]
 AT_ONCE = 32  # most directions that go through time together
+# A way back adds up along the line at every step, once for each number of it. The compiler would make a
+# tree of each sum and write it out addition by addition: more code than the nearest cache holds. Of one
+# line in double precision a loop is as good.
+PLAIN_SUMS = {"xla_disable_hlo_passes": "tree_reduction_rewriter"}
+RUN_BACK = understood((RUN_OFTEN or {}) | PLAIN_SUMS) or RUN_OFTEN
 WILD = 1e4  # per cent per per cent from which a derivative tells of rounding alone
 SURROUNDINGS = ("water", "air", "sea", "seabed")  # whose numbers' labels do not say whose they are
 NO_END = np.iinfo(np.int32).max  # steps: those of a run are known, and no trial asks for more

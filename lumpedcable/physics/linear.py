@@ -123,8 +123,9 @@ class _Differences(AbstractLinear):
 
     def back(self, *results):
         x = settled(results[0])
-        (found,) = Framed().there(-x[..., :1], x[..., :-1] - x[..., 1:], x[..., -1:])
-        return (settled(found),)
+        return (
+            settled(_filled((x[..., :-1] - x[..., 1:], 1), (-x[..., :1], 0), (x[..., -1:], -1))),
+        )
 
 
 def room(values: Float[Array, "*d n"], count: int) -> Float[Array, "*d count"]:
@@ -189,11 +190,11 @@ class _Neighbours(AbstractLinear):
         own = results[1] if self.own else jnp.zeros_like(left)
         if own.shape[-1] == 1:
             return (_filled((own, 1), (left, 0), (right, -1)),)
-        ends = left[..., :1], right[..., -1:]
+        first, last = left[..., :1], right[..., -1:]
         second = own[..., :1] + left[..., 1:2]
         last_but_one = own[..., -1:] + right[..., -2:-1]
         within = own[..., 1:-1] + (left[..., 2:] + right[..., :-2])
-        return (_filled((within, 2), (second, 1), (last_but_one, -2), (ends[0], 0), (ends[1], -1)),)
+        return (_filled((within, 2), (second, 1), (last_but_one, -2), (first, 0), (last, -1)),)
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ __all__ = [
     "prepare_batch",
     "prepare_cells",
     "prepare_many",
+    "understood",
 ]
 
 CACHE_VARIABLE = "LUMPEDCABLE_CACHE"
@@ -105,12 +106,6 @@ RUN_SELDOM = None if RUN_ONCE is None else RUN_ONCE | {"xla_backend_optimization
 # less time without it.
 SMALL_SUMS = {"xla_cpu_experimental_ynn_fusion_type": ""}
 RUN_OFTEN = understood(SMALL_SUMS | OLDER_WAY) or understood(SMALL_SUMS)
-# A way back adds up along the line at every step, once for each number of it. The compiler would make a
-# tree of each sum and write it out addition by addition: more code than the nearest cache holds. Of one
-# line in double precision a loop is as good.
-RUN_BACK = RUN_OFTEN and (
-    understood(RUN_OFTEN | {"xla_disable_hlo_passes": "tree_reduction_rewriter"}) or RUN_OFTEN
-)
 
 
 @dataclass(frozen=True)
