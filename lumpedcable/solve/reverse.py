@@ -7,19 +7,24 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-__all__ = ["KEPT", "block_length", "scan_in_blocks"]
+__all__ = ["block_length", "scan_in_blocks"]
 
-KEPT = 2**26  # bytes of states that are kept in any case: less than the programs themselves take
+# bytes of states: of a whole loop, up to what an allocator hands out again without a page fault for
+# each part of it; of a block, what stays near the processor while the block is gone through twice
+KEPT, BLOCK = 24 * 2**20, 3 * 2**18
 
 
 def block_length(turns: int, state: Any, runs: int = 1) -> int:
     """Turns of a loop in a block, for `runs` runs at once with such a `state` each.
 
-    All of them where `KEPT` bytes hold their states; else as many as those hold, or the root of their
-    number if that is more: the B that makes turns/B + B, the states kept, least.
+    All of them where `KEPT` bytes hold their states. Else each block but the last is gone through once
+    more, and has as many turns as `BLOCK` bytes hold states, or the root of the number of turns if
+    that is more: the B that makes turns/B + B, the states kept, least.
     """
-    size = sum(x.size * x.dtype.itemsize for x in jax.tree.leaves(state))
-    return min(turns, max(1, round(math.sqrt(turns)), KEPT // (runs * size)))
+    size = runs * sum(x.size * x.dtype.itemsize for x in jax.tree.leaves(state))
+    if turns * size <= KEPT:
+        return turns
+    return min(turns, max(1, round(math.sqrt(turns)), BLOCK // size))
 
 
 def scan_in_blocks(

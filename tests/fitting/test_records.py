@@ -131,11 +131,13 @@ def test_shares_of_the_exact_speed_by_the_command(tmp_path):
 
 # blocks of some outputs, of a part of an output's steps, and all states kept
 @pytest.mark.parametrize(
-    ("kept", "every"),
-    [(1, "1 ms"), (1, "60 ms"), pytest.param(reverse.KEPT, "2 ms", marks=pytest.mark.slow)],
+    ("blocks", "every"),
+    [(True, "1 ms"), (True, "60 ms"), pytest.param(False, "2 ms", marks=pytest.mark.slow)],
 )
-def test_shares_of_the_exact_speed_in_reverse(monkeypatch, tmp_path, kept, every):
-    monkeypatch.setattr(reverse, "KEPT", kept)
+def test_shares_of_the_exact_speed_in_reverse(monkeypatch, tmp_path, blocks, every):
+    if blocks:
+        monkeypatch.setattr(reverse, "KEPT", 0)
+        monkeypatch.setattr(reverse, "BLOCK", 0)
     study = study_of(tmp_path, SLOW_BREAK, f"output.every={every}")
     assert str(usual_scalar(study.scene)) == "max velocity at rope.end"
     found = sensitivity_of(

@@ -16,6 +16,12 @@ from lumpedcable.study.compiled import RUN_ONCE
 SEGMENTS, STEPS, SPAN = 12, 240, 0.25
 
 
+def keep_blocks_alone(monkeypatch):
+    """Blocks of the root of the turns, however little all of them would take."""
+    monkeypatch.setattr(reverse, "KEPT", 0)
+    monkeypatch.setattr(reverse, "BLOCK", 0)
+
+
 def test_backward_forward_and_differences_agree(monkeypatch):
     """The line goes slack once the front has come back; where it is, sqrt(T') has no slope."""
     runner = Runner(scene_of(f"segments={SEGMENTS}"))
@@ -39,8 +45,9 @@ def test_backward_forward_and_differences_agree(monkeypatch):
     _, tension = both(at)
     assert float(jnp.min(tension)) == 0.0, "no segment went slack"
     forward = float(compiled(jax.jacfwd(lambda mass: moved(mass, steps)[0]))(at))
-    for kept in (reverse.KEPT, 1):  # all steps' states, or those of blocks alone
-        monkeypatch.setattr(reverse, "KEPT", kept)
+    for only_blocks in (False, True):  # all steps' states, or those of blocks alone
+        if only_blocks:
+            keep_blocks_alone(monkeypatch)
         # a loop is transposed only if the number of its turns is known
         backward = float(compiled(jax.grad(lambda mass: moved(mass, STEPS)[0]))(at))
         np.testing.assert_allclose(backward, forward, rtol=1e-10)
@@ -80,7 +87,7 @@ def memory(f, count):
 @pytest.mark.parametrize("count", [1, 2, 7, 1000, 1009])  # blocks of one turn, of some; with a rest
 def test_a_loop_in_blocks_gives_what_a_loop_gives(monkeypatch, count):
     """Values and derivatives."""
-    monkeypatch.setattr(reverse, "KEPT", 1)
+    keep_blocks_alone(monkeypatch)
     value, slope = jax.value_and_grad(blocks)(X, count)
     expected, steep = jax.value_and_grad(plain)(X, count)
     assert value == pytest.approx(float(expected), rel=1e-13)
@@ -89,17 +96,18 @@ def test_a_loop_in_blocks_gives_what_a_loop_gives(monkeypatch, count):
 
 def test_memory_of_a_loop_in_blocks_grows_with_the_root_of_its_turns(monkeypatch):
     """Sixteen times the turns: all of them are kept by the plain loop, four times as many by blocks."""
-    monkeypatch.setattr(reverse, "KEPT", 1)
+    keep_blocks_alone(monkeypatch)
     assert memory(plain, 16000) / memory(plain, 1000) > 12.0
     assert memory(blocks, 16000) / memory(blocks, 1000) < 6.0
 
 
 def test_what_fits_into_the_memory_that_is_always_there_is_kept():
-    """No block below 64 MiB; from there on hardly more memory, however many turns."""
-    most = reverse.KEPT // X.nbytes
+    """All turns up to `KEPT`; from there on less memory, which grows with the root of the turns."""
+    most, near = reverse.KEPT // X.nbytes, reverse.BLOCK // X.nbytes
     assert block_length(most, X) == most
-    assert block_length(most, X, runs=4) == most // 4
-    assert block_length(10 * most, X) == most
-    assert block_length(most**2 * 4, X) == 2 * most  # the root
+    assert block_length(most + 1, X) == near
+    assert block_length(most, X, runs=4) == max(near // 4, round(most**0.5))
+    assert block_length(near**2 * 4, X) == 2 * near  # the root
     assert memory(blocks, most) == pytest.approx(memory(plain, most), rel=1e-3)
-    assert memory(blocks, 16 * most) < 1.2 * memory(blocks, 2 * most)
+    assert memory(blocks, 2 * most) < 0.2 * memory(plain, most)
+    assert memory(blocks, 32 * most) < 6.0 * memory(blocks, 2 * most)
