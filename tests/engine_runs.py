@@ -12,6 +12,7 @@ from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.results import open_result
 from lumpedcable.scene import Scene, Study, load_study
+from lumpedcable.solve import reverse
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE, Structure
 from lumpedcable.study.run import run_study
@@ -194,3 +195,9 @@ def order_of(errors, factors) -> np.ndarray:
     """Observed orders between successive errors of meshes or steps finer by `factors`."""
     errors = np.asarray(errors, float)
     return np.log(errors[:-1] / errors[1:]) / np.log(factors)
+
+
+def keep_blocks_alone(monkeypatch):
+    """Reverse mode in blocks of the root of the turns, however little all of them would take."""
+    monkeypatch.setattr(reverse, "KEPT", 0)
+    monkeypatch.setattr(reverse, "BLOCK", 0)

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from command_line import ROOT, refused, say
-from engine_runs import HOOKE, run_text, study_of
+from engine_runs import HOOKE, keep_blocks_alone, run_text, study_of
 from fit_files import fit_of
 
 from lumpedcable.fitting.observe import grid_of
@@ -14,7 +14,6 @@ from lumpedcable.fitting.scalar import read_scalar, usual_scalar
 from lumpedcable.fitting.sensitivity import sensitivity_of
 from lumpedcable.fitting.write import write_fit
 from lumpedcable.scene import Scene
-from lumpedcable.solve import reverse
 
 # Hooke's law without weight or drag: c = sqrt(EA/m) = 1000 m/s, speed of the end F0/sqrt(EA m) = 50 m/s
 LINE = HOOKE.replace("segments = 50", "segments = 10").replace('"100 ms"', '"60 ms"')
@@ -136,8 +135,7 @@ def test_shares_of_the_exact_speed_by_the_command(tmp_path):
 )
 def test_shares_of_the_exact_speed_in_reverse(monkeypatch, tmp_path, blocks, every):
     if blocks:
-        monkeypatch.setattr(reverse, "KEPT", 0)
-        monkeypatch.setattr(reverse, "BLOCK", 0)
+        keep_blocks_alone(monkeypatch)
     study = study_of(tmp_path, SLOW_BREAK, f"output.every={every}")
     assert str(usual_scalar(study.scene)) == "max velocity at rope.end"
     found = sensitivity_of(

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from engine_runs import keep_blocks_alone
 
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.solve import reverse
@@ -14,12 +15,6 @@ from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.study.compiled import RUN_ONCE
 
 SEGMENTS, STEPS, SPAN = 12, 240, 0.25
-
-
-def keep_blocks_alone(monkeypatch):
-    """Blocks of the root of the turns, however little all of them would take."""
-    monkeypatch.setattr(reverse, "KEPT", 0)
-    monkeypatch.setattr(reverse, "BLOCK", 0)
 
 
 def test_backward_forward_and_differences_agree(monkeypatch):
