@@ -14,7 +14,7 @@ try:
 except ImportError:  # an experiment of jax's, which may end; without it derivatives take longer
     set_xla_metadata = None
 
-__all__ = ["at_each", "settled"]
+__all__ = ["apart", "at_each", "settled"]
 
 
 def at_each(
@@ -88,19 +88,28 @@ def _by_way_back(of, given, values, moved: list[int]):
 _at_each.defjvp(_changes, symbolic_zeros=True)
 
 
-def settled(x: Float[Array, "..."]) -> Float[Array, "..."]:
-    """The same numbers, in a way that XLA's CPU compiler works them out before they are used.
+def apart(of: Callable[..., Any], *operands: Array) -> Any:
+    """`of(*operands)`, in a way that XLA's CPU compiler works it out by itself, before it is used.
 
     What is cheap it would put into every loop that reads it, however many times that does the same. A
-    call that is marked as not to be put in line it leaves where it is, and hands the array on. Elsewhere
-    this is nothing at all.
+    call that is marked as not to be put in line it leaves where it is, and hands its arrays on.
+    Elsewhere this is nothing at all. `of` is a function by itself, that knows nothing around it.
     """
     if set_xla_metadata is None or jax.default_backend() != "cpu":
-        return x
+        return of(*operands)
     with set_xla_metadata(inlineable="false"):
-        return _apart(x)
+        return _apart(of, *operands)
 
 
-@functools.partial(jax.jit, inline=False)
-def _apart(x: Float[Array, "..."]) -> Float[Array, "..."]:
+@functools.partial(jax.jit, static_argnums=0, inline=False)
+def _apart(of: Callable[..., Any], *operands: Array) -> Any:
+    return of(*operands)
+
+
+def settled(x: Float[Array, "..."]) -> Float[Array, "..."]:
+    """The same numbers, worked out before they are used: see `apart`."""
+    return apart(_same, x)
+
+
+def _same(x: Array) -> Array:
     return x * 1.0  # jax would take x alone past the call

@@ -15,7 +15,7 @@ from jax.extend import core
 from jax.interpreters import ad, batching, mlir
 from jaxtyping import Array, Float, Int
 
-from lumpedcable.physics.each import settled
+from lumpedcable.physics.each import apart, settled
 
 __all__ = [
     "AbstractLinear",
@@ -122,10 +122,13 @@ class _Differences(AbstractLinear):
         return (x[..., 1:] - x[..., :-1],)
 
     def back(self, *results):
-        x = settled(results[0])
-        return (
-            settled(_filled((x[..., :-1] - x[..., 1:], 1), (-x[..., :1], 0), (x[..., -1:], -1))),
-        )
+        # by itself once it is there, so that nothing of it is worked out anew
+        return (apart(_between, results[0]),)
+
+
+def _between(x: Float[Array, "*d n"]) -> Float[Array, "*d n+1"]:
+    """What comes back to each end of the differences."""
+    return _filled((x[..., :-1] - x[..., 1:], 1), (-x[..., :1], 0), (x[..., -1:], -1))
 
 
 def room(values: Float[Array, "*d n"], count: int) -> Float[Array, "*d count"]:
@@ -197,6 +200,15 @@ class _Neighbours(AbstractLinear):
         return (_filled((within, 2), (second, 1), (last_but_one, -2), (first, 0), (last, -1)),)
 
 
+def _off(index: int, count: int, dtype) -> Float[Array, " count"]:
+    """How many places each one is away from this one.
+
+    What tells places from each other is a number and not a condition: an array of these would be kept
+    in bytes, and taking it apart again would cost more than what it is for.
+    """
+    return jnp.abs(jnp.arange(count, dtype=dtype) - index % count)
+
+
 @dataclass(frozen=True)
 class _Pick(AbstractLinear):
     count: int
@@ -206,8 +218,8 @@ class _Pick(AbstractLinear):
         return (operands[0][..., self.index],)
 
     def back(self, *results):
-        here = jnp.arange(self.count) == self.index % self.count
-        return (jnp.where(here, results[0][..., None], 0.0),)
+        x = results[0][..., None]
+        return (x * jnp.maximum(1.0 - _off(self.index, self.count, x.dtype), 0.0),)
 
 
 @dataclass(frozen=True)
@@ -226,8 +238,7 @@ class AtEnd(AbstractLinear):
     def back(self, *results: Array) -> Arrays:
         """The values with 0 in that place, and what was there."""
         (x,) = results
-        here = jnp.arange(self.count) == self.index % self.count
-        return jnp.where(here, 0.0, x), x[..., self.index]
+        return x * jnp.minimum(_off(self.index, self.count, x.dtype), 1.0), x[..., self.index]
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,9 @@ class _Pieces(NamedTuple):
 
 
 class _Smooth(NamedTuple):
-    """1 - phi, 1 / g, whether the mean of the ratios decides, else whether the left one does."""
+    """1 - phi; 1 / g, but 0 where g is still; whether the mean of the ratios decides, else whether the
+    left one does.
+    """
 
     rough: Float[Array, " n"]
     inverse: Float[Array, " n"]
@@ -120,7 +122,7 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
         more = 1.0 + (MORE_AT_LOAD - 1.0) * given.there
         linear, free = linear * more, free * more
         share = share * (1.0 + (LESS_LIMIT_AT_LOAD - 1.0) * given.there)
-    linear, free = keep(linear), keep(free)
+    free = keep(free)
     if dt is None:
         still = jnp.zeros_like(stiff)
         return _Pieces(stiff, jump, smooth, still, linear, free, None, None, None, free)
@@ -195,7 +197,9 @@ def _smoothness(left, rate, right, noise) -> _Smooth:
     # a rate whose square underflows would have an inverse that no derivative can be taken of
     noise = most(noise, float(jnp.finfo(rate.dtype).tiny) ** 0.5)
     still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).eps) ** 0.5 * beside)
-    inverse = 1.0 / jnp.where(still, 1.0, rate)
+    # 0 tells where a rate is still: the condition itself would be kept in bytes, which takes longer
+    inverse = jnp.where(still, 0.0, 1.0 / jnp.where(still, 1.0, rate))
+    still = inverse == 0.0
     rl, rr = left * inverse, right * inverse
     mean, less = 0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr)
     raw = least(mean, less)
@@ -246,9 +250,11 @@ def _slopes(given: Given, values: Values, pieces: _Pieces, corrected: bool) -> V
     if by.near is not None:
         assert values.beside is not None
         first, second = values.beside
-        by_near = settled(by_b * by.near)
-        beside = jnp.where(first > second, by_near, 0.0), jnp.where(first > second, 0.0, by_near)
-        by_mass = by_mass - by_near * (most(first, second) / mass)
+        # none is below 0, so that its sign can tell of which of the two it is
+        by_near = by_b * by.near
+        by_near = settled(jnp.where(first > second, by_near, -by_near))
+        beside = most(by_near, 0.0), most(-by_near, 0.0)
+        by_mass = by_mass - jnp.abs(by_near) * (most(first, second) / mass)
     by_length = (by_b * (b + by.jump + by.size) - 2.0 * bend * nu2) / length
     by_dt = None if dt is None else (2.0 * bend * nu2 - by_b * by.size) / dt
     by_damping = None

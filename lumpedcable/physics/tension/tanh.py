@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.linear import settled_back
 from lumpedcable.physics.tension.base import AbstractTensionLaw
 
 __all__ = ["Tanh"]
@@ -23,7 +24,9 @@ class Tanh(AbstractTensionLaw):
 
     def tension(self, strain: Float[Array, "..."]) -> Float[Array, "..."]:
         """p1 tanh(p2 e + p3) + p4 + p5 e (N)."""
-        return self.p1 * jnp.tanh(self.p2 * strain + self.p3) + self.p4 + self.p5 * strain
+        # what comes back to the argument goes to the strain, to p2 and to p3, and takes long to work out
+        argument = settled_back(self.p2 * strain + self.p3)
+        return self.p1 * jnp.tanh(argument) + self.p4 + self.p5 * strain
 
     def energy(self, strain: Float[Array, "..."]) -> Float[Array, "..."]:
         """(p1 / p2) [ln cosh(p2 e + p3) - ln cosh(p3)] + p4 e + p5 e^2 / 2 (J/m)."""
