@@ -62,6 +62,8 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
     return jnp.where(net.fixed[:, None], 0.0, total)
 
 
+# targets and line laying ask for it several times with arrays of one shape: jax then follows it once
+@eqx.filter_jit
 def equilibrium(model: Model, tolerance: Float[Array, ""], max_iterations: int) -> Equilibrium:
     """The model placed at static equilibrium, starting from its reference.
 

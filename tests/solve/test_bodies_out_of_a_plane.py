@@ -142,6 +142,7 @@ def test_a_scene_turned_about_the_vertical_does_the_same(tmp_path, angle):
     assert turned[:, 2] == pytest.approx(angle, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_three_dimensions_asked_for_are_x_y_and_z(tmp_path):
     angle = 0.6457718232379019
     tension, place, _ = moored(tmp_path, angle)
