@@ -132,6 +132,7 @@ def test_a_wild_trial_fails_instead_of_taking_hours(tmp_path):
     assert np.all(found.status[0] != Status.OK)
 
 
+@pytest.mark.slow
 def test_what_breaks_cannot_tell_is_named(clean):
     said = [np.array([s.values for s in record.series]) for record in clean.records]
     fitted = fit_problem(measured(clean, said, 0.01, np.random.default_rng(3)))

@@ -57,6 +57,7 @@ def test_a_moment_turns_a_ship_out_of_the_plane_of_its_line(tmp_path):
     assert angle[:, 2] == pytest.approx(turned, abs=2e-4 * turned[-1])
 
 
+@pytest.mark.slow
 def test_a_current_across_the_plane_carries_a_body_that_has_drag(tmp_path):
     # m v' = k (U - v)^2 from rest: y = U t - m / k log(1 + k U t / m)
     U, k = 2.0, 0.5 * 1025 * 1.2 * SIZE[0] * SIZE[2]

@@ -40,6 +40,7 @@ def test_lanes_are_given_up_as_runs_stop(both):
     assert sizes[-1] == 4
 
 
+@pytest.mark.slow
 def test_what_runs_come_to_stays_the_same(both):
     whole, less, _ = both
     for name in ("position", "velocity"):
