@@ -256,6 +256,8 @@ def _settled(model: Model, t, y: State, dt) -> State:
     displacement, velocity = on_paths(model, t, y.displacement, y.velocity)
     reaction = y.reaction
     if reaction:
+        if dt is not None:  # along a line all is in its own precision
+            dt = dt.astype(next(iter(velocity.values())).dtype)
         reaction = model.carries(t, displacement, velocity, reaction, dt)
     return State(displacement, velocity, y.work, reaction, y.tension)
 
