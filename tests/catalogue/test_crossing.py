@@ -45,6 +45,11 @@ def test_single_precision_with_a_step_of_its_own_choice():
     assert_right(case, case.play(*options(case, "heun", "float32")))
 
 
+def test_single_precision_by_stages_with_an_end_that_lets_go():
+    case = CASES["free fall"]
+    assert_right(case, case.play(*options(case, "rk4", "float32")))
+
+
 CROSSING = [
     (name, stepping, dtype)
     for dtype in ("float64", "float32")
