@@ -200,13 +200,13 @@ class _Neighbours(AbstractLinear):
         return (_filled((within, 2), (second, 1), (last_but_one, -2), (first, 0), (last, -1)),)
 
 
-def _off(index: int, count: int, dtype) -> Float[Array, " count"]:
-    """How many places each one is away from this one.
+def _elsewhere(index: int, count: int, dtype) -> Float[Array, " count"]:
+    """0 in this place and 1 in all others.
 
-    What tells places from each other is a number and not a condition: an array of these would be kept
-    in bytes, and taking it apart again would cost more than what it is for.
+    As a number and not a condition: an array of these would be kept in bytes, and taking it apart again
+    would cost more than what it is for. It comes from a distance, or XLA would make a condition of it.
     """
-    return jnp.abs(jnp.arange(count, dtype=dtype) - index % count)
+    return jnp.minimum(jnp.abs(jnp.arange(count, dtype=dtype) - index % count), 1.0)
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ class _Pick(AbstractLinear):
 
     def back(self, *results):
         x = results[0][..., None]
-        return (x * jnp.maximum(1.0 - _off(self.index, self.count, x.dtype), 0.0),)
+        return (x * (1.0 - _elsewhere(self.index, self.count, x.dtype)),)
 
 
 @dataclass(frozen=True)
@@ -238,7 +238,7 @@ class AtEnd(AbstractLinear):
     def back(self, *results: Array) -> Arrays:
         """The values with 0 in that place, and what was there."""
         (x,) = results
-        return x * jnp.minimum(_off(self.index, self.count, x.dtype), 1.0), x[..., self.index]
+        return x * _elsewhere(self.index, self.count, x.dtype), x[..., self.index]
 
 
 @dataclass(frozen=True)

@@ -199,7 +199,7 @@ def _fixed(
         t1 = start + (i + 1) * dt
         y, _, _, state, result = solver.step(term, t0, t1, run.y, model, run.solver_state, False)
         if not staggered:
-            y = _settled(model, t1, y, dt)
+            y = _settled(model, t1, y, dt.astype(plan.dtype))
         seen = watch(model, y, run.seen, plan.recoils, t1, dt)
         # only an implicit method can fail to find its stages
         failed = result != diffrax.RESULTS.successful if implicit else False
@@ -256,8 +256,6 @@ def _settled(model: Model, t, y: State, dt) -> State:
     displacement, velocity = on_paths(model, t, y.displacement, y.velocity)
     reaction = y.reaction
     if reaction:
-        if dt is not None:  # along a line all is in its own precision
-            dt = dt.astype(next(iter(velocity.values())).dtype)
         reaction = model.carries(t, displacement, velocity, reaction, dt)
     return State(displacement, velocity, y.work, reaction, y.tension)
 
