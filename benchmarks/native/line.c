@@ -66,12 +66,13 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
             const int still = fabs(D) <= most(noise * speed, next_to * beside);
             const REAL inverse = 1 / (still ? 1 : D);
             const REAL rl = jump[j - 1] * inverse, rr = jump[j + 1] * inverse;
-            REAL phi = least((REAL)0.5 * (rl + rr), least(2 * rl, 2 * rr));
+            const REAL less = T > 0 && D < 0 ? 1 : least(2 * rl, 2 * rr);
+            REAL phi = least((REAL)0.5 * (rl + rr), less);
             phi = still ? 1 : least(most(phi, 0), 1);
             const REAL f = (1 - phi) * (1 - phi);
-            const REAL more = j == n - 1 ? (REAL)1.5 : 1, part = j == n - 1 ? (REAL)0.2 : (REAL)0.4;
+            const REAL more = j == n - 1 ? (REAL)1.5 : 1, part = j == n - 1 ? (REAL)0.14 : (REAL)0.4;
             const REAL limit = most(part * share * (1 - nu2[j]) * (3 - nu2[j]), 0);
-            REAL b = least(more * ((REAL)0.1 * speed + (REAL)0.5 * fabs(D)), limit);
+            REAL b = least(more * ((REAL)0.16 * speed + (REAL)0.5 * fabs(D)), limit);
             const REAL left = most(1 - most(nu2[j - 1], nu2[j + 1]), 0) * (REAL)0.3 * 4 * rest;
             const REAL slack = D > 0 ? rest : least(rest, left);
             b = T > 0 ? b : slack;

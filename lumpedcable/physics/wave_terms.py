@@ -16,15 +16,16 @@ from lumpedcable.physics.vectors import least, most
 
 __all__ = ["SOFT", "Given", "Values", "WaveTensions", "slopes", "tensions"]
 
-LINEAR_VISCOSITY = 0.1
+LINEAR_VISCOSITY = 0.16
 QUADRATIC_VISCOSITY = 0.5
 VISCOSITY_SHARE_OF_LIMIT = 0.4
 MORE_AT_LOAD = 1.5  # times as much viscosity in the segment of a loaded end,
-LESS_LIMIT_AT_LOAD = 0.5  # within half the limit, since half a mass follows
+LESS_LIMIT_AT_LOAD = 0.35  # within as much of the limit, since half a mass follows
 SLACK_VISCOSITY = 0.25  # times l / dt: one step then evens out the shortest wave, without ringing
 SOFT = 1e-30  # N: no stiffness, but one whose root has a derivative
 SLACK_SHARE_OF_REST = 0.3  # of what the springs beside a slack segment leave of a stable step
 STILL = 50.0  # times the rounding error of the wave speed: a jump of velocity that counts as none
+STILL_IN_STAGES = 1e-7  # of the wave speed: what adaptive methods leave open of their stages
 
 
 class WaveTensions(NamedTuple):
@@ -112,8 +113,9 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
     speed = jnp.sqrt(stiff * (1.0 / mass))
     jump = rate * length
     left, own, right = values.rate
-    noise = STILL * jnp.finfo(rate.dtype).eps * speed / length
-    smooth = _smoothness(left, own, right, noise)
+    noise = STILL * float(jnp.finfo(rate.dtype).eps)
+    noise = (noise if dt is not None else max(noise, STILL_IN_STAGES)) * speed / length
+    smooth = _smoothness(left, own, right, noise, values.tension is not None, given.taut)
     smooth = smooth._replace(rough=keep(smooth.rough))
     linear = LINEAR_VISCOSITY * speed
     free = linear + QUADRATIC_VISCOSITY * jnp.abs(jump)
@@ -188,7 +190,7 @@ def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Arr
     return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
 
 
-def _smoothness(left, rate, right, noise) -> _Smooth:
+def _smoothness(left, rate, right, noise, corrected, taut) -> _Smooth:
     """1 - phi of each segment from the strain rates (1/s) of its neighbours and its own, and why.
 
     phi is 1 where the rate is below `noise` (1/s), or next to nothing beside a neighbour's.
@@ -199,12 +201,13 @@ def _smoothness(left, rate, right, noise) -> _Smooth:
     still = jnp.abs(rate) <= most(noise, float(jnp.finfo(rate.dtype).eps) ** 0.5 * beside)
     # 0 tells where a rate is still: the condition itself would be kept in bytes, which takes longer
     inverse = jnp.where(still, 0.0, 1.0 / jnp.where(still, 1.0, rate))
-    still = inverse == 0.0
-    rl, rr = left * inverse, right * inverse
-    mean, less = 0.5 * (rl + rr), least(2.0 * rl, 2.0 * rr)
-    raw = least(mean, less)
-    phi = jnp.where(still, 1.0, least(most(raw, 0.0), 1.0))
-    return _Smooth(1.0 - phi, inverse, mean < less, rl < rr)
+    one, rl, rr = rate * inverse, left * inverse, right * inverse
+    by_mean, by_lesser = one - 0.5 * (rl + rr), one - 2.0 * least(rl, rr)
+    if corrected:  # a taut segment that shortens is let off the second rule
+        shortens = rate < 0.0 if taut is None else (rate < 0.0) & taut
+        by_lesser = jnp.where(shortens, 0.0, by_lesser)
+    rough = least(most(most(by_mean, by_lesser), 0.0), 1.0)
+    return _Smooth(rough, inverse, by_mean > by_lesser, rl < rr)
 
 
 def slopes(given: Given, values: Values) -> tuple[WaveTensions, WaveTensions]:
@@ -234,8 +237,8 @@ def _slopes(given: Given, values: Values, pieces: _Pieces, corrected: bool) -> V
     if corrected:
         by_tension, straight, bend = _slopes_of_correction(given, values, pieces)
         by_f = by_f - straight
-    rising = (rough > 0.0) & (rough < 1.0)
-    by_phi = settled(by_f * jnp.where(rising, -2.0 * rough * pieces.smooth.inverse, 0.0))
+    # phi is not below 0; where it would be above 1, so is the slope of the square of 1 - phi 0
+    by_phi = settled(by_f * jnp.where(rough < 1.0, -2.0 * rough * pieces.smooth.inverse, 0.0))
     mean, left = pieces.smooth.mean, pieces.smooth.left
     by_rate = (
         by_phi * jnp.where(mean, 0.5, jnp.where(left, 2.0, 0.0)),

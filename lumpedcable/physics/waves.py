@@ -132,22 +132,27 @@ class ReleaseWaves(eqx.Module):
     - correction C = -(1 - nu^2) / 12 (T_j+1 - 2 T_j + T_j-1) (N): the leading error of leapfrog in
       space and time together, after the modified equation. Beyond the ends stand the ghost
       tensions of `Boundary`.
-    - smoothness phi from the ratios of neighbouring g (monotonised central limiter), f = (1 - phi)^2:
-      0 where the rate varies smoothly, 1 at an extremum (Christensen's limited viscosity). Where D is
-      rounding, of some 50 eps c or below sqrt(eps) of a neighbour's, phi is 1: else the sign of what
-      rest has left would decide ahead of a front.
-    - viscosity Q = m b D f (N), b = min(0.1 c + 0.5 |D|, 0.4 (1 - nu^2)(3 - nu^2) l / (6 dt)) (m/s);
+    - smoothness phi, the mean of the ratios of the neighbours' g to its own, from 0 to 1; where a
+      segment stretches or is slack also at most twice the lesser ratio (monotonised central limiter;
+      Christensen's limited viscosity), so that a change of sign is rough. f = (1 - phi)^2: 0 where the
+      rate varies smoothly, 1 at an extremum. With the correction a taut segment that shortens is let off
+      the second rule, which takes ripples behind a release for roughness and smears its front; without
+      it, shocks of a release would then have too little viscosity. Where D is rounding, of
+      some 50 eps c or below sqrt(eps) of a neighbour's, phi is 1: else the sign of what rest has left
+      would decide ahead of a front. Methods that choose their step leave more, 1e-7 c: stages that
+      switch f from one iterate to the next are not found.
+    - viscosity Q = m b D f (N), b = min(0.16 c + 0.5 |D|, 0.4 (1 - nu^2)(3 - nu^2) l / (6 dt)) (m/s);
       the second bound keeps a viscosity lagging by half a step stable. In the segment of a loaded end,
-      where a break leaves what no mesh resolves, the first is half as much again and the second half as
-      much, since half a mass follows. Material damping k (N s) is a viscosity already: what it
+      where a break leaves what no mesh resolves, the first is half as much again and the second 0.35
+      times as much, since half a mass follows. Material damping k (N s) is a viscosity already: what it
       does, k / (m l), is taken off b. Where a tension-only line is slack, b = l / (4 dt), or
       0.3 (1 - nu^2) l / dt with the nu of the segments beside it if that is less: nothing else would
       send back a node that has overshot, and it would keep its speed and run into its neighbours.
     - the correction is switched off where f says shock, (1 - f) C, and at a joint.
 
-    1/12 and the ghosts of a taut line are derived; 0.1, 0.5, 0.4, 0.3, what an end changes of them and
-    the square are choices. Without a fixed step (dt None, adaptive solvers) nu is 0 and the stability
-    bound is left out.
+    1/12 and the ghosts of a taut line are derived; 0.16, 0.5, 0.4, 0.3, what an end changes of them, the
+    rules of phi and the square are choices. Without a fixed step (dt None, adaptive solvers) nu is 0 and
+    the stability bound is left out.
     """
 
     corrected: bool = eqx.field(static=True)

@@ -53,8 +53,8 @@ class Solver(Part):
     method: Method = "leapfrog"
     """The engine's own staggered leapfrog or classical Runge-Kutta (rk4), or a method of diffrax."""
     courant: Fraction = 0.9
-    """Fixed step over the largest stable step of the model (fixed-step methods). Not given, it is 0.75
-    where waves are viscous."""
+    """Fixed step over the largest stable step of the model (fixed-step methods). Not given, it is 0.8
+    where waves are corrected and 0.75 where they are viscous."""
     step: PositiveTime | None = None
     """Fixed step in s, instead of courant."""
     rtol: PositiveNumber | None = None

@@ -61,7 +61,8 @@ def corrected(tmp_path_factory):
 def second_order(errors, factor):
     """Second order in space and time together; the corners of the ramp let it waver about 2."""
     speed, displacement, profile = errors
-    assert np.all(np.abs(order_of(speed, factor) - 2.2) < 0.6)
+    # the error of the end's speed changes its sign between these meshes
+    assert np.all(order_of(speed, factor) > 1.6)
     assert np.all(np.abs(order_of(displacement, factor) - 2.2) < 0.6)
     assert np.all(np.abs(order_of(profile, factor) - 2.0) < 0.4)
     assert displacement[-1] < 1e-4  # of 2.9 m
@@ -116,7 +117,10 @@ def test_energy_closes_to_second_order_with_the_correction(tmp_path):
 
 
 def shock_errors(folder, meshes):
-    """Mean errors (N) of the tension profile of run 4, instantaneous, before the front arrives."""
+    """Mean errors (N) of the tension profile of run 4, instantaneous, before the front arrives.
+
+    Over seven instants: at one alone it decides where in its segment the front happens to stand.
+    """
     wave = release_wave(cut, MASS, tension0=450e3)
     errors = []
     for n in meshes:
@@ -126,8 +130,8 @@ def shock_errors(folder, meshes):
         )  # fmt: skip
         assert ran.statuses == ["OK"]
         place = LENGTH * (1.0 - (np.arange(n) + 0.5) / n)
-        exact = wave.tension(place / ran.time[-1])
-        errors.append(np.mean(np.abs(ran["tension"][0, -1] - exact)))
+        exact = [wave.tension(place / t) for t in ran.time[4:]]
+        errors.append(np.mean(np.abs(ran["tension"][0, 4:] - exact)))
     return np.array(errors)
 
 

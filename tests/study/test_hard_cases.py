@@ -58,15 +58,14 @@ def test_a_break_in_no_time():
 @pytest.mark.slow
 def test_a_break_in_no_time_up_to_6400_segments():
     right = CASE["break-at-once"].exact()["end speed, m/s"]
-    worse = np.inf
+    # the error of the mean speed is parts in ten thousand from the first mesh on, and changes its sign
     for segments in (50, 100, 200, 400, 800, 1600, 3200, 6400):
         found = ran("break-at-once", segments)
         assert found.outcome.status is Status.OK
         error = abs(CASE["break-at-once"].measure(found)["end speed, m/s"] / right - 1.0)
-        assert error < worse
+        assert error < 1e-3
         assert 0.0 < arrives(found, segments) < 3.0
-        worse = error
-    assert worse < 1e-3
+    assert error < 1e-4
 
 
 def reversed_after(segments):
