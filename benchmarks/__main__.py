@@ -12,13 +12,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-# what compiling costs is part of the report: nothing is taken from an earlier process
-os.environ["LUMPEDCABLE_CACHE"] = "off"
+if __name__ == "__main__":
+    # what compiling costs is part of the report: nothing is taken from an earlier process; who only
+    # imports this leaves the cache to those that he starts
+    os.environ["LUMPEDCABLE_CACHE"] = "off"
 
 from rich.console import Console
 
 from benchmarks import cost, figures, held_out, reference, report, studies, work_precision
-from benchmarks.machine import describe
+from benchmarks.machine import UnableError, absent, describe
 from benchmarks.native import compare as native
 from benchmarks.peers import compare
 
@@ -141,17 +143,33 @@ def main(argv: Sequence[str] | None = None) -> None:
     here = None
     before = report.read(asked.output)
     published = report.read(PICTURES) if asked.docs else None
+    own = before is not None and all(before.get(key) == value for key, value in data.items())
     before = before or published
+    if asked.docs and names and absent():
+        parser.error(
+            f"--docs: expected every program that the pages compare with, found none of "
+            f"{', '.join(absent())}: pip install -e '.[bench]'"
+        )
     if asked.again:
         if before is None:
             parser.error(f"--again: expected results.json in {asked.output}, found none")
         data = before
-    elif published is not None and elsewhere(data, published) and set(names) <= set(GUESTS):
+    elif (
+        not own
+        and published is not None
+        and elsewhere(data, published)
+        and set(names) <= set(GUESTS)
+    ):
         here, data = data["machine"], published
     elif before is not None and all(before.get(key) == value for key, value in data.items()):
         data = before
+    left_out = {}
     for name in names:
-        data = joined(data, measure(name, asked.quick, console))
+        try:
+            data = joined(data, measure(name, asked.quick, console))
+        except UnableError as why:  # the others go on
+            left_out[name] = why
+            continue
         if here is not None:
             data["parts"][name]["machine"] = here
         report.keep(data, asked.output)
@@ -164,7 +182,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     if lost:
         parser.error(
             f"--docs: expected all that the pages show from one machine and of one size; measured "
-            f"elsewhere, and lost if they were written now: {', '.join(lost)}"
+            f"elsewhere, and lost if they were written now: {', '.join(lost)}; -o with another folder "
+            "leaves alone what is measured here"
         )
     if asked.docs:
         for file in PAGES:
@@ -177,6 +196,10 @@ def main(argv: Sequence[str] | None = None) -> None:
             shutil.copy(file, PICTURES)
     console.print(f"\n{asked.output}: results.json, tables.md, {len(pictures)} pictures")
     console.print(f"{time.perf_counter() - begin:.0f} s in all")
+    if left_out:
+        parser.error(
+            "; ".join(f"{name} could not be measured: {left_out[name]}" for name in left_out)
+        )
 
 
 if __name__ == "__main__":

@@ -21,6 +21,16 @@ LIBRARIES = (
     "moordyn",
     "pyelastica",
 )
+ABSENT = "not installed"
+
+
+class UnableError(Exception):
+    """A part that this machine lacks something for: what it lacks."""
+
+
+def absent() -> list[str]:
+    """The libraries above that are not installed."""
+    return [name for name, found in describe().items() if found == ABSENT]
 
 
 def describe() -> dict[str, str]:
@@ -39,7 +49,7 @@ def describe() -> dict[str, str]:
         try:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            found[name] = "not installed"
+            found[name] = ABSENT
     return found
 
 

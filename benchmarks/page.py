@@ -17,6 +17,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from benchmarks.machine import UnableError
+
 ROOT = Path(__file__).parents[1]
 CONFIGS = ROOT / "configs"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -74,7 +76,7 @@ def run(quick: bool) -> list[dict[str, Any]]:
 
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
-        raise SystemExit(f"no browser: none of {', '.join(BROWSERS)} is installed")
+        raise UnableError(f"no browser: none of {', '.join(BROWSERS)} is installed")
     found = []
     with sync_playwright() as started, tempfile.TemporaryDirectory() as folder:
         chromium = started.chromium.launch(executable_path=browser, args=OPTIONS)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import __main__ as program
 from benchmarks import report
-from benchmarks.__main__ import elsewhere
-from benchmarks.machine import sentence
+from benchmarks.machine import UnableError, sentence
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "docs" / "benchmarks"
@@ -47,8 +47,8 @@ def test_a_table_of_another_machine_says_so():
     data["parts"][name]["machine"] = mine | {"processor": "Abacus 3000"}
     assert report.tables(data)[name].endswith(sentence(data["parts"][name]["machine"]))
     assert "Abacus 3000" not in report.tables(data)["machine"]
-    assert elsewhere(data | {"machine": data["parts"][name]["machine"]}, data)
-    assert not elsewhere(data, data)
+    assert program.elsewhere(data | {"machine": data["parts"][name]["machine"]}, data)
+    assert not program.elsewhere(data, data)
 
 
 @pytest.mark.slow
@@ -70,3 +70,57 @@ def test_without_results_there_is_nothing_to_write(tmp_path):
     assert ran.returncode == 2
     assert f"expected results.json in {tmp_path}, found none" in ran.stderr
     assert "Traceback" not in ran.stderr
+
+
+@pytest.fixture
+def three_parts(monkeypatch):
+    """A report of three parts, the second of which this machine lacks something for."""
+
+    def lacks(quick, tell):
+        raise UnableError("no tank")
+
+    def measured(quick, tell):
+        return {"data": [1.0], "table": "| 1 |"}
+
+    mine = {"calm": measured, "waves": lacks, "wind": measured}
+    monkeypatch.setattr(program, "parts", lambda: mine)
+    monkeypatch.setattr(program.figures, "draw", lambda *given: [])
+    monkeypatch.setattr(program.report, "tables", lambda data: {})
+
+
+def test_a_part_that_cannot_be_measured_stops_no_other(three_parts, tmp_path, capsys):
+    with pytest.raises(SystemExit) as left:
+        program.main(["--all", "-o", str(tmp_path)])
+    assert left.value.code == 2
+    assert "waves could not be measured: no tank" in capsys.readouterr().err
+    assert list(json.loads((tmp_path / "results.json").read_text())["parts"]) == ["calm", "wind"]
+
+
+def test_pages_are_not_filled_without_the_programs_that_they_compare_with(
+    three_parts, monkeypatch, tmp_path, capsys
+):
+    monkeypatch.setattr(program, "absent", lambda: ["moordyn"])
+    with pytest.raises(SystemExit):
+        program.main(["calm", "--docs", "-o", str(tmp_path)])
+    assert "found none of moordyn: pip install -e '.[bench]'" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_was_measured_here_is_kept_when_pages_of_another_machine_are_filled(
+    three_parts, monkeypatch, tmp_path
+):
+    here, docs, page = tmp_path / "here", tmp_path / "docs", tmp_path / "page.md"
+    page.write_text("")
+    for name, of in (("PICTURES", docs), ("PAGE", page), ("PAGES", (page,))):
+        monkeypatch.setattr(program, name, of)
+    monkeypatch.setattr(program, "GUESTS", {"wind": "benchmarks.rods"})
+    monkeypatch.setattr(program, "absent", list)
+    mine = {"format": report.FORMAT, "machine": program.describe(), "quick": False}
+    theirs = mine | {"machine": {"processor": "Abacus 3000"}}
+    report.keep(mine | {"parts": {"calm": {"data": [7.0]}}}, here)
+    report.keep(theirs | {"parts": {"calm": {"data": [8.0]}, "wind": {"data": [9.0]}}}, docs)
+    program.main(["wind", "--docs", "-o", str(here)])
+    for folder in (here, docs):
+        kept = json.loads((folder / "results.json").read_text())
+        assert kept["machine"] == mine["machine"]
+        assert kept["parts"] == {"calm": {"data": [7.0]}, "wind": {"data": [1.0], "table": "| 1 |"}}
