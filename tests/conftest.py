@@ -4,6 +4,7 @@ import gc
 import importlib
 import itertools
 import os
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -13,18 +14,23 @@ import pytest
 # one cache of compiled programs for all tests, and for the next time they run
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "xla"
 os.environ.setdefault("LUMPEDCABLE_CACHE", str(CACHE))
-# Programs of the tests alone are compiled as those of the package are (`OLDER_WAY` there), in two thirds
-# of the time. A jaxlib that does not know the flag would end the process: this one does.
-if metadata.version("jaxlib").startswith("0.10."):
-    flags = os.environ.get("XLA_FLAGS", "")
-    os.environ["XLA_FLAGS"] = f"{flags} --xla_cpu_use_fusion_emitters=false".strip()
+# Quick tests compile more than they compute, so that the compiler is asked for little, in two thirds of
+# the time: its older way as in the package (`OLDER_WAY` there), its last stage in one piece and without
+# effort. Slow tests compile as users do. A jaxlib that does not know a flag would end the process: this
+# one knows them.
+first = "PYTEST_XDIST_WORKER" not in os.environ  # one that it starts finds the flags of the first
+if first and metadata.version("jaxlib").startswith("0.10."):
+    wanted = "--xla_cpu_use_fusion_emitters=false"
+    if "slow" not in " ".join(sys.argv):
+        wanted += " --xla_cpu_parallel_codegen_split_count=1 --xla_backend_optimization_level=0"
+    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {wanted}".strip()
 # it sets jax up, before that is used for the first time: else what jax is told would depend on which
 # tests run, and in which order
 importlib.import_module("lumpedcable.study.compiled")
 gc.set_threshold(50_000, 50, 100)  # as the command line does: jax leaves little garbage
 
 MAPS = Path("/proc/self/maps")
-MOST_MAPS = 20_000
+MOST_MAPS = 40_000
 OFTEN = 10  # tests from one look at the maps to the next, which takes some 10 ms
 counted = itertools.count(1)
 

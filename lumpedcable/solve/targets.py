@@ -88,10 +88,17 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     far = jnp.full((), jnp.inf)
     carry = (guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
     lengths, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
-    # the step that carries the derivative; where it is more than rounding, Newton did not end
-    change = jnp.linalg.solve(slope, -at(scene, lengths, nodes)[0])
-    near = jnp.all(jnp.abs(change) <= 1e-6 * lengths)
-    miss, (_, found) = at(scene, lengths + jnp.where(near, change, 0.0), nodes)
+
+    def finish(lengths, _):
+        """The step that carries the derivative; where it is more than rounding, Newton did not end."""
+        miss, (_, found) = at(scene, lengths, nodes)
+        change = jnp.linalg.solve(slope, -miss)
+        near = jnp.all(jnp.abs(change) <= 1e-6 * lengths)
+        return lengths + jnp.where(near, change, 0.0), (miss, found)
+
+    # twice in one loop, for the lengths and for the state that goes with them: half as much to compile
+    _, every = jax.lax.scan(finish, lengths, None, length=2)
+    miss, found = jax.tree.map(lambda x: x[-1], every)
     left = jnp.max(jnp.abs(miss))
     goal = scene.statics.tolerance + _rounding(found.model) / force_scale(found.model)
     return found._replace(

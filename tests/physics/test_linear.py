@@ -71,31 +71,33 @@ def bent(of):
 
 @pytest.mark.parametrize(("mine", "plain", "operands"), CASES.values(), ids=CASES)
 def test_both_ways_are_those_of_the_plain_formula(mine, plain, operands):
-    same(mine(*operands), plain(*operands))
     every = tuple(range(len(operands)))
-    same(jax.jit(jax.jacfwd(mine, every))(*operands), jax.jit(jax.jacfwd(plain, every))(*operands))
-    same(jax.jit(jax.jacrev(mine, every))(*operands), jax.jit(jax.jacrev(plain, every))(*operands))
-    # of one operand alone, and twice
-    for k in every:
-        for slopes in (jax.grad, jax.hessian):
-            same(*(jax.jit(slopes(bent(of), k))(*operands) for of in (mine, plain)))
+
+    def ways(of):
+        """Value and slopes of all operands; of one alone, and twice."""
+        alone = [by(bent(of), k) for k in every for by in (jax.grad, jax.hessian)]
+        found = [of, jax.jacfwd(of, every), jax.jacrev(of, every), *alone]
+        return lambda *x: [one(*x) for one in found]
+
+    same(*(jax.jit(ways(of))(*operands) for of in (mine, plain)))
 
 
 @pytest.mark.parametrize(("mine", "plain", "operands"), CASES.values(), ids=CASES)
 def test_many_runs_at_once(mine, plain, operands):
     some = [jnp.stack([x, 2.0 * x, x - 1.0]) for x in operands]
-    every = tuple(range(len(operands)))
-    slopes, expected = (jax.grad(bent(f), every) for f in (mine, plain))
-    same(jax.jit(jax.vmap(slopes))(*some), jax.vmap(expected)(*some))
-    # in one of the operands alone, and with the runs along the last axis, as studies lay them
-    axes = (0, *(None for _ in operands[1:]))
-    rest = operands[1:]
-    same(jax.vmap(slopes, axes)(some[0], *rest), jax.vmap(expected, axes)(some[0], *rest))
+    every, rest = tuple(range(len(operands))), operands[1:]
+    axes = (0, *(None for _ in rest))
 
-    def along(f):
-        return lambda *x: jax.jvp(f, x, x)[1]
+    def ways(of, lanes):
+        """Slopes in all operands or in one alone; along them, the runs laid by `lanes`."""
+        slopes, along = jax.grad(bent(of), every), lambda *x: jax.jvp(of, x, x)[1]
+        return lambda *x: (
+            jax.vmap(slopes)(*x), jax.vmap(slopes, axes)(x[0], *rest), lanes(along, *x),
+        )  # fmt: skip
 
-    same(across(along(mine), *some), jax.vmap(along(plain))(*some))
+    # studies lay the runs along the last axis
+    found = jax.jit(ways(mine, across))(*some)
+    same(found, jax.jit(ways(plain, lambda f, *x: jax.vmap(f)(*x)))(*some))
 
 
 def test_single_precision_stays_single():

@@ -59,19 +59,23 @@ def test_slopes_are_those_that_jax_finds(kind):
         strict=True,
     ):  # fmt: skip
         np.testing.assert_array_equal(mine, own)
+
+    def slope(of):
+        return lambda change: jax.tree.leaves(jax.jvp(of, (values,), (change,))[1])
+
+    def written(v):
+        return at_each(tensions, given, v, slopes)
+
+    by_jax = jax.jit(slope(lambda v: tensions(given, v)))
+    # compiled as well, where equal numbers need not be equal to the last bit
+    ways = slope(written), jax.jit(slope(written))
     for k, moved in enumerate(leaves):
         change = [jnp.zeros_like(x) for x in leaves]
         change[k] = jnp.asarray(random.normal(size=moved.shape)) * jnp.maximum(abs(moved), 1e-3)
-
-        def slope(of, change=change):
-            found = jax.jvp(of, (values,), (tree.unflatten(change),))[1]
-            return jax.tree.leaves(found)
-
-        by_jax = slope(lambda v: tensions(given, v))
-        # compiled as well, where equal numbers need not be equal to the last bit
-        for way in (lambda f: f, jax.jit):
-            written = slope(way(lambda v: at_each(tensions, given, v, slopes)))
-            for mine, own in zip(written, by_jax, strict=True):
+        change = tree.unflatten(change)
+        expected = by_jax(change)
+        for way in ways:
+            for mine, own in zip(way(change), expected, strict=True):
                 most = float(jnp.max(jnp.abs(own)))
                 np.testing.assert_allclose(mine, own, rtol=1e-9, atol=1e-13 * most)
 

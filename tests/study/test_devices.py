@@ -48,7 +48,7 @@ def test_two_devices_take_half_of_the_runs_each_and_change_nothing(tmp_path):
         env={
             **os.environ,
             "PYTHONPATH": str(ROOT),
-            "XLA_FLAGS": "--xla_force_host_platform_device_count=2",
+            "XLA_FLAGS": os.environ["XLA_FLAGS"] + " --xla_force_host_platform_device_count=2",
         },
         capture_output=True, text=True, check=False,
     )  # fmt: skip
