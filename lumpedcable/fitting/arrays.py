@@ -85,7 +85,8 @@ class TableArrays(NamedTuple):
 class GroupArrays(NamedTuple):
     """Numbers of the runs, their grids, and what was measured.
 
-    `shared` are the same in all runs, `own` differ (runs,). every (runs,) in s; near, mix
+    `shared` are the same in all runs, `own` differ (runs,). places (runs, observed) in m from a line's
+    start; every (runs,) in s; near, mix
     (runs, points, 4), and `less` those of a parabola; data and weight (runs, observed, points), the
     weight 0 where there is nothing.
     `steps` is the least number of steps between outputs, `most` the largest that values may ask for: a
@@ -96,7 +97,7 @@ class GroupArrays(NamedTuple):
     own: dict[str, Float[Any, " runs"]]
     axes: Float[Any, "3 d"]
     origin: Float[Any, " 3"]
-    shares: Float[Any, "runs observed"]
+    places: Float[Any, "runs observed"]
     every: Float[Any, " runs"]
     near: Any
     mix: Float[Any, "runs points 4"]
@@ -230,7 +231,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
     courant = courant_of(scenes[0]) if solver.step is None else 1.0
     arrays = GroupArrays(
         shared, own, np.asarray(coordinates.axes), np.asarray(coordinates.origin),
-        np.array([member.record.shares for member in members]),
+        np.array([member.record.distances for member in members]),
         np.array([grid.every for grid in grids]),
         np.stack([_padded(grid.near, points, 0) for grid in grids]),
         np.stack([_padded(grid.weight, points, 0) for grid in grids]),

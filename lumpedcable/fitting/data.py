@@ -57,7 +57,7 @@ class Record:
     name: str
     study: Study
     watched: tuple[Watched, ...]
-    shares: tuple[float, ...]
+    distances: tuple[float, ...]
     series: tuple[Series, ...]
 
 

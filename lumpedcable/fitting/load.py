@@ -287,7 +287,7 @@ class _Reader:
             message = f"expected one run, found a sweep of {len(study.runs)}: set {keys}"
             self.tell([Problem(path, message)])
             return []
-        places, shares, series = [], [], []
+        places, distances, series = [], [], []
         try:
             layout = make_layout(study.runs[0])
         except ValueError as error:
@@ -296,17 +296,19 @@ class _Reader:
         for k, seen in enumerate(one.observe):
             spot: Path = (*path, "observe", k)
             try:
-                what, share = watched(study.runs[0], layout, seen.quantity, seen.at, seen.component)
+                what, distance = watched(
+                    study.runs[0], layout, seen.quantity, seen.at, seen.component
+                )
             except ValueError as error:
                 self.tell([Problem((*spot, "at"), str(error))])
                 continue
             places.append(what)
-            shares.append(share)
+            distances.append(distance)
             if columns is not None:
                 series.append(self.series(name, seen, columns, k, spot))
         if self.faults:
             return []
-        return [Record(name, study, tuple(places), tuple(shares), tuple(series))]
+        return [Record(name, study, tuple(places), tuple(distances), tuple(series))]
 
     def series(self, name: str, seen, columns, k: int, path: Path) -> Series:
         """One observed column."""

@@ -22,7 +22,18 @@ from lumpedcable.scene.part import did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.solve.observe import Sample
 
-__all__ = ["MEASURE", "PEAK", "STOP", "UNITS", "Grid", "Watched", "grid_of", "look", "watched"]
+__all__ = [
+    "MEASURE",
+    "PEAK",
+    "STOP",
+    "UNITS",
+    "Grid",
+    "Watched",
+    "grid_of",
+    "look",
+    "watched",
+    "weights_of",
+]
 
 UNITS = {"tension": "N", "displacement": "m", "velocity": "m/s", "position": "m"}
 MEASURE = "measure"  # a number that the scene asks for: NaN while it does not count
@@ -36,23 +47,24 @@ _PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
 class Watched(NamedTuple):
     """One observed quantity, as far as it is structure.
 
-    `node` is 0 or -1 at an end of the piece (of a peak: the segment); elsewhere None, and `after` the
-    first of the two nodes (of a tension: the two segments) that it lies between. Of a measure or a
-    `body`, `piece` is its name.
+    `node` is 0 or -1 at an end of the piece (of a peak: the segment), None elsewhere. `before` are the
+    pieces between the line's start and this one. Of a measure or a `body`, `piece` is its name.
     """
 
     quantity: str
     piece: str
     node: int | None
-    after: int
     component: int | None
     body: bool = False
+    before: tuple[str, ...] = ()
 
 
 def watched(
     scene: Scene, layout: Layout, quantity: str, at: str, component: str | None
 ) -> tuple[Watched, float]:
-    """The observed quantity at a place, and its share of the way between its two neighbours.
+    """The observed quantity at a place, and its unstretched distance (m) from the line's start.
+
+    The distance is 0 where what is observed does not depend on it: at ends, of bodies.
 
     Raises:
         ValueError: there is no such place; the message follows the key.
@@ -66,7 +78,7 @@ def watched(
     elif at.strip() in bodies:
         if force:
             raise ValueError(f'expected a place on a line for a tension, found the body "{at}"')
-        return Watched(quantity, at.strip(), None, 0, axis, body=True), 0.0
+        return Watched(quantity, at.strip(), None, axis, body=True), 0.0
     if match is None:
         body = f", or a rigid body ({', '.join(bodies)})" if bodies else ""
         raise ValueError(
@@ -87,7 +99,7 @@ def watched(
         )
     if side is not None:
         piece, node = (pieces[0], 0) if side == "start" else (pieces[-1], -1)
-        return Watched(quantity, piece.name, node, 0, axis), 0.0
+        return Watched(quantity, piece.name, node, axis), 0.0
     try:
         place = parse_quantity(distance, "m")
     except UnitError as error:
@@ -98,22 +110,47 @@ def watched(
             f"expected a distance from 0 to the line's length, {format_quantity(length, 'm')}, "
             f"found {format_quantity(place, 'm')}"
         )
-    before, piece, own = 0.0, pieces[0], np.zeros(0)
+    begin, piece, own, before = 0.0, pieces[0], np.zeros(0), []
     for piece in pieces:
         own = np.broadcast_to(np.asarray(segment_lengths(scene, piece)), (piece.segments,))
-        if place <= before + own.sum() or piece is pieces[-1]:
+        if place <= begin + own.sum() or piece is pieces[-1]:
             break
-        before += own.sum()
-    nodes = np.concatenate([[0.0], np.cumsum(own)])
-    points = 0.5 * (nodes[1:] + nodes[:-1]) if quantity == "tension" else nodes
+        begin += own.sum()
+        before.append(piece.name)
     if quantity == PEAK:
-        index = int(np.clip(np.searchsorted(nodes, place - before) - 1, 0, own.size - 1))
-        return Watched(quantity, piece.name, index, 0, axis), 0.0
-    if points.size == 1:
-        return Watched(quantity, piece.name, 0, 0, axis), 0.0
-    index = int(np.clip(np.searchsorted(points, place - before) - 1, 0, points.size - 2))
-    share = (place - before - points[index]) / (points[index + 1] - points[index])
-    return Watched(quantity, piece.name, None, index, axis), float(share)
+        nodes = np.concatenate([[0.0], np.cumsum(own)])
+        index = int(np.clip(np.searchsorted(nodes, place - begin) - 1, 0, own.size - 1))
+        return Watched(quantity, piece.name, index, axis), 0.0
+    if quantity == "tension" and own.size == 1:
+        return Watched(quantity, piece.name, 0, axis), 0.0
+    return Watched(quantity, piece.name, None, axis, before=tuple(before)), place
+
+
+def weights_of(
+    model: Model, what: Watched, place: Float[Array, ""]
+) -> Float[Array, " points"] | None:
+    """Weights of nodes (of a tension: segments) in what is at `place` (m); None at ends, of bodies.
+
+    Linear between the two neighbours. As the place is a distance along the line, they are others
+    where a line gets longer, and derivatives by its length know of it.
+    """
+    if what.node is not None or what.body or what.quantity in (MEASURE, STOP, PEAK):
+        return None
+
+    def lengths(name):
+        line = model.lines[name]
+        return jnp.broadcast_to(line.segment_length, (line.segments,))
+
+    own = lengths(what.piece)
+    ends = jnp.cumsum(own)
+    starts = ends - own
+    tension = what.quantity == "tension"
+    points = 0.5 * (starts + ends) if tension else jnp.concatenate([starts, ends[-1:]])
+    along = place.astype(own.dtype) - sum(jnp.sum(lengths(name)) for name in what.before)
+    k = jnp.clip(jnp.sum(points < along) - 1, 0, points.size - 2)
+    share = (along - points[k]) / (points[k + 1] - points[k])
+    index = jnp.arange(points.size)
+    return jnp.where(index == k, 1.0 - share, jnp.where(index == k + 1, share, 0.0))
 
 
 def _tied(scene: Scene, at: str) -> str | None:
@@ -132,7 +169,11 @@ def _tied(scene: Scene, at: str) -> str | None:
 
 
 def look(
-    model: Model, coordinates: Coordinates, seen: Sample, what: Watched, share: Float[Array, ""]
+    model: Model,
+    coordinates: Coordinates,
+    seen: Sample,
+    what: Watched,
+    weights: Float[Array, " points"] | None,
 ) -> Float[Array, ""]:
     """The value (SI) of an observed quantity at one output time, from what is sampled there.
 
@@ -144,8 +185,9 @@ def look(
     if what.quantity == "tension":
         if what.node is not None:
             return seen.ends[what.piece][what.node]
-        return _between(seen.fields[what.piece]["tension"], what.after, share)
-    here = _of_body(model, seen, what) if what.body else _of_line(model, seen, what, share)
+        assert weights is not None
+        return seen.fields[what.piece]["tension"] @ weights
+    here = _of_body(model, seen, what) if what.body else _of_line(model, seen, what, weights)
     if what.component is None:
         return size(here)
     value = jnp.asarray(coordinates.axes)[what.component] @ here
@@ -154,12 +196,12 @@ def look(
     return value
 
 
-def _of_line(model: Model, seen: Sample, what: Watched, share) -> Float[Array, " d"]:
+def _of_line(model: Model, seen: Sample, what: Watched, weights) -> Float[Array, " d"]:
     """Displacement, place (m) or velocity (m/s) of a place on a line."""
     field = seen.fields[what.piece]["velocity" if what.quantity == "velocity" else "position"]
     if what.quantity == "position":
         field = field + model.lines[what.piece].reference
-    return field[:, what.node] if what.node is not None else _between(field, what.after, share)
+    return field[:, what.node] if what.node is not None else field @ weights
 
 
 def _of_body(model: Model, seen: Sample, what: Watched) -> Float[Array, " d"]:
@@ -169,10 +211,6 @@ def _of_body(model: Model, seen: Sample, what: Watched) -> Float[Array, " d"]:
     if what.quantity == "velocity":
         return rate[:d]
     return q[:d] - model.bodies[what.piece].reference[:d] * (what.quantity == "displacement")
-
-
-def _between(values: Float[Array, "... n"], index: int, share) -> Float[Array, ...]:
-    return (1.0 - share) * values[..., index] + share * values[..., index + 1]
 
 
 class Grid(NamedTuple):

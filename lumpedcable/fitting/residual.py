@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from lumpedcable.fitting.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
-from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, Watched, look
+from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, Watched, look, weights_of
 from lumpedcable.fitting.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
@@ -110,9 +110,9 @@ def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, conve
     coordinates = _coordinates(arrays)
     steps = _steps(spec, arrays, bound)
 
-    def run(model, every, shares, index, mix, less):
+    def run(model, every, places, index, mix, less):
         numbers = Numbers(every, steps, arrays.rtol, arrays.atol)  # pyright: ignore[reportArgumentType]
-        kept, status = history(model, spec, numbers, coordinates, shares, arrays.every.shape[0])
+        kept, status = history(model, spec, numbers, coordinates, places, arrays.every.shape[0])
         if spec.steps is not None:  # who goes back looks at the outputs themselves
             return kept.T, status, jnp.zeros(kept.shape[1])
         near = kept[index]
@@ -121,7 +121,7 @@ def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, conve
         return cubic, status, change
 
     found, status, rough = jax.vmap(run)(
-        models, arrays.every, arrays.shares, arrays.near, arrays.mix, arrays.less
+        models, arrays.every, arrays.places, arrays.near, arrays.mix, arrays.less
     )
     if spec.steps is None and not spec.plan.adaptive:
         wild = _needs(arrays, bound) > steps  # samples alone may miss it: of a slack line, say
@@ -153,21 +153,23 @@ def _steps(spec: GroupSpec, arrays: GroupArrays, bound: Float[Array, " runs"]):
 
 
 def history(
-    model: Model, spec: GroupSpec, numbers: Numbers, coordinates: Coordinates, shares, runs: int
+    model: Model, spec: GroupSpec, numbers: Numbers, coordinates: Coordinates, places, runs: int
 ) -> tuple[Float[Array, "outputs observed"], Int[Array, ""]]:
     """Observed values at every output of one of `runs` runs, the start first, and its `Status`."""
     plan = spec.plan
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
-    def pick(run: Progress, s: Sample, what: Watched, share):
+    watched = [(what, weights_of(model, what, places[k])) for k, what in enumerate(spec.watched)]
+
+    def pick(run: Progress, s: Sample, what: Watched, weights):
         if what.quantity == STOP:
             return run.stopped
         if what.quantity == PEAK:
             return run.peaks[what.piece][what.node]
-        return look(model, coordinates, s, what, share)
+        return look(model, coordinates, s, what, weights)
 
     def seen(run: Progress, s: Sample):
-        values = jnp.stack([pick(run, s, what, shares[k]) for k, what in enumerate(spec.watched)])
+        values = jnp.stack([pick(run, s, what, weights) for what, weights in watched])
         counts = jnp.array([what.quantity not in (MEASURE, STOP) for what in spec.watched])
         finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
         return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted])
@@ -268,7 +270,7 @@ def unpacked(spec: Spec, arrays: Arrays, flat: Float[Array, " m"]) -> Prediction
         groups,
         tuple(a.every for a in arrays.groups),
         tuple(jnp.zeros(()) for _ in groups),
-        tuple(a.shares for a in arrays.groups),
+        tuple(a.places for a in arrays.groups),
     )
     leaves, tree = jax.tree.flatten(shape)
     sizes = [leaf.size for leaf in leaves]

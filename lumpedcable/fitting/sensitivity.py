@@ -160,9 +160,9 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
         EndlessError: it would take more steps than anybody waits for.
     """
     layout, coordinates = make_layout(scene), coordinates_of([scene])
-    what, share = Watched(scalar.quantity, scalar.at, None, 0, None), 0.0
+    what, place = Watched(scalar.quantity, scalar.at, None, None), 0.0
     if scalar.quantity not in (MEASURE, STOP):
-        what, share = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
+        what, place = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
     plan = plan_of(scene, layout)
     plan = seen_plan(plan)
     count, solver = output_count(scene), scene.solver
@@ -171,7 +171,7 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
     shared = {key: number(x) for key, x in scene.numbers().items()}
     arrays = GroupArrays(
         shared, {}, jnp.asarray(coordinates.axes), jnp.asarray(coordinates.origin),
-        jnp.array([[share]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
+        jnp.array([[place]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
         jnp.asarray(mix)[None], jnp.asarray(mix)[None], jnp.zeros((1, 1, count + 1)),
         jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), jnp.asarray(NO_END, int),
         number(1.0), *map(number, tolerances(solver)),
