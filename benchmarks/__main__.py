@@ -143,26 +143,20 @@ def main(argv: Sequence[str] | None = None) -> None:
     here = None
     before = report.read(asked.output)
     published = report.read(PICTURES) if asked.docs else None
-    own = before is not None and all(before.get(key) == value for key, value in data.items())
     before = before or published
-    if asked.docs and names and absent():
+    if asked.docs and names and (missing := absent(data["machine"])):
         parser.error(
             f"--docs: expected every program that the pages compare with, found none of "
-            f"{', '.join(absent())}: pip install -e '.[bench]'"
+            f"{', '.join(missing)}: pip install -e '.[bench]'"
         )
     if asked.again:
         if before is None:
             parser.error(f"--again: expected results.json in {asked.output}, found none")
         data = before
-    elif (
-        not own
-        and published is not None
-        and elsewhere(data, published)
-        and set(names) <= set(GUESTS)
-    ):
-        here, data = data["machine"], published
     elif before is not None and all(before.get(key) == value for key, value in data.items()):
-        data = before
+        data = before  # above all: what is measured here is not to be written over
+    elif published is not None and elsewhere(data, published) and set(names) <= set(GUESTS):
+        here, data = data["machine"], published
     left_out = {}
     for name in names:
         try:
@@ -198,7 +192,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     console.print(f"{time.perf_counter() - begin:.0f} s in all")
     if left_out:
         parser.error(
-            "; ".join(f"{name} could not be measured: {left_out[name]}" for name in left_out)
+            "; ".join(f"{name} could not be measured: {why}" for name, why in left_out.items())
         )
 
 

@@ -28,9 +28,9 @@ class UnableError(Exception):
     """A part that this machine lacks something for: what it lacks."""
 
 
-def absent() -> list[str]:
-    """The libraries above that are not installed."""
-    return [name for name, found in describe().items() if found == ABSENT]
+def absent(machine: dict[str, str]) -> list[str]:
+    """The libraries above that a machine does not have, from its description."""
+    return [name for name in LIBRARIES if machine[name] == ABSENT]
 
 
 def describe() -> dict[str, str]:

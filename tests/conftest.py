@@ -14,10 +14,10 @@ import pytest
 # one cache of compiled programs for all tests, and for the next time they run
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "xla"
 os.environ.setdefault("LUMPEDCABLE_CACHE", str(CACHE))
-# Quick tests compile more than they compute, so that the compiler is asked for little, in two thirds of
-# the time: its older way as in the package (`OLDER_WAY` there), its last stage in one piece and without
-# effort. Slow tests compile as users do. A jaxlib that does not know a flag would end the process: this
-# one knows them.
+# Programs of the tests alone are compiled as those of the package are (`OLDER_WAY` there), in two thirds
+# of the time. Quick tests compile more than they compute, so that they do without the effort of the last
+# stage, in a fifth less; slow tests compile as users do. A jaxlib that does not know a flag would end
+# the process: this one knows them.
 first = "PYTEST_XDIST_WORKER" not in os.environ  # one that it starts finds the flags of the first
 if first and metadata.version("jaxlib").startswith("0.10."):
     wanted = "--xla_cpu_use_fusion_emitters=false"

@@ -14,6 +14,7 @@ from lumpedcable.model.assemble import segment_lengths
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
+from lumpedcable.model.places import segment_sizes
 from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
@@ -136,17 +137,14 @@ def weights_of(
     """
     if what.node is not None or what.body or what.quantity in (MEASURE, STOP, PEAK):
         return None
-
-    def lengths(name):
-        line = model.lines[name]
-        return jnp.broadcast_to(line.segment_length, (line.segments,))
-
-    own = lengths(what.piece)
+    own = segment_sizes(model.lines[what.piece])
     ends = jnp.cumsum(own)
     starts = ends - own
     tension = what.quantity == "tension"
     points = 0.5 * (starts + ends) if tension else jnp.concatenate([starts, ends[-1:]])
-    along = place.astype(own.dtype) - sum(jnp.sum(lengths(name)) for name in what.before)
+    along = place.astype(own.dtype) - sum(
+        jnp.sum(segment_sizes(model.lines[name])) for name in what.before
+    )
     k = jnp.clip(jnp.sum(points < along) - 1, 0, points.size - 2)
     share = (along - points[k]) / (points[k + 1] - points[k])
     index = jnp.arange(points.size)

@@ -16,7 +16,7 @@ from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene
 from lumpedcable.scene.measures import LineMeasure
 
-__all__ = ["PlaceMeasured", "Seen", "place_measured"]
+__all__ = ["PlaceMeasured", "Seen", "place_measured", "segment_sizes"]
 
 
 class Seen(NamedTuple):
@@ -50,7 +50,7 @@ class PlaceMeasured(eqx.Module):
             return _size(seen.velocity[piece][:, self.side])
         assert self.place is not None
         lines = [live_line(model, piece, seen.displacement, None) for piece in self.pieces]
-        sizes = [_sizes(line) for line in lines]
+        sizes = [segment_sizes(line) for line in lines]
         # a place at the very end belongs to the last segment
         place = self.place.astype(sizes[0].dtype)
         whole = sum(jnp.sum(size) for size in sizes)
@@ -73,7 +73,7 @@ class PlaceMeasured(eqx.Module):
         return total if self.kind == "tension" else _size(total)
 
 
-def _sizes(line: Line) -> Float[Array, " n"]:
+def segment_sizes(line: Line) -> Float[Array, " n"]:
     """Unstretched lengths (m) of all segments, 0 of what is none."""
     sizes = jnp.broadcast_to(line.segment_length, line.segments)
     return sizes if line.seam is None else jnp.where(line.seam.gap(line.segments), 0.0, sizes)

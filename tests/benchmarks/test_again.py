@@ -99,7 +99,7 @@ def test_a_part_that_cannot_be_measured_stops_no_other(three_parts, tmp_path, ca
 def test_pages_are_not_filled_without_the_programs_that_they_compare_with(
     three_parts, monkeypatch, tmp_path, capsys
 ):
-    monkeypatch.setattr(program, "absent", lambda: ["moordyn"])
+    monkeypatch.setattr(program, "absent", lambda machine: ["moordyn"])
     with pytest.raises(SystemExit):
         program.main(["calm", "--docs", "-o", str(tmp_path)])
     assert "found none of moordyn: pip install -e '.[bench]'" in capsys.readouterr().err
@@ -114,7 +114,7 @@ def test_what_was_measured_here_is_kept_when_pages_of_another_machine_are_filled
     for name, of in (("PICTURES", docs), ("PAGE", page), ("PAGES", (page,))):
         monkeypatch.setattr(program, name, of)
     monkeypatch.setattr(program, "GUESTS", {"wind": "benchmarks.rods"})
-    monkeypatch.setattr(program, "absent", list)
+    monkeypatch.setattr(program, "absent", lambda machine: [])
     mine = {"format": report.FORMAT, "machine": program.describe(), "quick": False}
     theirs = mine | {"machine": {"processor": "Abacus 3000"}}
     report.keep(mine | {"parts": {"calm": {"data": [7.0]}}}, here)
