@@ -43,6 +43,19 @@ MISTAKES = {
                          'expected a unit of a force (N), found "mm"'),
     "two units": (GOOD.replace("strain (%)\"", "strain (%)\", unit = \"\""), TABLE,
                   'the unit in the column\'s name, "%", found ""'),
+    "brackets that are no unit": (GOOD.replace('"load", unit = "kN"', '"load (raw)"'),
+                                  TABLE.replace("load", "load (raw)"),
+                                  'expected a unit of a force (N), found unknown unit "raw"'),
+    "brackets of two units": (GOOD.replace('"load", unit = "kN"', '"load (N) as (kN)"'),
+                              TABLE.replace("load", "load (N) as (kN)"),
+                              'one unit in brackets, found "N" and "kN"'),
+    "a column that is there twice": (GOOD, "strain (%),load,load\n1,2,3\n2,3,4\n3,4,5\n",
+                                     'tension.column: expected one column "load" of bench.csv, '
+                                     "found 2"),
+    "thousands separators": (GOOD, TABLE.replace("3.5", "3,500"),
+                             "expected 2 cells, as in the header, found 3 in bench.csv:3; write "
+                             "numbers with a decimal point, without separators of thousands"),
+    "decimal commas": (GOOD, TABLE.replace("2,3.5", "2,0,3,5"), "found 4 in bench.csv:3"),
     "nan": (GOOD, TABLE.replace("3.5", "nan"), 'column load, found "nan" in bench.csv:3'),
     "empty cell": (GOOD, TABLE.replace("3.5", ""), "found nothing in bench.csv:3"),
     "too few rows": (GOOD, "strain (%),load\n1,2\n", "at least 2 rows"),
@@ -113,3 +126,18 @@ def test_the_good_files_are_good(tmp_path):
     for text in (GOOD, RECORD):
         (tmp_path / "fit.toml").write_text(text)
         assert load_fit(tmp_path / "fit.toml").problem.points == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "newtons"),
+    [("load (kN) filtered", 1e3), ("F [N]", 1.0), ("(kN) load (end 2)", 1e3), ("load", 1.0)],
+)
+def test_the_unit_in_brackets_is_read_wherever_it_stands(tmp_path, name, newtons):
+    from lumpedcable.fitting.load import load_fit
+
+    (tmp_path / "scene.toml").write_text(SCENE)
+    # an empty cell too many, as a spreadsheet leaves it, is no number
+    (tmp_path / "bench.csv").write_text(f"strain (%),{name}\n1,2\n2,3.5,\n3,5\n")
+    (tmp_path / "fit.toml").write_text(GOOD.replace('"load", unit = "kN"', f'"{name}"'))
+    (series,) = load_fit(tmp_path / "fit.toml").problem.series
+    assert series.values.tolist() == [2.0 * newtons, 3.5 * newtons, 5.0 * newtons]
