@@ -147,7 +147,7 @@ def check_times(columns: Columns, path: Path) -> list[Problem]:
 
 
 def noise_of(
-    raw: Any, values: NDArray[np.float64], unit: str, path: Path
+    raw: Any, values: NDArray[np.float64], unit: str, path: Path, column: Column
 ) -> tuple[float | None, Problem | None]:
     """The standard deviation in SI that a fit file gives, None where it gives none."""
     if raw is None:
@@ -156,7 +156,14 @@ def noise_of(
     try:
         if isinstance(raw, str) and raw.rstrip().endswith("%"):
             share = Quantity("", "positive").read(raw)
-            return share * float(np.max(np.abs(values))), None
+            top = float(np.max(np.abs(values)))
+            if share * top == 0.0:
+                message = (
+                    f"expected a value other than 0 in column {column.column}, of whose largest "
+                    f"{raw} is meant, found zeros alone; give the noise with a unit there"
+                )
+                return None, Problem(path, message)
+            return share * top, None
         return quantity.read(raw), None
     except PydanticCustomError:
         message = f"expected {quantity.expected} or a percentage, found {found(raw)}"

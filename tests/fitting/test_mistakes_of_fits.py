@@ -17,6 +17,15 @@ observe = [{ quantity = "tension", at = "rope.start", column = "F" }]
 """
 )
 TIMES = "t,F\n1,2\n2,3.5\n3,5\n"
+SMOOTH = (
+    """scene = "scene.toml"
+[set]
+"materials.nylon" = { law = "table", strain = [0, 0.1, 0.3], tension = [0, 1e5, 4e5] }
+[free]
+"materials.nylon.tension" = { smooth = 0.5 }
+"""
+    + BENCH
+)
 
 # (fit file, bench.csv or test.csv, what must be said)
 MISTAKES = {
@@ -56,6 +65,25 @@ MISTAKES = {
                              "expected 2 cells, as in the header, found 3 in bench.csv:3; write "
                              "numbers with a decimal point, without separators of thousands"),
     "decimal commas": (GOOD, TABLE.replace("2,3.5", "2,0,3,5"), "found 4 in bench.csv:3"),
+    "a dead channel": (GOOD + 'noise = "1 %"\n', "strain (%),load\n1,0\n2,0\n3,0\n",
+                       "experiments.bench.noise: expected a value other than 0 in column load"),
+    "a dead channel of a record": (RECORD.replace('"F" }', '"F", noise = "1 %" }'),
+                                   "t,F\n1,0\n2,0\n3,0\n", "a value other than 0 in column F"),
+    "a bench of what keeps its length": (
+        GOOD.replace("scene.toml", "swept.toml").replace('"nylon"', '"stiff"'), TABLE,
+        'experiments.bench.material: expected a material whose tension follows from its strain, '
+        'found "stiff"'),
+    "outliers without a noise": (GOOD + '[method]\nloss = "huber"\n', TABLE,
+                                 "method.loss: expected the noise of every column, since huber"),
+    "smooth without a noise": (SMOOTH, TABLE, "expected the noise of every column, against which"),
+    "smooth about no slope": (SMOOTH.replace("smooth", 'start = "100 kN", smooth')
+                              + 'noise = "1 kN"\n', TABLE,
+                              "tensions that start at a slope, of whose mean this is a share, "
+                              "found 100 kN at both ends"),
+    "a bound below what the scene allows": (
+        RECORD.replace("materials.nylon.p1", "lines.rope.mass")
+        .replace("200000.0", '2, low = "-1 kg/m"'), TIMES,
+        'low: expected a non-negative mass per length (kg/m), found "-1 kg/m"'),
     "nan": (GOOD, TABLE.replace("3.5", "nan"), 'column load, found "nan" in bench.csv:3'),
     "empty cell": (GOOD, TABLE.replace("3.5", ""), "found nothing in bench.csv:3"),
     "too few rows": (GOOD, "strain (%),load\n1,2\n", "at least 2 rows"),
@@ -88,7 +116,8 @@ MISTAKES = {
 def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
     (tmp_path / "scene.toml").write_text(SCENE)
     sweep = '[sweep]\n"lines.rope.end.held.pretension" = ["45 kN", "50 kN"]\n'
-    (tmp_path / "swept.toml").write_text(SCENE + sweep)
+    stiff = '[materials.stiff]\nlaw = "inextensible"\n'
+    (tmp_path / "swept.toml").write_text(SCENE + stiff + sweep)
     (tmp_path / ("test.csv" if "test.csv" in text else "bench.csv")).write_text(data)
     (tmp_path / "fit.toml").write_text(text)
     told = refused(tmp_path, "fit", "fit.toml")
