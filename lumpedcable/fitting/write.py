@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -92,13 +94,15 @@ def _rows(fits: Mapping[str, Fitted]) -> str:
     for p in parameters:
         name, unit = p.name.replace(",", ""), p.unit or "-"
         heads += [f"{name} ({unit})", f"{name} low ({unit})", f"{name} high ({unit})"]
-    rows = [",".join(heads)]
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")  # a rope's name may hold a comma
+    rows.writerow(heads)
     for name, f in fits.items():
         cells = [name, status_of(f), f"{f.certainty.factor:.6g}"]
         for k, x in enumerate(f.values):
             cells += [f"{v:.10g}" for v in (x, f.certainty.low[k], f.certainty.high[k])]
-        rows.append(",".join(cells))
-    return "\n".join(rows) + "\n"
+        rows.writerow(cells)
+    return text.getvalue()
 
 
 def ropes_picture(fits: Mapping[str, Fitted], title: str) -> dict[str, Any]:
