@@ -64,17 +64,24 @@ def fit(
 
 def _fit_ropes(study, folder: Path, formats: tuple[str, ...]) -> None:
     """The same fit to every rope of a `FitStudy`."""
+    from lumpedcable.fitting.profile import with_profiles
     from lumpedcable.fitting.report import print_ropes
     from lumpedcable.fitting.ropes import fit_ropes
-    from lumpedcable.fitting.write import ropes_picture, write_ropes
-    from lumpedcable.view.fit import plot_ropes
+    from lumpedcable.fitting.write import pictures_of, ropes_picture, write_ropes
+    from lumpedcable.view import plot_fit
+    from lumpedcable.view.fit import pictures_from, plot_ropes
 
     with told():
         fits = fit_ropes(study.ropes)
+        if len(fits) == 1:
+            fits = {name: with_profiles(fitted) for name, fitted in fits.items()}
         print_ropes(fits, study.problem.title)
         made, wrong = write_ropes(fits, folder)
         picture = ropes_picture(fits, study.problem.title)
         made += plot_ropes(**picture, folder=folder, formats=formats)
+        if len(fits) == 1:  # of many it would be thousands
+            for name, fitted in fits.items():
+                made += plot_fit(pictures_from(pictures_of(fitted)), folder / name, formats)
     for message in wrong:
         print(f"the fitted scene cannot be run as it is: {message}")
     for path in made:

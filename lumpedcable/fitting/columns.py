@@ -19,7 +19,7 @@ from lumpedcable.scene.units import UnitError, describe, format_quantity, unit_o
 
 __all__ = ["Columns", "check_times", "noise_of", "read_data"]
 
-_BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
+_BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]")
 
 
 class Columns(NamedTuple):
@@ -56,7 +56,7 @@ def read_data(
     try:
         header = read_header(file)
         missing = [_missing(where, column.column, header, file) for where, column, _ in wanted
-                   if header and column.column not in header]  # fmt: skip
+                   if header and header.count(column.column) != 1]  # fmt: skip
         if missing:
             return None, problems + missing
         rows = read_rows(file, tuple(column.column for _, column, _ in wanted))
@@ -72,7 +72,10 @@ def read_data(
 
 
 def _missing(where: Path, name: str, header: Sequence[str], file: FilePath) -> Problem:
-    """What is wrong with a column that a file does not have."""
+    """What is wrong with a column that a file does not have, or has twice."""
+    if name in header:
+        message = f"expected one column {found(name)} of {file.name}, found {header.count(name)}"
+        return Problem((*where, "column"), message)
     hint = did_you_mean(name, header) or f"; it has {', '.join(header)}"
     return Problem(
         (*where, "column"), f"expected a column of {file.name}, found {found(name)}{hint}"
@@ -81,8 +84,10 @@ def _missing(where: Path, name: str, header: Sequence[str], file: FilePath) -> P
 
 def _factor(where: Path, column: Column, unit: str) -> tuple[float, Problem | None]:
     """The size of a column's unit in SI, and what is wrong with it."""
-    bracket = _BRACKETS.search(column.column)
-    in_name = bracket.group(1) if bracket else None
+    bracket, told = _bracket(column.column)
+    if column.unit is None and told is not None:
+        return 1.0, Problem((*where, "column"), told)
+    in_name = None if told is not None else bracket
     written = column.unit if column.unit is not None else in_name
     place = (*where, "unit" if column.unit is not None else "column")
     if written is None:
@@ -90,18 +95,35 @@ def _factor(where: Path, column: Column, unit: str) -> tuple[float, Problem | No
     expected = f"expected a unit of {describe(unit_of(unit)[1])}"
     try:
         factor, dimension = unit_of(written)
-        named = unit_of(in_name) if in_name and column.unit is not None else None
     except UnitError as error:
-        if written == column.unit and in_name is not None and in_name in str(error):
-            return unit_of(written)[0], None  # what is in brackets is no unit
         return 1.0, Problem(place, f"{expected}, found {error}")
     if dimension != unit_of(unit)[1]:
         return 1.0, Problem(place, f'{expected}, found "{written}"')
+    named = _unit_or_none(in_name)  # None: what is in brackets is no unit
     if named is not None and named != (factor, dimension):
         return 1.0, Problem(
             place, f'expected the unit in the column\'s name, "{in_name}", found "{written}"'
         )
     return factor, None
+
+
+def _bracket(name: str) -> tuple[str | None, str | None]:
+    """What stands in the brackets of a column's name as its unit, and what is wrong with it.
+
+    Of several brackets the one that is a unit, wherever it stands; the last where none is.
+    """
+    brackets = [match.group(1) for match in _BRACKETS.finditer(name)]
+    units = [text for text in brackets if _unit_or_none(text) is not None]
+    if len({unit_of(text) for text in units}) > 1:
+        return None, f'expected one unit in brackets, found "{units[0]}" and "{units[-1]}"'
+    return (units or brackets or [None])[-1], None
+
+
+def _unit_or_none(text: str | None) -> tuple[float, Any] | None:
+    try:
+        return None if text is None else unit_of(text)
+    except UnitError:
+        return None
 
 
 def check_times(columns: Columns, path: Path) -> list[Problem]:
@@ -125,7 +147,7 @@ def check_times(columns: Columns, path: Path) -> list[Problem]:
 
 
 def noise_of(
-    raw: Any, values: NDArray[np.float64], unit: str, path: Path
+    raw: Any, values: NDArray[np.float64], unit: str, path: Path, column: Column
 ) -> tuple[float | None, Problem | None]:
     """The standard deviation in SI that a fit file gives, None where it gives none."""
     if raw is None:
@@ -134,7 +156,14 @@ def noise_of(
     try:
         if isinstance(raw, str) and raw.rstrip().endswith("%"):
             share = Quantity("", "positive").read(raw)
-            return share * float(np.max(np.abs(values))), None
+            top = float(np.max(np.abs(values)))
+            if share * top == 0.0:
+                message = (
+                    f"expected a value other than 0 in column {column.column}, of whose largest "
+                    f"{raw} is meant, found zeros alone; give the noise with a unit there"
+                )
+                return None, Problem(path, message)
+            return share * top, None
         return quantity.read(raw), None
     except PydanticCustomError:
         message = f"expected {quantity.expected} or a percentage, found {found(raw)}"

@@ -87,8 +87,9 @@ def least_design(
 
     Newton's method on the limits: each, taken as the straight line of its derivative, allows the
     numbers on one side of where it meets its bound; the least that all allow is tried next. The
-    derivatives are those of the discrete model, through its stop where it has one. Numbers `along`
-    stay in proportion to `key`, an anchor's volume to its mass.
+    derivatives are those of the discrete model, through its stop where it has one. A trial is half to
+    twice the one before, so that the number keeps its sign. Numbers `along` stay in proportion to
+    `key`, an anchor's volume to its mass.
 
     Args:
         study: scene and sweep, of which one `run` is taken.
@@ -116,7 +117,8 @@ def least_design(
         after, decides = next_number(trial, limits)
         if abs(after - number) <= CLOSE * abs(number):
             return Design(key, names[0].kind.unit, limits, tuple(trials), decides)
-        number = float(np.clip(after, number / STRIDE, number * STRIDE))
+        low, high = sorted((number / STRIDE, number * STRIDE))  # below 0 the other way round
+        number = float(np.clip(after, low, high))
     raise ValueError(f"{key}: expected an end of the search within {MOST_TRIALS} runs, found none")
 
 

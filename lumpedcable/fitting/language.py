@@ -29,7 +29,7 @@ class Free(Part):
     """Whether its interval is found by its profile. Absent: where the data hardly tell it."""
     smooth: PositiveNumber | None = None
     """For the tensions of a table: how much the slope may change from one interval to the next, as a
-    share of the mean slope. Absent: as the data have it."""
+    share of the mean slope; it needs the noise of every column. Absent: as the data have it."""
 
 
 class Column(Part):
@@ -124,7 +124,7 @@ class FitMethod(Part):
     solver: Literal["levenberg-marquardt", "bfgs", "l-bfgs"] = "levenberg-marquardt"
     """The minimiser."""
     loss: Literal["squares", "huber", "cauchy"] = "squares"
-    """What a deviation costs: huber and cauchy forgive outliers."""
+    """What a deviation costs: huber and cauchy forgive outliers, and need the noise of every column."""
     threshold: PositiveNumber = 1.5
     """Deviation in standard deviations beyond which huber and cauchy forgive."""
     tolerance: PositiveNumber = 1e-8
@@ -159,7 +159,7 @@ class Choice(Part):
     set: Setting
     """Values of the scene, by key: {"materials.nylon" = {law = "linear", EA = "1 MN"}}."""
     free: Annotated[dict[Text, Free], Field(min_length=1)]
-    """Free numbers, instead of those in [free] that this scene does not have."""
+    """Free numbers, instead of those in [free] that this scene does not have or `set` gives a value."""
 
 
 class FitFile(Part):

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import glob
 import re
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterable, Mapping
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
-import numpy as np
 from pydantic import ValidationError
 
+from lumpedcable.fitting.checks import bench_problems, smooth_tables, whole_problems
 from lumpedcable.fitting.columns import check_times, noise_of, read_data
 from lumpedcable.fitting.data import Problem as FitProblem
-from lumpedcable.fitting.data import Record, Series, Smooth, Table
+from lumpedcable.fitting.data import Record, Series, Table
 from lumpedcable.fitting.language import (
+    Choice,
     Column,
     FitFile,
     Free,
@@ -23,17 +25,17 @@ from lumpedcable.fitting.language import (
     TableExperiment,
 )
 from lumpedcable.fitting.observe import UNITS, watched
-from lumpedcable.fitting.parameters import Parameter, read_parameters
+from lumpedcable.fitting.parameters import numbers_of, read_parameters
 from lumpedcable.model.layout import make_layout
-from lumpedcable.scene import Fault, SceneError, Study, TableMaterial, load_study
+from lumpedcable.scene import Fault, SceneError, Study, load_study
 from lumpedcable.scene.checks import inside
 from lumpedcable.scene.errors import problems_of
 from lumpedcable.scene.kinds import FIT
 from lumpedcable.scene.load import read_toml
 from lumpedcable.scene.locate import LineMap
+from lumpedcable.scene.overrides import resolve
 from lumpedcable.scene.part import Path, Problem, did_you_mean, dotted
 from lumpedcable.scene.tree import Spot
-from lumpedcable.scene.units import format_quantity
 from lumpedcable.scene.writer import value_text
 
 __all__ = ["FitStudy", "load_fit"]
@@ -73,15 +75,13 @@ def load_fit(path: FilePath) -> FitStudy:
     reader.tell(inside(file, ()))
     reader.stop()
     if (names := reader.ropes(file)) is not None:
-        ropes = {
-            name: reader.problem(of_rope(file, name), {}, file.free, ("free",)) for name in names
-        }
+        ropes = {name: reader.problem(of_rope(file, name), file.free, ("free",)) for name in names}
         reader.stop()
         good = {name: problem for name, problem in ropes.items() if problem is not None}
         return FitStudy(path, next(iter(good.values())), {}, good, None)
-    main = reader.problem(file, {}, file.free, ("free",))
+    main = reader.problem(file, file.free, ("free",))
     choices = {
-        name: reader.problem(file, choice.set, _freed(file, choice.free), ("choices", name, "free"))
+        name: reader.problem(file, choice.free, ("choices", name, "free"), choice)
         for name, choice in file.choices.items()
     }
     reader.stop()
@@ -100,9 +100,27 @@ def of_rope(file: FitFile, rope: str) -> FitFile:
     return file.model_copy(update={"experiments": mine})
 
 
-def _freed(file: FitFile, own: Mapping[str, Free]) -> dict[str, Free]:
-    """The free numbers of a choice: its own, and those of [free] that are not of the law."""
-    return {k: f for k, f in file.free.items() if not k.startswith("materials.")} | dict(own)
+def _inherited(
+    file: FitFile, choice: Choice, base: Study, studies: Iterable[Study]
+) -> dict[str, Free]:
+    """The numbers of [free] that stay free in a choice: those that its scene, or a record's, has.
+
+    Not those that the choice gives a value, or frees in its own way.
+    """
+    data = tomllib.loads(base.effective_text)
+    paths = [resolve(key, value, data)[0] for key, value in choice.set.items()]
+    given = {dotted(path) for path in paths if path is not None}
+    every, kept = (base, *studies), {}
+    for key, one in file.free.items():
+        numbers = next(filter(None, (numbers_of(study, key)[0] for study in every)), [])
+        mine = [
+            n.key
+            for n in numbers
+            if not {key, n.key} & given
+            and not any(n.key == o or n.key.startswith(f"{o}.") for o in choice.free)
+        ]
+        kept |= {key: one} if len(mine) == len(numbers) > 0 else dict.fromkeys(mine, one)
+    return kept
 
 
 class _Reader:
@@ -116,9 +134,9 @@ class _Reader:
     def tell(self, problems) -> None:
         for problem in problems:
             place = tuple(str(key) for key in problem.path)
-            self.faults.append(
-                Fault(str(self.path), self.map.line(place), dotted(place), problem.message)
-            )
+            fault = Fault(str(self.path), self.map.line(place), dotted(place), problem.message)
+            if fault not in self.faults:  # of every rope and choice the same
+                self.faults.append(fault)
 
     def stop(self) -> None:
         if self.faults:
@@ -209,12 +227,12 @@ class _Reader:
     # --- experiments ------------------------------------------------------------------------
 
     def problem(
-        self, file: FitFile, more: Mapping[str, Any], free: Mapping[str, Free], at: Path
+        self, file: FitFile, free: Mapping[str, Free], at: Path, choice: Choice | None = None
     ) -> FitProblem | None:
-        """The problem of the file with more settings and with these free numbers."""
+        """The problem of the file with these free numbers, of a choice with those it inherits."""
         common: list[tuple[Path, Mapping[str, Any]]] = [(("set",), file.set)]
-        if more:
-            common.append(((*at[:-1], "set"), more))
+        if choice is not None:
+            common.append(((*at[:-1], "set"), choice.set))
         base = self.scene(file.scene, ("scene",), common)
         tables, records = [], []
         for name, one in file.experiments.items():
@@ -228,15 +246,19 @@ class _Reader:
                 records += self.record(name, one, study, path)
         if base is None or self.faults:
             return None
+        if choice is not None:
+            free = _inherited(file, choice, base, (r.study for r in records)) | dict(free)
         users = [(t.name, t.study, t.material) for t in tables]
         users += [(r.name, r.study, "") for r in records]
         parameters, wrong = read_parameters(free, users, at)
         self.tell(wrong)
+        smooth, wrong = smooth_tables(free, parameters, at)
+        self.tell(wrong)
         problem = FitProblem(
             file.title or self.path.stem, base, tuple(parameters), tuple(tables), tuple(records),
-            tuple(self.smooth(free, parameters, at)), file.method, str(self.path),
+            tuple(smooth), file.method, str(self.path),
         )  # fmt: skip
-        self.tell(_whole(problem, file, at))
+        self.tell(whole_problems(problem, file, at))
         return problem
 
     def table(self, name: str, one: TableExperiment, study: Study | None, path: Path):
@@ -246,27 +268,12 @@ class _Reader:
         self.tell(wrong)
         if study is None:
             return []
-        material = study.scene.materials.get(one.material)
-        if material is None:
-            known = study.scene.materials
-            hint = did_you_mean(one.material, known) or f"; known: {', '.join(known) or 'none'}"
-            message = f'expected a material of the scene, found "{one.material}"{hint}'
-            self.tell([Problem((*path, "material"), message)])
-            return []
-        if columns is None:
+        wrong = bench_problems(one, study, columns, path)
+        self.tell(wrong)
+        if columns is None or wrong:
             return []
         strain, tension = columns.values
-        table = isinstance(material, TableMaterial)
-        top = material.strain[-1] if table else material.max_strain
-        if strain.max() > top:
-            k = int(np.argmax(strain > top))
-            what = "last strain of the table" if table else "max_strain"
-            message = (
-                f"expected strains up to the {what} of materials.{one.material}, {top:g}, "
-                f"found {strain[k]:g} in {columns.at(k)}"
-            )
-            self.tell([Problem((*path, "strain"), message)])
-        noise, problem = noise_of(one.noise, tension, "N", (*path, "noise"))
+        noise, problem = noise_of(one.noise, tension, "N", (*path, "noise"), one.tension)
         self.tell([problem] if problem else [])
         series = Series(name, f"{name}: tension", "N", strain, "", tension, noise)
         return [Table(name, study, one.material, series)]
@@ -313,68 +320,8 @@ class _Reader:
     def series(self, name: str, seen, columns, k: int, path: Path) -> Series:
         """One observed column."""
         unit, values = UNITS[seen.quantity], columns.values[k + 1]
-        noise, problem = noise_of(seen.noise, values, unit, (*path, "noise"))
+        noise, problem = noise_of(seen.noise, values, unit, (*path, "noise"), seen)
         self.tell([problem] if problem else [])
         part = "" if seen.component is None else f" {seen.component}"
         label = f"{name}: {seen.quantity}{part} at {seen.at}"
         return Series(name, label, unit, columns.values[0], "s", values, noise)
-
-    def smooth(self, free: Mapping[str, Free], parameters: list[Parameter], at: Path):
-        """The tables of tensions that are to be smooth."""
-        found = []
-        for key, one in free.items():
-            if one.smooth is None:
-                continue
-            mine = [p for p in parameters if p.key.startswith(f"{key}.")]
-            if not key.startswith("materials.") or not key.endswith(".tension") or len(mine) < 3:
-                message = (
-                    "expected the tensions of a table, materials.NAME.tension, of at least 3 "
-                    f'points, found "{key}"'
-                )
-                self.tell([Problem((*at, key, "smooth"), message)])
-                continue
-            owners = list(dict.fromkeys(p.experiment for p in mine))
-            found += [Smooth(key, owner, one.smooth) for owner in owners]
-        return found
-
-
-def _whole(problem: FitProblem, file: FitFile, at: Path) -> list[Problem]:
-    """What is wrong with a problem as a whole."""
-    told = []
-    if problem.points < len(problem.parameters) and not problem.smooth:
-        told.append(
-            Problem(
-                at,
-                f"expected at least as many measured values as free numbers, found "
-                f"{problem.points} values for {len(problem.parameters)} numbers",
-            )
-        )
-    given = [series for series in problem.series if series.noise is not None]
-    if given and not problem.known_noise:
-        missing = next(series for series in problem.series if series.noise is None)
-        told.append(
-            Problem(
-                ("experiments", missing.name),
-                f"expected the noise of every column or of none, found none for {missing.label}",
-            )
-        )
-    if (file.method.starts or 1) > 1:
-        for p in problem.parameters:
-            if not np.all(np.isfinite([p.low, p.high])):
-                told.append(
-                    Problem(
-                        (*at, p.key),
-                        "expected low and high, since several starts are drawn between them, "
-                        f"found {_bounds(p)}",
-                    )
-                )
-    return told
-
-
-def _bounds(p: Parameter) -> str:
-    found = [
-        f"{key} = {format_quantity(getattr(p, key), p.unit)}"
-        for key in ("low", "high")
-        if np.isfinite(getattr(p, key))
-    ]
-    return f"{found[0]} alone" if found else "neither"

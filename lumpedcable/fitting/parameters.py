@@ -139,7 +139,6 @@ def _parameter(
     number: Number, free: Free, experiment: str | None, path: Path
 ) -> tuple[Parameter | None, list[Problem]]:
     problems: list[Problem] = []
-    anything = Quantity(number.kind.unit)
 
     def read(key: str, default: float, kind: Quantity) -> float:
         raw = getattr(free, key)
@@ -154,10 +153,14 @@ def _parameter(
     positive = number.kind.sign != "any"
     start = read("start", number.value, number.kind)
     above, below = positive or (number.sided and start > 0.0), number.sided and start < 0.0
-    low = read("low", 0.0 if above else -math.inf, anything)
+    # a bound on the wrong side would let the search leave what the scene allows
+    lowest = Quantity(
+        number.kind.unit, "nonnegative" if positive else "any", words=number.kind.words
+    )
+    low = read("low", 0.0 if above else -math.inf, lowest)
     highest = math.inf if number.kind.maximum is None else number.kind.maximum
     highest = 0.0 if below else highest
-    high = read("high", highest, anything)
+    high = read("high", highest, replace(number.kind, sign="any"))
     if not problems and not low < start < high:
         between = " and ".join(
             format_quantity(bound, number.kind.unit) if math.isfinite(bound) else "no bound"

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +16,8 @@ from lumpedcable.fitting.report import contents_of, status_of
 from lumpedcable.fitting.run import Fitted
 from lumpedcable.fitting.uncertainty import Draws
 from lumpedcable.results.numbers import write_numbers, write_text
-from lumpedcable.scene import Scene, SceneError, Study, load_study
+from lumpedcable.scene import SceneError, Study, load_study
+from lumpedcable.scene.runs import Factor
 from lumpedcable.scene.writer import to_toml
 
 __all__ = ["pictures_of", "ropes_picture", "write_fit", "write_ropes"]
@@ -90,13 +94,15 @@ def _rows(fits: Mapping[str, Fitted]) -> str:
     for p in parameters:
         name, unit = p.name.replace(",", ""), p.unit or "-"
         heads += [f"{name} ({unit})", f"{name} low ({unit})", f"{name} high ({unit})"]
-    rows = [",".join(heads)]
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")  # a rope's name may hold a comma
+    rows.writerow(heads)
     for name, f in fits.items():
         cells = [name, status_of(f), f"{f.certainty.factor:.6g}"]
         for k, x in enumerate(f.values):
             cells += [f"{v:.10g}" for v in (x, f.certainty.low[k], f.certainty.high[k])]
-        rows.append(",".join(cells))
-    return "\n".join(rows) + "\n"
+        rows.writerow(cells)
+    return text.getvalue()
 
 
 def ropes_picture(fits: Mapping[str, Fitted], title: str) -> dict[str, Any]:
@@ -118,23 +124,47 @@ def ropes_picture(fits: Mapping[str, Fitted], title: str) -> dict[str, Any]:
 def _scenes(fitted: Fitted) -> dict[str, str]:
     """Scenes with the values found, as TOML by name.
 
-    The fit's own scene with its sweep; and one for every experiment that has private values or a
-    scene of its own.
+    The fit's own scene with its sweep, where a value for all experiments is one of its numbers; and
+    one for every experiment that has private values, a scene of its own, or numbers of its own.
     """
     problem = fitted.problem
     base = problem.study
-    found = {f"{base.path.stem}-fitted": _toml(fitted.scene(base.scene), base)}
+    found = {}
+    if common := _keys(fitted, base):
+        found[f"{base.path.stem}-fitted"] = _toml(fitted, base)
     private = {p.experiment for p in problem.parameters}
+    for table in problem.tables:
+        if table.name in private:
+            found[f"{base.path.stem}-{table.name}-fitted"] = _toml(fitted, base, table.name)
     for record in problem.records:
-        if record.name in private or record.study.path != base.path:
-            scene = fitted.scene(record.study.runs[0], record.name)
+        mine = _keys(fitted, record.study, record.name)
+        own = record.name in private or record.study.path != base.path or not mine <= common
+        if mine and own:
             name = f"{record.study.path.stem}-{record.name}-fitted"
-            found[name] = to_toml(scene)
+            found[name] = _toml(fitted, record.study, record.name)
     return found
 
 
-def _toml(scene: Scene, study: Study) -> str:
-    return to_toml(scene, study.factors)
+def _keys(fitted: Fitted, study: Study, experiment: str | None = None) -> set[str]:
+    """The numbers of a scene that have a value found, for all experiments or for this one."""
+    mine = {p.key for p in fitted.problem.parameters if p.experiment in (None, experiment)}
+    return mine & study.scene.numbers().keys()
+
+
+def _toml(fitted: Fitted, study: Study, experiment: str | None = None) -> str:
+    """A scene with the values found, and its sweep of all other numbers."""
+    keys = _keys(fitted, study, experiment)
+    scene = fitted.scene(study.scene, experiment)
+    if any(axis.key in keys for axis in study.axes):  # other runs than the references tell of
+        scene = scene.model_copy(update={"references": {}})
+    return to_toml(scene, [kept for factor in study.factors if (kept := _without(factor, keys))])
+
+
+def _without(factor: Factor, keys: set[str]) -> Factor | None:
+    """A factor of a sweep whose other numbers still move, as with `--set KEY=VALUE`; None of none."""
+    axes = tuple(axis for axis in factor.axes if axis.key not in keys)
+    drawn = {key: value for key, value in factor.drawn.items() if key not in keys}
+    return replace(factor, axes=axes, drawn=drawn) if axes else None
 
 
 def pictures_of(fitted: Fitted) -> dict[str, Any]:

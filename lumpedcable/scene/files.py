@@ -154,7 +154,7 @@ def read_columns(path: FilePath, columns: tuple[str, ...]) -> list[tuple[float, 
     """Return the rows of a CSV file, with the values of ``columns`` in that order.
 
     Raises:
-        FileError: no file, a missing column, or something that is not a finite number.
+        FileError: see :func:`read_rows`.
     """
     return [row for _, row in read_rows(path, columns)]
 
@@ -163,7 +163,8 @@ def read_rows(path: FilePath, columns: tuple[str, ...]) -> list[tuple[int, tuple
     """Return the rows of a CSV file, each after its line number; see :func:`read_columns`.
 
     Raises:
-        FileError: no file, a missing column, or something that is not a finite number.
+        FileError: no file, a column that is missing or there twice, a row with more cells than the
+            header, or something that is not a finite number.
     """
     lines = enumerate(read_text(path).splitlines(), start=1)
     kept = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
@@ -177,16 +178,28 @@ def read_rows(path: FilePath, columns: tuple[str, ...]) -> list[tuple[int, tuple
                 f"{expected}, found {', '.join(header)} in {path.name}:{kept[0][0]}"
                 f"{did_you_mean(column, header)}"
             )
-    places = [header.index(column) for column in columns]
-    return [(number, _row(path, number, line, columns, places)) for number, line in kept[1:]]
+        if header.count(column) > 1:
+            raise FileError(
+                f"expected one column {column}, found {header.count(column)} of that name "
+                f"in {path.name}:{kept[0][0]}"
+            )
+    return [(number, _row(path, number, line, columns, header)) for number, line in kept[1:]]
 
 
 def _row(
-    path: FilePath, number: int, line: str, columns: tuple[str, ...], places: list[int]
+    path: FilePath, number: int, line: str, columns: tuple[str, ...], header: list[str]
 ) -> tuple[float, ...]:
     words = next(csv.reader([line]))
+    if any(word.strip() for word in words[len(header) :]):
+        # read on, a cell cut in two would be taken for a number a thousand times too small
+        raise FileError(
+            f"expected {len(header)} cells, as in the header, found {len(words)} "
+            f"in {path.name}:{number}; write numbers with a decimal point, without separators "
+            "of thousands"
+        )
     row = []
-    for column, place in zip(columns, places, strict=True):
+    for column in columns:
+        place = header.index(column)
         word = words[place].strip() if place < len(words) else ""
         try:
             value = float(word)

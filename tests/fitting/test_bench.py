@@ -129,3 +129,60 @@ free = { "materials.nylon.coefficients" = {} }
     tanh = fit_problem(study.problem).criteria
     assert tanh.aic < found["cubic"].aic < found["straight"].aic
     assert tanh.bic < found["cubic"].bic < found["straight"].bic
+
+
+CHAIN = """
+[experiments.chain]
+material = "chain"
+file = "chain.csv"
+strain = { column = "strain (%)" }
+tension = { column = "load", unit = "kN" }
+noise = "1 kN"
+"""
+ROPE = (np.array([0.01, 0.05, 0.1, 0.2, 0.3]), np.array([4.1e3, 22.3e3, 49e3, 116e3, 200e3]))
+LINKS = (np.array([0.01, 0.02, 0.03]), np.array([50.1e3, 100e3, 150.2e3]))
+
+
+def two_materials(folder, choice):
+    """A fit of a rope's bench and a chain's, and a choice for the rope alone."""
+    write_bench(folder, *ROPE)
+    write_bench(folder, *LINKS, "chain.csv")
+    law = 'law = "polynomial"\ncoefficients = [4e5, 1e5]\n'
+    scene = SCENE.replace(SCENE[: SCENE.index("[lines")], f"[materials.nylon]\n{law}\n")
+    scene += '[materials.chain]\nlaw = "linear"\nEA = "1 MN"\n'
+    text = 'scene = "scene.toml"\n[free]\n"materials.nylon.coefficients" = {}\n'
+    text += '"materials.chain.EA" = {}\n'
+    return fit_of(folder, text + BENCH + 'noise = "1 kN"\n' + CHAIN + choice, scene)
+
+
+def test_a_choice_for_one_material_fits_the_other_as_well(tmp_path):
+    choice = """[choices.straight]
+set = { "materials.nylon" = { law = "linear", EA = "1 MN" } }
+free = { "materials.nylon.EA" = {} }
+"""
+    problem = two_materials(tmp_path, choice).choices["straight"]
+    assert {p.key for p in problem.parameters} == {"materials.nylon.EA", "materials.chain.EA"}
+    fitted = fit_problem(problem)
+    # two straight lines through the origin, each by least squares
+    best = {"materials.nylon.EA": ROPE, "materials.chain.EA": LINKS}
+    best = {key: (e @ t) / (e @ e) for key, (e, t) in best.items()}
+    found = dict(zip((p.key for p in problem.parameters), fitted.values, strict=True))
+    assert found == pytest.approx(best, rel=1e-6)
+    square = sum(np.sum((found[k] * e - t) ** 2) for k, (e, t) in
+                 {"materials.nylon.EA": ROPE, "materials.chain.EA": LINKS}.items())  # fmt: skip
+    assert fitted.loss == pytest.approx(square / 1e6, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("choice", "keys"),
+    [
+        # what it gives a value is no longer free, and what it frees in its own way is once
+        ('{ "nylon.coefficients.1" = 0.0 }\nfree = { "materials.chain.EA" = { start = 5e6 } }',
+         ["materials.nylon.coefficients.0", "materials.chain.EA"]),
+        ('{ "chain.EA" = "5 MN" }\nfree = { "materials.nylon.coefficients.0" = {} }',
+         ["materials.nylon.coefficients.1", "materials.nylon.coefficients.0"]),
+    ],
+)  # fmt: skip
+def test_what_a_choice_leaves_free(tmp_path, choice, keys):
+    problem = two_materials(tmp_path, f"[choices.other]\nset = {choice}\n").choices["other"]
+    assert [p.key for p in problem.parameters] == keys

@@ -1,7 +1,8 @@
 """The lightest thing that stops in time: against Coulomb's closed form, derivatives through a stop."""
 
+import numpy as np
 import pytest
-from engine_runs import sliding_block, study_of
+from engine_runs import HOOKE, sliding_block, study_of
 
 from lumpedcable.fitting.design import Limit, Trial, least_design, next_number, read_limit
 from lumpedcable.fitting.scalar import Scalar
@@ -88,3 +89,21 @@ def test_a_number_that_there_is_not_is_told(tmp_path):
     limit = read_limit(f"{WAY} <= 0.18 m", study)
     with pytest.raises(ValueError, match=r"bodies\.block\.mas"):
         least_design(study, "bodies.block.mas", (limit,))
+
+
+def test_a_negative_number_is_found_as_a_positive_one_is(tmp_path, monkeypatch):
+    # a line of 10 m and EA = 100 kN from x to 0: T = EA (-x/10 m - 1) <= 2 kN from x = -10.2 m on
+    line = HOOKE.replace("start = { fixed = [0, 0, 0] }", "start = { fixed = [-10.5, 0, 0] }")
+    study = study_of(tmp_path, line)
+
+    def slopes(study, scalar, keys, values, run):
+        return 1e5 * (-values[0] / 10.0 - 1.0), Status.OK, np.array([-1e4])
+
+    monkeypatch.setattr("lumpedcable.fitting.design.scalar_slopes", slopes)
+    found = least_design(study, "lines.rope.start.fixed.0", limits((1.0, 2e3)))
+    assert found.value == pytest.approx(-10.2, rel=1e-6)
+    # farther off than a stride: from -60 m by halves
+    study = study_of(tmp_path, line.replace("-10.5", "-60"))
+    found = least_design(study, "lines.rope.start.fixed.0", limits((1.0, 2e3)))
+    assert [trial.number for trial in found.trials][:3] == [-60.0, -30.0, -15.0]
+    assert found.value == pytest.approx(-10.2, rel=1e-6)

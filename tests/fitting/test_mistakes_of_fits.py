@@ -17,6 +17,15 @@ observe = [{ quantity = "tension", at = "rope.start", column = "F" }]
 """
 )
 TIMES = "t,F\n1,2\n2,3.5\n3,5\n"
+SMOOTH = (
+    """scene = "scene.toml"
+[set]
+"materials.nylon" = { law = "table", strain = [0, 0.1, 0.3], tension = [0, 1e5, 4e5] }
+[free]
+"materials.nylon.tension" = { smooth = 0.5 }
+"""
+    + BENCH
+)
 
 # (fit file, bench.csv or test.csv, what must be said)
 MISTAKES = {
@@ -43,6 +52,38 @@ MISTAKES = {
                          'expected a unit of a force (N), found "mm"'),
     "two units": (GOOD.replace("strain (%)\"", "strain (%)\", unit = \"\""), TABLE,
                   'the unit in the column\'s name, "%", found ""'),
+    "brackets that are no unit": (GOOD.replace('"load", unit = "kN"', '"load (raw)"'),
+                                  TABLE.replace("load", "load (raw)"),
+                                  'expected a unit of a force (N), found unknown unit "raw"'),
+    "brackets of two units": (GOOD.replace('"load", unit = "kN"', '"load (N) as (kN)"'),
+                              TABLE.replace("load", "load (N) as (kN)"),
+                              'one unit in brackets, found "N" and "kN"'),
+    "a column that is there twice": (GOOD, "strain (%),load,load\n1,2,3\n2,3,4\n3,4,5\n",
+                                     'tension.column: expected one column "load" of bench.csv, '
+                                     "found 2"),
+    "thousands separators": (GOOD, TABLE.replace("3.5", "3,500"),
+                             "expected 2 cells, as in the header, found 3 in bench.csv:3; write "
+                             "numbers with a decimal point, without separators of thousands"),
+    "decimal commas": (GOOD, TABLE.replace("2,3.5", "2,0,3,5"), "found 4 in bench.csv:3"),
+    "a dead channel": (GOOD + 'noise = "1 %"\n', "strain (%),load\n1,0\n2,0\n3,0\n",
+                       "experiments.bench.noise: expected a value other than 0 in column load"),
+    "a dead channel of a record": (RECORD.replace('"F" }', '"F", noise = "1 %" }'),
+                                   "t,F\n1,0\n2,0\n3,0\n", "a value other than 0 in column F"),
+    "a bench of what keeps its length": (
+        GOOD.replace("scene.toml", "swept.toml").replace('"nylon"', '"stiff"'), TABLE,
+        'experiments.bench.material: expected a material whose tension follows from its strain, '
+        'found "stiff"'),
+    "outliers without a noise": (GOOD + '[method]\nloss = "huber"\n', TABLE,
+                                 "method.loss: expected the noise of every column, since huber"),
+    "smooth without a noise": (SMOOTH, TABLE, "expected the noise of every column, against which"),
+    "smooth about no slope": (SMOOTH.replace("smooth", 'start = "100 kN", smooth')
+                              + 'noise = "1 kN"\n', TABLE,
+                              "tensions that start at a slope, of whose mean this is a share, "
+                              "found 100 kN at both ends"),
+    "a bound below what the scene allows": (
+        RECORD.replace("materials.nylon.p1", "lines.rope.mass")
+        .replace("200000.0", '2, low = "-1 kg/m"'), TIMES,
+        'low: expected a non-negative mass per length (kg/m), found "-1 kg/m"'),
     "nan": (GOOD, TABLE.replace("3.5", "nan"), 'column load, found "nan" in bench.csv:3'),
     "empty cell": (GOOD, TABLE.replace("3.5", ""), "found nothing in bench.csv:3"),
     "too few rows": (GOOD, "strain (%),load\n1,2\n", "at least 2 rows"),
@@ -75,7 +116,8 @@ MISTAKES = {
 def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
     (tmp_path / "scene.toml").write_text(SCENE)
     sweep = '[sweep]\n"lines.rope.end.held.pretension" = ["45 kN", "50 kN"]\n'
-    (tmp_path / "swept.toml").write_text(SCENE + sweep)
+    stiff = '[materials.stiff]\nlaw = "inextensible"\n'
+    (tmp_path / "swept.toml").write_text(SCENE + stiff + sweep)
     (tmp_path / ("test.csv" if "test.csv" in text else "bench.csv")).write_text(data)
     (tmp_path / "fit.toml").write_text(text)
     told = refused(tmp_path, "fit", "fit.toml")
@@ -113,3 +155,18 @@ def test_the_good_files_are_good(tmp_path):
     for text in (GOOD, RECORD):
         (tmp_path / "fit.toml").write_text(text)
         assert load_fit(tmp_path / "fit.toml").problem.points == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "newtons"),
+    [("load (kN) filtered", 1e3), ("F [N]", 1.0), ("(kN) load (end 2)", 1e3), ("load", 1.0)],
+)
+def test_the_unit_in_brackets_is_read_wherever_it_stands(tmp_path, name, newtons):
+    from lumpedcable.fitting.load import load_fit
+
+    (tmp_path / "scene.toml").write_text(SCENE)
+    # an empty cell too many, as a spreadsheet leaves it, is no number
+    (tmp_path / "bench.csv").write_text(f"strain (%),{name}\n1,2\n2,3.5,\n3,5\n")
+    (tmp_path / "fit.toml").write_text(GOOD.replace('"load", unit = "kN"', f'"{name}"'))
+    (series,) = load_fit(tmp_path / "fit.toml").problem.series
+    assert series.values.tolist() == [2.0 * newtons, 3.5 * newtons, 5.0 * newtons]

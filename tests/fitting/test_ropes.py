@@ -64,6 +64,21 @@ def test_the_command_writes_all_ropes(tmp_path):
     assert (tmp_path / "out" / "ropes.png").exists()
 
 
+def test_one_rope_has_all_its_pictures_and_a_name_may_hold_a_comma(tmp_path):
+    written(tmp_path, noise=0.01)
+    (tmp_path / "coil-b.2.csv").rename(tmp_path / "coil-B,2.csv")
+    for other in ("a1", "07"):
+        (tmp_path / f"coil-{other}.csv").unlink()
+    said = say(tmp_path, "fit", "fit.toml", "-o", "out")
+    assert said.code == 0, said.err
+    with (tmp_path / "out" / "ropes.csv").open(newline="") as file:
+        head, row = csv.reader(file)
+    assert len(head) == len(row)
+    assert row[0] == "B,2"
+    # as of a file that names no ropes
+    assert {"data.png", "laws.png"} < {p.name for p in (tmp_path / "out" / "B,2").iterdir()}
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [(TEXT.replace('ropes = "*"\n', ""), 'expected ropes = ["NAME", ...] for the "{rope}"'),

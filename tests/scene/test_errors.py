@@ -88,6 +88,8 @@ def test_deep_nesting_is_no_crash(tmp_path):
         ("strain,tension\n0,0\n1,x\n", 'number in column tension, found "x" in tested.csv:3'),
         ("strain,tension\n0,0\n\n1\n", "number in column tension, found nothing in tested.csv:4"),
         ("strain,tension\n0,nan\n1,1\n", 'found "nan" in tested.csv:2'),
+        ("strain,tension\n0,0\n0.1,1,000\n", "expected 2 cells, as in the header, found 3"),
+        ("strain,tension,tension\n0,0,1\n1,1,2\n", "expected one column tension, found 2"),
         ("strain,tension\n0,0\n", "expected at least 2 points"),
         ("strain,tension\n0,0\n0,1\n", "expected strains that increase"),
         ("strain,tension\n0,5\n1,1\n", "expected tensions that never fall, found 1 N after 5 N"),
