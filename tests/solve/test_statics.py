@@ -9,6 +9,7 @@ from engine_runs import equilibrium_of, nodes_in_space, order_of, scene_of
 from lumpedcable.exact import elastic_catenary, hanging_nodes, linear_strain
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
+from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE
 
@@ -160,6 +161,23 @@ def test_a_current_bows_a_light_line_sideways(tmp_path):
     sag = nodes_in_space(found, coordinates)[1, 20]
     assert pull == pytest.approx(1e6 * 0.005, rel=1e-3)
     assert sag == pytest.approx(q * 100.5**2 / (8 * pull), rel=5e-3)
+
+
+def test_a_swept_cable_carries_its_weight_at_the_end(tmp_path):
+    # a weight without drag at the end of a cable in a current: there the cable carries that alone
+    water = "[water]\ndensity = 1025\ncurrent = { velocity = [1, 0, 0] }"
+    more = "diameter = 0.03\ndrag = { normal = 1.2, tangential = 0.02 }"
+    misses = []
+    for n in (20, 40, 80):
+        scene = text(100, '"bob"', mass=2.0, segments=n, top=water, more=more)
+        scene = scene_of(tmp_path, scene + "[bodies.bob]\nmass = 50\n")
+        found, _ = equilibrium_of(scene)
+        assert bool(found.converged)
+        end = tension_at(found.model.lines["rope"], -1, found.model)
+        misses.append(abs(float(end) / (50.0 * 9.81) - 1.0))
+    orders = order_of(misses, 2)
+    assert misses[-1] < 1e-3
+    assert np.all((orders > 1.8) & (orders < 2.2))
 
 
 @pytest.mark.parametrize(
