@@ -86,7 +86,7 @@ def laid_out_exactly(model: Model) -> bool:
         for line in model.lines.values()
     )
     loaded = any(isinstance(end, Loaded) for pair in model.ends.values() for end in pair)
-    cuts = all(j.mass is None and len(j.members) == 2 for j in model.junctions)
+    cuts = all(junction.cut for junction in model.junctions)
     held = sum(isinstance(end, Driven | Attached) for pair in model.ends.values() for end in pair)
     return only_weight and loaded and cuts and held <= 1
 

@@ -219,3 +219,42 @@ def test_derivatives_of_an_equilibrium(tmp_path, bending):
         up, down = (value({**at, key: at[key] + sign * change}) for sign in (1.0, -1.0))
         difference = float((up - down) / (2.0 * change))
         assert float(slopes[key]) == pytest.approx(difference, rel=2e-6), key
+
+
+HELD = "{{ held = {{ pretension = {}, direction = {} }} }}"
+PULLS = {
+    # what is at the far end, gravity
+    "pulled straight": (HELD.format(45e3, "[1, 0, 0]"), None),
+    "pulled aside": (HELD.format(4e3, "[3, 1, 4]"), 9.81),
+    "hanging": ('"free"', 9.81),
+}
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("case", PULLS)
+def test_two_lines_in_a_row_from_one_held_end(tmp_path, case, mirrored):
+    # exact for the chain of lumps: the tension of a segment is the sum of the loads beyond it
+    pull, gravity = PULLS[case]
+    anchor = fixed(0, 0, 0)
+    ends = {"rope": (anchor, '"far.start"'), "far": ('"rope.end"', pull)}
+    if mirrored:
+        ends = {"rope": ('"far.end"', anchor), "far": (pull, '"rope.start"')}
+    scene = text(30, ends["rope"][1], EA=1.2e6, segments=12, gravity=gravity, start=ends["rope"][0])
+    scene += LINE.format(
+        length=30, segments=12, mass=10, start=ends["far"][0], end=ends["far"][1], more=""
+    ).replace("lines.rope", "lines.far")
+    found, c = equilibrium_of(scene_of(tmp_path, scene))
+    assert bool(found.converged)
+    loads = np.zeros((25, 3))
+    loads[:, 2] = -10.0 * (gravity or 0.0) * 2.5
+    loads[[0, -1]] *= 0.5
+    force = {
+        "pulled straight": np.array([45e3, 0.0, 0.0]),
+        "pulled aside": 4e3 * np.array([3.0, 1.0, 4.0]) / np.sqrt(26.0),
+        "hanging": np.zeros(3),
+    }[case]
+    exact = hanging_nodes(np.zeros(3), np.full(24, 2.5), loads, force, linear_strain(1.2e6))
+    nodes = [nodes_in_space(found, c, name) for name in ("rope", "far")]
+    nodes = [part[:, ::-1] for part in nodes] if mirrored else nodes
+    both = np.concatenate([nodes[0], nodes[1][:, 1:]], axis=1)
+    np.testing.assert_allclose(both, exact.positions.T, atol=1e-6)
