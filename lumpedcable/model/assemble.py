@@ -380,4 +380,4 @@ def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinat
         if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
             force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
             load = force if load is None else load + force
-    return Junction(joint.members, mass, load)
+    return Junction(joint.members, mass, load, layout.cuts(joint))

@@ -193,7 +193,8 @@ def _fits(body: Body, axes: np.ndarray) -> bool:
     """Whether a rigid body does in a plane, or on a line, what it would do in space.
 
     It does where it is turned about the normal alone, and alike on both sides of the plane: its own
-    axes must lie in it or across, and the resistance of a hull is along its length alone.
+    axes must lie in it or across, and the resistance of a hull is along its length alone. What holds,
+    pulls or damps it along x, y and z must do so alike along those that an axis is between.
     """
     if axes.shape[1] == 3:
         return True
@@ -206,8 +207,27 @@ def _fits(body: Body, axes: np.ndarray) -> bool:
     ahead = np.linalg.norm(axes.T @ np.eye(3)[0]) > 1.0 - TOLERANCE
     askew = body.drag is not None or (axes.shape[1] == 2 and body.turns)
     return not (
-        np.any(np.abs(attitude) > TOLERANCE) or (askew and not aligned) or (skin and not ahead)
+        np.any(np.abs(attitude) > TOLERANCE)
+        or (askew and not aligned)
+        or (skin and not ahead)
+        or not all(_keeps(each, axes) for each in _along(body))
     )
+
+
+def _along(body: Body) -> list[np.ndarray]:
+    """Numbers along x, y and z that a body has: whether it is free, its springs and dampers."""
+    found = [] if body.free is None else [np.array([float(way in body.free) for way in "xyz"])]
+    if body.control is not None:
+        given = (body.control.stiffness, body.control.damping)
+        found += [np.asarray(each, float) for each in given if each is not None]
+    return found
+
+
+def _keeps(each: np.ndarray, axes: np.ndarray) -> bool:
+    """Whether numbers D along x, y and z leave each axis a its direction: D a = (a . D a) a."""
+    moved = each[:, None] * axes
+    aside = moved - np.sum(axes * moved, axis=0) * axes
+    return bool(np.all(np.abs(aside) <= TOLERANCE * np.max(np.abs(each))))
 
 
 def _places_of(end) -> list[np.ndarray]:

@@ -102,12 +102,14 @@ class Junction(eqx.Module):
     """A point at which ends of lines meet, with a mass of its own or none.
 
     `members` names the ends, ("line", 0) for a start and ("line", -1) for an end. `mass` (kg) and
-    `load` (d,), the weight less buoyancy of the point (N), are None where it is a mere joint.
+    `load` (d,), the weight less buoyancy of the point (N), are None where it is a mere joint. `cut` is
+    True where it does no more than cut one line of the scene into two.
     """
 
     members: tuple[tuple[str, int], ...] = eqx.field(static=True)
     mass: Float[Array, ""] | None = None
     load: Float[Array, " d"] | None = None
+    cut: bool = eqx.field(static=True, default=False)
 
 
 def solve_small(matrix: Float[Array, "d d"], vector: Float[Array, " d"]) -> Float[Array, " d"]:

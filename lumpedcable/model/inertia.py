@@ -15,7 +15,16 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.vectors import dot, size
 
-__all__ = ["Frame", "acceleration", "drag_force", "end_matrices", "frame", "kick", "kinetic_energy"]
+__all__ = [
+    "Frame",
+    "acceleration",
+    "drag_force",
+    "end_drag",
+    "end_matrices",
+    "frame",
+    "kick",
+    "kinetic_energy",
+]
 
 
 class Frame(NamedTuple):
@@ -164,3 +173,13 @@ def end_matrices(nodes: Frame, node: int | Int[Array, ""], velocity: Float[Array
     drag_t, drag_n = pick(nodes.drag_t, node), pick(nodes.drag_n, node)
     drag = drag_t * size(v_t) * along + drag_n * size(v_n) * across
     return mass, drag, flow
+
+
+def end_drag(
+    nodes: Frame, node: int | Int[Array, ""], velocity: Float[Array, " d"]
+) -> Float[Array, " d"] | None:
+    """What `drag_force` is on an end node (N), worked out there alone; None without drag."""
+    if nodes.drag_t is None or nodes.drag_n is None:
+        return None
+    _, drag, flow = end_matrices(nodes, node, velocity)
+    return drag @ (flow - velocity)

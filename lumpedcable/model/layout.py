@@ -86,6 +86,18 @@ class Layout:
                 return index
         return None
 
+    def cuts(self, joint: Joint) -> bool:
+        """Whether a joint only cuts one of the scene's lines: nothing else meets there."""
+        ends = {
+            (piece.line, piece.ends_at if node else piece.starts_at)
+            for piece in self.pieces
+            for name, node in joint.members
+            if piece.name == name
+        }
+        # the two sides of a break within a line are broken by the same event; others by none
+        (_, event), *others = ends
+        return event is not None and not others and len(joint.members) == 2
+
     @property
     def seams(self) -> tuple[Piece, ...]:
         """The pieces that are open at a seam."""

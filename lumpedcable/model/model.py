@@ -28,6 +28,7 @@ from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, LineForces, Workspace
 from lumpedcable.model.places import PlaceMeasured
 from lumpedcable.physics.linear import pick
+from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.waves import Boundary
@@ -114,13 +115,17 @@ class Model(eqx.Module):
             v = None if velocity is None else velocity[name]
             workspace = None if over is None else over[name]
             forces = line.forces(u, v, boundaries, dt, ends, workspace)
-            height = None
-            if self.up is not None and self.base is not None and line.current is not None:
-                height = self.base + self.up @ forces.shape.position
-            nodes = inertia.frame(line, forces.shape, height)
+            nodes = self.frame(line, forces.shape)
             result[name] = Evaluation(forces, nodes, ends, boundaries)
         result.add_couplings(self, t, displacement, velocity, dt)
         return result
+
+    def frame(self, line: Line, shape: Shape) -> inertia.Frame:
+        """Inertia and resistance of a line's nodes, in the current at their heights."""
+        height = None
+        if self.up is not None and self.base is not None and line.current is not None:
+            height = self.base + self.up @ shape.position
+        return inertia.frame(line, shape, height)
 
     def followed(self, t: Float[Array, ""], displacement: Vectors) -> Vectors:
         """The same displacements (m), with the ends that are tied to bodies where those are."""

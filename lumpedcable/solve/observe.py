@@ -7,6 +7,7 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.energy import WORKS, energies
+from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import LEAST, part_names
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
@@ -17,9 +18,19 @@ from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seam import EXTRA
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.waves import Boundary
 from lumpedcable.solve.bound import courant_number
 
-__all__ = ["Recoil", "Sample", "Watch", "end_tension", "sample", "watch", "watches"]
+__all__ = [
+    "Recoil",
+    "Sample",
+    "Watch",
+    "end_tension",
+    "sample",
+    "tension_at",
+    "watch",
+    "watches",
+]
 
 FAR = {0: -1, -1: 0, BEFORE: 0, AFTER: -1}  # the other end of a line, or of its part
 ARRIVAL_DROP = 0.01  # share of the start tension that must be gone for the far end to feel it
@@ -71,25 +82,57 @@ class Sample(NamedTuple):
 
 
 def end_tension(
-    line: Line, tension: Float[Array, " n"], node: int, shape: Shape | None = None
+    line: Line,
+    tension: Float[Array, " n"],
+    node: int,
+    shape: Shape | None = None,
+    drag: Float[Array, " d"] | None = None,
+    met: Boundary | None = None,
 ) -> Float[Array, ""]:
     """Tension at an end (N), taken there from the two segments next to it.
 
     The end segment's tension is that of its middle. At an end that does not accelerate the slope
-    is dT/ds = -f . t, with f the loads per metre (N/m) and t the tangent; the parabola of that slope
-    through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. Without `shape` the
-    loads are left out: the waves that are added to them have no slope there.
+    is dT/ds = -f . t, with f the loads and the drag per metre (N/m) and t the tangent; the parabola of
+    that slope through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. `drag` is that
+    of the end node (N). An end that moves through a fluid under a known force F, as `met` says, is
+    slowed by its drag: there the end node's balance gives F . u - T_0, u outwards, for l f . t / 2 less
+    what it accelerates. Without `shape` the loads are left out: the waves that are added to them have
+    no slope there.
     """
     segment = line.segment(node)
     pull = jnp.zeros((), tension.dtype)
-    if shape is not None and line.loads:
-        total = sum(pick(load.force(shape), line.node(node)) for load in line.loads)
+    if shape is not None and (line.loads or drag is not None):
+        forces = [pick(load.force(shape), line.node(node)) for load in line.loads]
+        total = sum(forces if drag is None else [*forces, drag])
         along = jnp.dot(total, pick(shape.tangent, segment))
         pull = along if node in (0, AFTER) else -along  # on the end node: f l / 2
     here = pick(tension, segment)
+    if drag is not None and met is not None and met.loaded is not False:
+        known = jnp.zeros_like(here)
+        if met.force is not None and shape is not None:
+            along = jnp.dot(met.force, pick(shape.tangent, segment))
+            known = -along if node in (0, AFTER) else along
+        pull = known - here if met.loaded is True else jnp.where(met.loaded, known - here, pull)
     if line.segments == 1:
         return here + pull
     return here + (here - pick(tension, line.segment(node, 1))) / 8.0 + 0.75 * pull
+
+
+def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array, ""]:
+    """Tension (N) at the start (0) or end (-1) of a line at rest, as results show it.
+
+    `model` is the one that the line is part of: without it no current drags at the line.
+    """
+    still = jnp.zeros_like(line.reference)
+    shape, drag = line.shape(still), None
+    if model is not None and line.current is not None:  # in still water nothing drags at rest
+        drag = _drag(line, model.frame(line, shape), node, still)
+    return end_tension(line, line.law.tension(shape.strain), node, shape, drag)
+
+
+def _drag(line: Line, nodes: Frame, node: int, velocity: Float[Array, "d nodes"]):
+    """Drag (N) on the node of an end, None without drag."""
+    return end_drag(nodes, line.node(node), pick(velocity, line.node(node)))
 
 
 def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch, ...]:
@@ -157,19 +200,22 @@ def sample(
     back = jnp.zeros((), bool)
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
     for name, line in model.lines.items():
-        e = found[name].line
+        e, own = found[name].line, y.velocity[name]
         whole = e.tension if e.damping is None else e.tension + e.damping
         if line.inextensible:
             whole = y.tension[name]
         tensions[name] = whole
         every = {
             "position": place[name],
-            "velocity": y.velocity[name],
+            "velocity": own,
             "tension": whole,
             "strain": e.shape.strain,
         }
         kept = {key: value for key, value in every.items() if key in quantities}
-        at_ends = [end_tension(line, whole, node, e.shape) for node in line.ends]
+        at_ends = [
+            end_tension(line, whole, node, e.shape, _drag(line, found[name].nodes, node, own), met)
+            for node, met in zip(line.ends, found[name].boundaries, strict=True)
+        ]
         if line.seam is None:
             fields[name], ends[name] = kept, jnp.stack(at_ends)
         else:

@@ -278,15 +278,16 @@ def _joint_places(
 ) -> list[Float[Array, " d"]]:
     """First places (m) of the junctions: a net of springs of stiffness 1 / length.
 
-    Each junction is pulled by a unit force along its load, so that a single line hangs at its own
-    length. Where the scene gives a body's position, that is taken. None starts below the seabed.
+    Each junction is pulled by a unit force along its load and what hangs on it or pulls at it through
+    lines that nothing else holds, so that a single line hangs at its own length. Where the scene gives
+    a body's position, that is taken. None starts below the seabed.
     """
     count = len(model.junctions)
     if count == 0:
         return []
     d = coordinates.dimensions
     matrix = 1e-9 * jnp.eye(count)
-    right = jnp.zeros((count, d))
+    right, pulls = jnp.zeros((count, d)), jnp.zeros((count, d))
     for name in scene.lines:
         pieces = layout.of_line(name)
         ends = ((pieces[0].name, 0), (pieces[-1].name, -1))
@@ -303,11 +304,12 @@ def _joint_places(
                 matrix = matrix.at[here.junction, here.junction].add(stiffness)
                 right = right.at[here.junction].add(stiffness * place)
             else:
-                right = right.at[here.junction].add(_unit(_pull(model, far)))
+                weights = [jnp.sum(nodal_weight(model.lines[p.name]), axis=1) for p in pieces]
+                pulls = pulls.at[here.junction].add(sum(weights, _pull(model, far)))
     for index, junction in enumerate(model.junctions):
         if junction.load is not None:
-            right = right.at[index].add(_unit(junction.load))
-    places = jax.numpy.linalg.solve(matrix, right)
+            pulls = pulls.at[index].add(junction.load)
+    places = jax.numpy.linalg.solve(matrix, right + _unit(pulls.T).T)
     result = [places[k] for k in range(count)]
     for index, junction in enumerate(model.junctions):
         joint = next(j for j in layout.joints if j.members == junction.members)

@@ -44,12 +44,9 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
     t = jnp.full((), -jnp.inf)
     for name, line in model.lines.items():
         forces = line.forces(displacement[name], None)
-        height = None
-        if model.up is not None and model.base is not None and line.current is not None:
-            height = model.base + model.up @ forces.shape.position
         force = forces.force
         still = jnp.zeros_like(force)
-        drag = inertia.drag_force(inertia.frame(line, forces.shape, height), still)
+        drag = inertia.drag_force(model.frame(line, forces.shape), still)
         if drag is not None and line.current is not None:
             force = force + drag
         for node, end in zip((0, -1), model.ends[name], strict=True):
@@ -89,7 +86,7 @@ def laid_out_exactly(model: Model) -> bool:
         for line in model.lines.values()
     )
     loaded = any(isinstance(end, Loaded) for pair in model.ends.values() for end in pair)
-    cuts = all(j.mass is None and len(j.members) == 2 for j in model.junctions)
+    cuts = all(junction.cut for junction in model.junctions)
     held = sum(isinstance(end, Driven | Attached) for pair in model.ends.values() for end in pair)
     return only_weight and loaded and cuts and held <= 1
 

@@ -17,13 +17,13 @@ from jaxtyping import Array, Float
 from lumpedcable.model.assemble import assemble
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.line import Line, placed
+from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.seams import opened
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.scene import Scene, Target
 from lumpedcable.scene.part import Part, children
-from lumpedcable.solve.observe import end_tension
+from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.start import start_of
 from lumpedcable.solve.statics import (
     Equilibrium,
@@ -34,7 +34,7 @@ from lumpedcable.solve.statics import (
     laid_out_exactly,
 )
 
-__all__ = ["rest_of", "sag_of", "tension_at"]
+__all__ = ["rest_of", "sag_of"]
 
 ITERATIONS = 60
 SMALLEST = 1e-14  # relative change of a length that is rounding
@@ -162,7 +162,7 @@ def _miss(
         return (sag_of(model.lines[target.of].reference, up) - wanted) / wanted
     if target.measure == "tension":
         line, _, side = target.of.rpartition(".")
-        return (tension_at(model.lines[line], NODES[side]) - wanted) / wanted
+        return (tension_at(model.lines[line], NODES[side], model) - wanted) / wanted
     place = _place(layout, model, target.of)
     axis = "xyz".index(target.measure)
     found = coordinates.origin[axis] + jnp.asarray(coordinates.axes)[axis] @ place
@@ -177,12 +177,6 @@ def _place(layout: Layout, model: Model, name: str) -> Float[Array, " d"]:
     members = next(joint.members for joint in layout.joints if joint.body == name)
     line, node = members[0]
     return model.lines[line].reference[:, node]
-
-
-def tension_at(line: Line, node: int) -> Float[Array, ""]:
-    """Tension (N) at the start (0) or end (-1) of a line at rest, as results show it."""
-    forces = line.forces(jnp.zeros_like(line.reference), None)
-    return end_tension(line, forces.tension, node, forces.shape)
 
 
 def sag_of(nodes: Float[Array, "d nodes"], up: Float[Array, " d"]) -> Float[Array, ""]:

@@ -17,7 +17,7 @@ from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.riders import Rider
 from lumpedcable.scene import Scene, SceneError, Study
-from lumpedcable.solve.observe import end_tension
+from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure, number
@@ -69,7 +69,7 @@ def _at_rest(
     for name, line in found.model.lines.items():
         shape = line.shape(jnp.zeros_like(line.reference))
         tension = line.law.tension(shape.strain)
-        ends = jnp.stack([end_tension(line, tension, node, shape) for node in (0, -1)])
+        ends = jnp.stack([tension_at(line, node, found.model) for node in (0, -1)])
         lines[name] = (shape.position, tension, shape.strain, ends)
     d = axes.shape[1]
     bodies = {

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text
+from engine_runs import run_text, scene_of
+from scipy.integrate import solve_ivp
+
+from lumpedcable.model.coordinates import coordinates_of
 
 MASS, SIZE = 500e3, (50.0, 10.0, 5.0)  # kg, m
 DRAUGHT = MASS / (1025 * SIZE[0] * SIZE[1])
@@ -150,3 +153,71 @@ def test_three_dimensions_asked_for_are_x_y_and_z(tmp_path):
     other, there, _ = moored(tmp_path, angle, "dimensions = 3\n")
     assert other == pytest.approx(tension, abs=1e-6 * np.max(tension))
     assert there == pytest.approx(place, abs=1e-8)
+
+
+TETHERED = """
+[materials.elastic]
+law = "linear"
+EA = "100 kN"
+[lines.l]
+material = "elastic"
+length = "9 m"
+segments = 1
+mass = "0.01 kg/m"
+start = "b"
+end = {{ fixed = {} }}
+[bodies.b]
+mass = "100 kg"
+position = [0, 0, 0]
+{}
+[output]
+duration = "1 s"
+every = "0.25 s"
+"""
+WAYS = 'free = ["x", "y", "z"]\n'
+SPRING = 'control.stiffness = ["10 kN/m", 0, 0]'
+
+
+def test_a_spring_along_x_pulls_a_body_off_its_oblique_line(tmp_path):
+    more = WAYS + SPRING + '\ncontrol.damping = ["50 N s/m", 0, 0]'
+    ran = run_text(tmp_path, TETHERED.format([8, 6, 0], more))
+    assert ran.statuses == ["OK"]
+
+    def rate(_, state):
+        place, velocity = state[:2], state[2:]
+        arm = np.array([8.0, 6.0]) - place
+        pull = 100e3 * (np.hypot(*arm) / 9.0 - 1.0) * arm / np.hypot(*arm)
+        own = np.array([10e3 * place[0] + 50.0 * velocity[0], 0.0])
+        return [*velocity, *((pull - own) / (100.0 + 0.01 * 9.0 / 2.0))]
+
+    exact = solve_ivp(rate, (0.0, 1.0), np.zeros(4), t_eval=ran.time, rtol=1e-10, atol=1e-12)
+    found = ran.bodies["b"]["position"][0]
+    # second order in a step of which there are hundreds to a period
+    assert found[:, :2] == pytest.approx(exact.y[:2].T, abs=2e-3)
+    assert found[:, 2] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("end", "body", "dimensions"),
+    [
+        ([8, 6, 0], WAYS + SPRING, 3),
+        ([8, 6, 0], "inertia = [10, 10, 10]\n" + SPRING, 3),
+        ([8, 6, 0], WAYS + 'control.damping = [0, "50 N s/m", 0]', 3),
+        ([8, 6, 0], 'free = ["x"]', 3),
+        ([8, 6, 0], 'free = ["x", "y"]', 1),
+        ([8, 6, 0], WAYS + 'control.stiffness = ["1 kN/m", "1 kN/m", 0]', 1),
+        ([8, 0, 6], WAYS + 'control.stiffness = ["1 kN/m", "1 kN/m", 0]', 3),
+        ([9, 0, 0], WAYS + SPRING, 1),
+        ([0, 9, 0], 'free = ["x"]', 1),
+    ],
+)
+def test_springs_and_guides_between_axes_are_in_space(tmp_path, end, body, dimensions):
+    scene = scene_of(tmp_path, TETHERED.format(end, body))
+    assert coordinates_of([scene]).dimensions == dimensions
+
+
+@pytest.mark.parametrize(("end", "dimensions"), [([8, 6, 0], 3), ([9, 0, 0], 2)])
+def test_a_guide_in_a_vertical_plane(tmp_path, end, dimensions):
+    # under gravity: the plane through z and the line, in which x alone is free
+    text = "gravity = 9.81\n" + TETHERED.format(end, 'free = ["x", "z"]')
+    assert coordinates_of([scene_of(tmp_path, text)]).dimensions == dimensions

@@ -9,6 +9,7 @@ from engine_runs import equilibrium_of, nodes_in_space, order_of, scene_of
 from lumpedcable.exact import elastic_catenary, hanging_nodes, linear_strain
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
+from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE
 
@@ -162,6 +163,23 @@ def test_a_current_bows_a_light_line_sideways(tmp_path):
     assert sag == pytest.approx(q * 100.5**2 / (8 * pull), rel=5e-3)
 
 
+def test_a_swept_cable_carries_its_weight_at_the_end(tmp_path):
+    # a weight without drag at the end of a cable in a current: there the cable carries that alone
+    water = "[water]\ndensity = 1025\ncurrent = { velocity = [1, 0, 0] }"
+    more = "diameter = 0.03\ndrag = { normal = 1.2, tangential = 0.02 }"
+    misses = []
+    for n in (20, 40, 80):
+        scene = text(100, '"bob"', mass=2.0, segments=n, top=water, more=more)
+        scene = scene_of(tmp_path, scene + "[bodies.bob]\nmass = 50\n")
+        found, _ = equilibrium_of(scene)
+        assert bool(found.converged)
+        end = tension_at(found.model.lines["rope"], -1, found.model)
+        misses.append(abs(float(end) / (50.0 * 9.81) - 1.0))
+    orders = order_of(misses, 2)
+    assert misses[-1] < 1e-3
+    assert np.all((orders > 1.8) & (orders < 2.2))
+
+
 @pytest.mark.parametrize(
     "scene",
     [
@@ -201,3 +219,42 @@ def test_derivatives_of_an_equilibrium(tmp_path, bending):
         up, down = (value({**at, key: at[key] + sign * change}) for sign in (1.0, -1.0))
         difference = float((up - down) / (2.0 * change))
         assert float(slopes[key]) == pytest.approx(difference, rel=2e-6), key
+
+
+HELD = "{{ held = {{ pretension = {}, direction = {} }} }}"
+PULLS = {
+    # what is at the far end, gravity
+    "pulled straight": (HELD.format(45e3, "[1, 0, 0]"), None),
+    "pulled aside": (HELD.format(4e3, "[3, 1, 4]"), 9.81),
+    "hanging": ('"free"', 9.81),
+}
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("case", PULLS)
+def test_two_lines_in_a_row_from_one_held_end(tmp_path, case, mirrored):
+    # exact for the chain of lumps: the tension of a segment is the sum of the loads beyond it
+    pull, gravity = PULLS[case]
+    anchor = fixed(0, 0, 0)
+    ends = {"rope": (anchor, '"far.start"'), "far": ('"rope.end"', pull)}
+    if mirrored:
+        ends = {"rope": ('"far.end"', anchor), "far": (pull, '"rope.start"')}
+    scene = text(30, ends["rope"][1], EA=1.2e6, segments=12, gravity=gravity, start=ends["rope"][0])
+    scene += LINE.format(
+        length=30, segments=12, mass=10, start=ends["far"][0], end=ends["far"][1], more=""
+    ).replace("lines.rope", "lines.far")
+    found, c = equilibrium_of(scene_of(tmp_path, scene))
+    assert bool(found.converged)
+    loads = np.zeros((25, 3))
+    loads[:, 2] = -10.0 * (gravity or 0.0) * 2.5
+    loads[[0, -1]] *= 0.5
+    force = {
+        "pulled straight": np.array([45e3, 0.0, 0.0]),
+        "pulled aside": 4e3 * np.array([3.0, 1.0, 4.0]) / np.sqrt(26.0),
+        "hanging": np.zeros(3),
+    }[case]
+    exact = hanging_nodes(np.zeros(3), np.full(24, 2.5), loads, force, linear_strain(1.2e6))
+    nodes = [nodes_in_space(found, c, name) for name in ("rope", "far")]
+    nodes = [part[:, ::-1] for part in nodes] if mirrored else nodes
+    both = np.concatenate([nodes[0], nodes[1][:, 1:]], axis=1)
+    np.testing.assert_allclose(both, exact.positions.T, atol=1e-6)

@@ -14,7 +14,8 @@ from lumpedcable.exact import (
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import read_scene
-from lumpedcable.solve.targets import rest_of, sag_of, tension_at
+from lumpedcable.solve.observe import tension_at
+from lumpedcable.solve.targets import rest_of, sag_of
 from lumpedcable.study.compiled import Structure, prepare_batch
 
 SPAN, DROP, WEIGHT, LOAD = 60.0, 16.0, 40.0, 20e3

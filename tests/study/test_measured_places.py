@@ -65,6 +65,35 @@ duration = "20 ms"
 every = "1 ms"
 """
 
+STREAMING = """
+[water]
+density = "1000 kg/m3"
+current = { velocity = ["5 m/s", 0, 0] }
+
+[materials.soft]
+law = "linear"
+EA = "1 MN"
+
+[lines.line]
+material = "soft"
+length = "100 m"
+segments = 20
+mass = "1 kg/m"
+diameter = "50 mm"
+drag = { normal = 1.2, tangential = 0.01 }
+start = { fixed = [0, 0, 0] }
+end = "free"
+
+[measures]
+start = { tension = "line.start" }
+place = { tension = "line", place = "0 m" }
+end = { tension = "line.end" }
+
+[output]
+duration = "0.2 s"
+every = "0.1 s"
+"""
+
 
 def ran(folder, text, *overrides):
     path, target = folder / "scene.toml", folder / "out.h5"
@@ -85,6 +114,19 @@ def test_tension_of_a_hanging_line_at_any_place(tmp_path):
     np.testing.assert_allclose(top, 2.0 * 9.81 * 10.0, rtol=1e-9)
     assert attributes["units"] == "N"
     assert outcome.energy_closure == 0.0  # nothing moved: there is nothing to be a share of
+
+
+def test_a_current_along_a_line_pulls_at_its_ends(tmp_path):
+    """T(s) = rho pi d C_t v^2 (L - s) / 2, linear, so that it is exact at any mesh, at the ends too."""
+    target, _ = ran(tmp_path, STREAMING)
+    with open_result(target) as result:
+        found = {name: table for name, (table, _) in result.measures().items()}
+        ends = [result.line("line").field(f"{end}_tension") for end in ("start", "end")]
+    whole = 0.5 * 1000.0 * np.pi * 0.05 * 0.01 * 5.0**2 * 100.0
+    for table in (found["place"], found["start"], ends[0]):
+        np.testing.assert_allclose(table, whole, rtol=1e-9)
+    for table in (found["end"], ends[1]):  # it is free
+        np.testing.assert_allclose(table, 0.0, atol=1e-6 * whole)
 
 
 @pytest.mark.slow
@@ -147,3 +189,26 @@ def test_a_mistake_is_told_where_it_is(tmp_path, old, new, key, words):
     found = {fault.key: fault.message for fault in caught.value.faults}
     assert key in found, found
     assert words in found[key]
+
+
+def test_an_end_let_go_in_water_has_no_tension(tmp_path):
+    """Drag slows the end, which nothing pulls at any more."""
+    text = STREAMING.replace('current = { velocity = ["5 m/s", 0, 0] }', "").replace(
+        'end = "free"', 'end = { held = { pretension = "20 kN", direction = [1, 0, 0] } }'
+    )
+    text = (
+        text.replace("tangential = 0.01", "tangential = 0.05")
+        .replace("0.1 s", "10 ms")
+        .replace("= 20", "= 50")
+    )
+    text = text.replace("0.2 s", "40 ms").replace("place = {", "#")
+    text += '\n[events.cut]\nbreaks = "line.end"\ntime = "5 ms"\n'
+    target, _ = ran(tmp_path, text)
+    with open_result(target) as result:
+        end = result.line("line").field("end_tension")[0]
+        speed = np.abs(result.line("line").velocity(0)[-1, -1, 0])
+    drag = 0.5 * 1000.0 * np.pi * 0.05 * 0.05 * speed**2  # N/m
+    assert speed > 8.0
+    assert end[0] == pytest.approx(20e3, rel=1e-9)
+    # well behind the front; half a segment of 2 m is the end node's
+    assert np.all(np.abs(end[-2:]) < 0.05 * drag * 1.0)
