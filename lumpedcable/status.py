@@ -38,9 +38,9 @@ MEANING = {
 ADVICE = {
     Status.OK: "",
     Status.STATICS_NOT_CONVERGED: (
-        "check that the ends and forces can balance (a slack line needs gravity to have a shape) and "
-        "that targets can be met (not a tension too low to hold up the line, nor a body beyond the "
-        "ends), or raise statics.max_iterations"
+        "check that the ends and forces can balance (a slack line needs gravity to have a shape), that "
+        "the tension of a winch or of a target is not too low to hold up its line, and that no body "
+        "of a target lies beyond the ends, or raise statics.max_iterations"
     ),
     Status.NON_FINITE: (
         "lower solver.courant; if strains can go beyond max_strain of the material, raise it; check "

@@ -35,6 +35,8 @@ __all__ = [
     "body_works",
     "coupling_energies",
     "live_line",
+    "paid_out",
+    "payout_force",
     "posts_of",
     "steered",
     "steered_gain",
@@ -112,7 +114,7 @@ class Found(dict[str, Any]):
             for coupled in model.couplings
         )
         self.drawn = {
-            name: _payout_force(model, body, self, displacement)
+            name: payout_force(model, body, self, displacement)
             for name, body in model.bodies.items()
             if isinstance(body, Winch)
         }
@@ -216,7 +218,7 @@ def body_force(model, name: str, found: Found, displacement: Values | None = Non
     return force
 
 
-def _payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, ""]:
+def payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, ""]:
     """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
 
     Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:

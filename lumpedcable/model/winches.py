@@ -25,9 +25,10 @@ class Control(eqx.Module):
 class Sheave(eqx.Module):
     """A fixed sheave at the post, over which the line slides on its way to the drum.
 
-    The line beyond it carries T exp(s mu theta) of the drum's tension T, s = tanh(v / v0) with the
-    speed v at which it is paid out (Euler's formula for a belt), to the order of the strain. `grip` is
-    mu theta (-), `fade` v0 (m/s).
+    The line beyond it carries P exp(s mu theta) of the drum's pull P, s = tanh(v / v0) with the speed v
+    at which it is paid out (Euler's formula for a belt), to the order of the strain. P is the set
+    tension and the damping c v, without what a control adds, and not below 0. `grip` is mu theta (-),
+    `fade` v0 (m/s).
     """
 
     grip: Float[Array, ""]
@@ -96,8 +97,10 @@ class Winch(AbstractBody):
             found["winch"] = none.at[0].set(-self.damping * v[0])
         if self.sheave is not None:
             grip = self.sheave.grip * jnp.tanh(v[0] / self.sheave.fade)
-            rub = self.stretch * self.tension * jnp.expm1(grip)
-            found["friction"] = none.at[0].set(-rub)
+            drum = self.stretch * self.tension
+            if self.damping is not None:
+                drum = jnp.maximum(drum + self.damping * v[0], 0.0)  # a line cannot be pushed
+            found["friction"] = none.at[0].set(-drum * jnp.expm1(grip))
         if self.control is not None and self.control.rate is not None:
             found["control"] = none.at[0].set(self.control.rate * v[1])
         return found

@@ -70,6 +70,9 @@ def winch_step_bound(line: Line, winch: Winch) -> Float[Array, ""]:
         rate = rate + winch.damping / winch.kilograms
     if winch.sheave is not None:
         slope = winch.stretch * winch.tension * winch.sheave.grip / winch.sheave.fade
+        if winch.damping is not None:
+            # (T + c v) (exp(g tanh(v / v0)) - 1) has no slope beyond this more than at c = 0
+            slope = slope + winch.damping * jnp.expm1(2.0 * winch.sheave.grip)
         rate = rate + slope / winch.kilograms
     square = 4.0 / line_step_bound(line) ** 2
     if winch.control is not None:

@@ -8,7 +8,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
-from lumpedcable.model.couple import Coupled, Found, body_force, live_line, posts_of, winch_of
+from lumpedcable.model.couple import (
+    Coupled,
+    Found,
+    body_force,
+    live_line,
+    paid_out,
+    posts_of,
+    winch_of,
+)
 from lumpedcable.model.line import LineForces, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
@@ -17,6 +25,7 @@ from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import IdealCable, Posts, PostState
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import strain_at
+from lumpedcable.solve.paidout import hangs, hung_length, hung_line, swept
 from lumpedcable.solve.statics import Equilibrium, force_scale, held_position, static_residual
 
 __all__ = ["carried_equilibrium", "is_carried"]
@@ -95,8 +104,9 @@ def carried_equilibrium(
 ) -> Equilibrium:
     """The model with its lines at rest under their winches, trolleys held where they start along them.
 
-    Newton's method with the whole Jacobian, from straight parts between post, trolley and post; the
-    last step carries the derivative, its Jacobian frozen.
+    Newton's method with the whole Jacobian, from straight parts between post, trolley and post, or from
+    the line's own hanging shape where no trolley runs on it; the last step carries the derivative, its
+    Jacobian frozen.
     """
     model = _guessed(model)
     names = tuple(
@@ -219,18 +229,18 @@ def _guessed(model: Model) -> Model:
         sizes = jnp.sqrt(jnp.sum((path[:, 1:] - path[:, :-1]) ** 2, axis=0))
         along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(sizes)])
         line = lines[name]
-        at = jnp.linspace(0.0, 1.0, line.segments + 1) * along[-1]
-        nodes = jnp.stack([jnp.interp(at, along, row) for row in path])
+        if name not in ways and hangs(line):
+            length = hung_length(model, winch, *posts)
+            at, ends = jax.lax.stop_gradient((model, posts))
+            longer = paid_out(swept(at, at.lines[name], *ends), length)
+            nodes = hung_line(longer, *ends)
+        else:
+            at = jnp.linspace(0.0, 1.0, line.segments + 1) * along[-1]
+            nodes = jnp.stack([jnp.interp(at, along, row) for row in path])
+            strain = strain_at(line.law, winch.tension, line.max_strain)
+            length = along[-1] / (1.0 + strain)
         nodes = nodes.at[:, 0].set(posts[0]).at[:, -1].set(posts[1])
-        strain = strain_at(line.law, winch.tension, line.max_strain)
-        length = along[-1] / (1.0 + strain)
-        ratio = length / jnp.sum(line.node_length)
-        longer = eqx.tree_at(
-            lambda x: (x.segment_length, x.node_length),
-            line,
-            (line.segment_length * ratio, line.node_length * ratio),
-        )
-        lines[name] = placed(longer, nodes)
+        lines[name] = placed(paid_out(line, length), nodes)
         key = next(n for n, b in bodies.items() if b is winch)
         paid = winch.reference.at[0].set(length)
         bodies[key] = eqx.tree_at(lambda b: b.reference, winch, paid)

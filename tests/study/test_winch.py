@@ -3,10 +3,12 @@
 from functools import cache
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from lumpedcable.model.winches import Sheave, Winch
 from lumpedcable.results import open_result
 from lumpedcable.scene import SceneError, load_study
 from lumpedcable.study.run import run_study
@@ -171,6 +173,22 @@ def test_a_sheave_grips_both_ways(tmp_path):
     assert run.tension[out].mean() == pytest.approx(SET * grip, rel=5e-3)
     assert run.tension[back].mean() == pytest.approx(SET / grip, rel=5e-3)
     assert run.outcome.energy_closure < 1e-3
+
+
+@pytest.mark.parametrize("speed", [1.0, -1.0, -3.0])
+def test_a_sheave_rubs_by_all_that_the_drum_pulls_with(speed):
+    set_, damping, grip = (jnp.asarray(x) for x in (20e3, 10e3, 0.1 * np.pi))
+    one = jnp.ones(())
+    winch = Winch(jnp.ones(1), one, set_, set_, one, damping, sheave=Sheave(grip, 0.01 * one))
+    q, v = jnp.ones(1), jnp.full(1, speed)
+    forces = winch.resisting(q, v)
+    line = float(set_ - sum(force[0] for force in forces.values()))  # what keeps the speed steady
+    # Euler: hauling at 1 m/s the drum pulls with 20 - 10 kN, paying out with 20 + 10; at 3 m/s it would
+    # push, and a line that is not pressed on the sheave is not rubbed
+    drum = 20e3 + 10e3 * speed
+    expected = drum * np.exp(np.sign(speed) * 0.1 * np.pi) if drum > 0.0 else drum
+    assert line == pytest.approx(expected, rel=1e-6)
+    assert float(forces["friction"][0]) * speed <= 0.0
 
 
 def test_a_real_winch_needs_a_real_cable(tmp_path):
