@@ -17,6 +17,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.seams import at_end, part_length
+from lumpedcable.results.schema import END_SPEED, exact_name
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
@@ -48,7 +49,7 @@ __all__ = [
 QUANTITIES = {
     "static_strain": ("1", "strain at the end at rest, before anything moves"),
     "static_tension": ("N", "tension at the end at rest, before anything moves"),
-    "peak_end_speed": ("m/s", "peak speed of the broken end"),
+    END_SPEED: ("m/s", "peak speed of the broken end"),
     "break_start": ("s", "time at which the break begins"),
     "front_arrival": (
         "s",
@@ -59,7 +60,7 @@ QUANTITIES = {
 }
 EXACT = {
     "static_strain": ("1", "strain of a straight line under that tension", "no weight"),
-    "peak_end_speed": (
+    END_SPEED: (
         "m/s", "speed of the broken end in the exact wave", "instantaneous break, no drag, no weight"),
     "front_arrival": (
         "s", "time at which the exact wave front reaches the far end",
@@ -128,7 +129,7 @@ def empty_table(contents: Contents, runs: int) -> Table:
     for end in contents.ends:
         names += [f"summary/{end}/{name}" for name in QUANTITIES]
         if contents.exact:
-            names += [f"summary/{end}/exact_{name}" for name in EXACT]
+            names += [f"summary/{end}/{exact_name(name)}" for name in EXACT]
     table |= {name: np.full(runs, np.nan) for name in names}
     for line in contents.rigid:
         table[f"lines/{line}/peak_tension"] = np.full((runs, contents.segments[line]), np.nan)
@@ -271,7 +272,7 @@ def _recoil(
     begun = status != Status.STATICS_NOT_CONVERGED
     numbers["static_strain"] = np.where(begun, strain, nan)
     numbers["static_tension"] = np.where(begun, tension, nan)
-    numbers["peak_end_speed"] = _largest(account.largest[f"speed {index}"], good)
+    numbers[END_SPEED] = _largest(account.largest[f"speed {index}"], good)
     with np.errstate(over="ignore"):
         numbers["reach"] = np.sqrt(_largest(account.largest[f"reach {index}"], good))
     if account.complete:
@@ -295,7 +296,7 @@ def _recoil(
         ]
         for name in EXACT:
             values = [wave.get(name, np.nan) for wave in waves]
-            numbers[f"exact_{name}"] = np.array(values)
+            numbers[exact_name(name)] = np.array(values)
     return numbers
 
 
@@ -380,6 +381,6 @@ def _exact(
         return {}  # a law that falls somewhere has no single wave
     return {
         "static_strain": wave.strain0,
-        "peak_end_speed": wave.end_speed,
+        END_SPEED: wave.end_speed,
         "front_arrival": wave.front_arrival(length),
     }
