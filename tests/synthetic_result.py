@@ -159,7 +159,7 @@ def _summary(runs, velocity, break_start):
     numbers = {
         "static_strain": ("1", pretension / STIFFNESS, {}),
         "peak_end_speed": ("m/s", -np.fmin.reduce(velocity[:, :, -1, 0], axis=1), {}),
-        "exact_end_speed": ("m/s", pretension / (MASS * SPEED), ideal),
+        "exact_peak_end_speed": ("m/s", pretension / (MASS * SPEED), ideal),
         "exact_front_arrival": ("s", arrival, ideal),
         "reference_book_front_arrival": ("s", np.full(len(runs), 0.0733), {"source": "A book"}),
     }

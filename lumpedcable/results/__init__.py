@@ -12,6 +12,7 @@ from lumpedcable.results.schema import (
     Coordinate,
     Variable,
     axis_names,
+    exact_name,
     sweep_coordinates,
 )
 from lumpedcable.results.writer import ResultWriter
@@ -30,6 +31,7 @@ __all__ = [
     "Variable",
     "axis_names",
     "describe",
+    "exact_name",
     "is_study_folder",
     "open_result",
     "sweep_coordinates",

@@ -2,14 +2,16 @@
 
 ::
 
-    study.toml          the whole scene and sweep, in SI numbers
-    study.json          number of runs, runs in each shard, digest of study.toml, version
-    study.h5            all shards as one results file, by reference
-    shards/000000.h5    runs 0 to shard - 1, and so on; a results file like any other
-    shards/000000.txt   why a shard could not be computed, until it is
+    study.toml                  the whole scene and sweep, in SI numbers
+    study.json                  number of runs, runs in each shard, digest of study.toml, version,
+                                what the names of the shards begin with
+    study.h5                    all shards as one results file, by reference
+    shards/1b2c3d4e-000000.h5   runs 0 to shard - 1, and so on; a results file like any other
+    shards/1b2c3d4e-000000.txt  why a shard could not be computed, until it is
 
-A shard is written under another name and renamed when it is complete, so that whoever finds one
-finds all of it.
+HDF5 looks for the file of a reference beside the one that refers to it and then in the folder that
+the process is in, so two studies must not have shards of one name. A shard is written under another
+name and renamed when it is complete, so that whoever finds one finds all of it.
 """
 
 from __future__ import annotations
@@ -40,6 +42,16 @@ class Manifest:
     """SHA-256 of study.toml."""
     version: str
     """Version of lumpedcable that computes it; parts of two are not mixed."""
+    names: str = ""
+    """What the names of the shards begin with, of no other study; "" where a study says nothing."""
+
+    @classmethod
+    def new(cls, runs: int, shard: int, digest: str, version: str) -> Manifest:
+        """Of a study that begins: the same wherever the same study begins."""
+        told = json.dumps([runs, shard, digest, version])
+        return cls(
+            runs, shard, digest, version, hashlib.sha256(told.encode()).hexdigest()[:8] + "-"
+        )
 
 
 @dataclass(frozen=True)
@@ -75,7 +87,7 @@ class StudyFolder:
 
     def name(self, shard: int) -> str:
         """Name of a shard's file from the folder."""
-        return f"{SHARDS}/{shard:06d}.h5"
+        return f"{SHARDS}/{self.manifest.names}{shard:06d}.h5"
 
     def parts(self) -> list[tuple[str, int]]:
         """Every shard's file from the folder, there or not, and its number of runs."""
@@ -83,14 +95,12 @@ class StudyFolder:
 
     def missing(self) -> list[int]:
         """Shards that are not finished."""
-        there = {entry.name for entry in os.scandir(self.path / SHARDS)}
-        return [s for s in range(self.shards) if Path(self.name(s)).name not in there]
+        there = self._there(".h5")
+        return [shard for shard in range(self.shards) if shard not in there]
 
     def begun(self) -> list[int]:
         """Shards that somebody writes, or has left unfinished."""
-        ending = f".h5{PARTIAL_SUFFIX}"
-        found = (entry.name for entry in os.scandir(self.path / SHARDS))
-        return sorted(int(name.removesuffix(ending)) for name in found if name.endswith(ending))
+        return sorted(self._there(f".h5{PARTIAL_SUFFIX}"))
 
     def note_failure(self, shard: int, reason: str) -> None:
         """Keep why a shard could not be computed."""
@@ -102,8 +112,18 @@ class StudyFolder:
 
     def failures(self) -> dict[int, str]:
         """Why shards could not be computed."""
-        found = sorted((self.path / SHARDS).glob("*.txt"))
-        return {int(file.stem): file.read_text(encoding="utf-8").strip() for file in found}
+        found = sorted(self._there(".txt"))
+        return {s: self._reason(s).read_text(encoding="utf-8").strip() for s in found}
+
+    def _there(self, ending: str) -> set[int]:
+        """Shards of which there is a file whose name ends so."""
+        found = (entry.name for entry in os.scandir(self.path / SHARDS))
+        numbers = (
+            name.removeprefix(self.manifest.names).removesuffix(ending)
+            for name in found
+            if name.startswith(self.manifest.names) and name.endswith(ending)
+        )
+        return {int(number) for number in numbers if number.isdecimal()}
 
     def _reason(self, shard: int) -> Path:
         return self.file(shard).with_suffix(".txt")
@@ -147,7 +167,7 @@ class StudyFolder:
             if path.exists() and (not path.is_dir() or any(path.iterdir())):
                 raise OutputError(f"cannot write {path}: expected a new or empty folder")
             (path / SHARDS).mkdir(parents=True, exist_ok=True)
-            made = cls(path, Manifest(runs, shard or DEFAULT_SHARD, digest, version))
+            made = cls(path, Manifest.new(runs, shard or DEFAULT_SHARD, digest, version))
             _place(made.scene, text)
             # last, since it is what makes the folder a study
             _place(path / MANIFEST, json.dumps(asdict(made.manifest), indent=2) + "\n")

@@ -34,6 +34,15 @@ SCHEMA_VERSION = "1"
 PARTIAL_SUFFIX = ".partial"
 """Appended to the target's name while the file is being written."""
 
+END_SPEED = "peak_end_speed"
+"""Name of the peak speed of a recoiling end, for who writes it and who draws it."""
+
+
+def exact_name(quantity: str) -> str:
+    """What the exact number beside a number of a recoiling end is called."""
+    return f"exact_{quantity}"
+
+
 RESERVED = frozenset(
     {
         "run",

@@ -27,7 +27,7 @@ from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
-from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watches
+from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watched, watches
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, rests
@@ -167,6 +167,7 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     seen = watches(model, y, plan.recoils)
     never = jnp.zeros((), bool)
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
+    first = first._replace(largest=first.largest | watched(seen))
     moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
     return Progress(y, solver_state, seen, never, moving, y.tension), first
 
@@ -312,7 +313,8 @@ def advance(
 
     def sample_at(run: Progress, t) -> Kept:
         found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
-        return keep(found._replace(stopped=rests(model, plan, run)))
+        largest = found.largest | watched(run.seen)
+        return keep(found._replace(stopped=rests(model, plan, run), largest=largest))
 
     empty = jax.tree.map(
         lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),

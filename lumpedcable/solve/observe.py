@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.ends import Joined
 from lumpedcable.model.energy import WORKS, energies
 from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import LEAST, part_names
@@ -29,6 +30,7 @@ __all__ = [
     "sample",
     "tension_at",
     "watch",
+    "watched",
     "watches",
 ]
 
@@ -44,28 +46,29 @@ class Recoil(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What a recoiling end has done: peak speed (m/s) and its time, when the far end felt it (s).
+    """What a recoiling end has done so far: its peak speed (m/s), when the far end felt it (s).
 
-    `reach` is the square of its largest distance from where it started (m2), `reach_time` when (s).
-    `arrival` is the time at which the tension at the far end first lost 1 % of what it was at the
-    start, linear between steps, NaN before; `last` is the tension of the step before (N).
+    `reach` is the square of its largest distance from where it started (m2). `arrival` is the time at
+    which the tension at the far end first lost 1 % of `loaded`, linear between steps, NaN before.
+    That is its tension (N) when the break begins, at `begins` (s); `rest` is that at the start, `last`
+    that of the step before.
     """
 
     peak_speed: Float[Array, ""]
-    peak_time: Float[Array, ""]
     arrival: Float[Array, ""]
     last: Float[Array, ""]
-    first: Float[Array, ""]
+    loaded: Float[Array, ""]
+    rest: Float[Array, ""]
     reach: Float[Array, ""]
-    reach_time: Float[Array, ""]
+    begins: Float[Array, ""]
 
 
 class Sample(NamedTuple):
     """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
 
-    `largest` has the largest tension of all segments (N) and the kinetic energy (J), `bodies` the
-    coordinates q and their rates of each body, (2, m), `measures` the numbers that the scene asks for,
-    NaN while they do not count.
+    `largest` has the largest tension of all segments (N) and the kinetic energy (J), and what
+    `watched` adds; `bodies` the coordinates q and their rates of each body, (2, m); `measures` the
+    numbers that the scene asks for, NaN while they do not count.
     """
 
     fields: dict[str, dict[str, Array]]
@@ -142,8 +145,20 @@ def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch,
         far = _far_tension(model, y, recoil)
         never = jnp.full_like(far, jnp.nan)
         nothing = jnp.zeros_like(far)
-        result.append(Watch(nothing, never, never, far, far, nothing, never))
+        begins = _begins(model, recoil)
+        result.append(Watch(nothing, never, far, far, far, nothing, begins))
     return tuple(result)
+
+
+def watched(seen: tuple[Watch, ...]) -> dict[str, Float[Array, ""]]:
+    """Peak speeds (m/s) and squares of reaches (m2) so far, as `Sample.largest` has them.
+
+    They are kept of every output time, so that a run that goes wrong has those of the last good one.
+    """
+    found = {}
+    for index, one in enumerate(seen):
+        found |= {f"speed {index}": one.peak_speed, f"reach {index}": one.reach}
+    return found
 
 
 def watch(
@@ -160,20 +175,27 @@ def watch(
         node = model.lines[recoil.line].node(recoil.node)
         speed = jnp.sqrt(jnp.sum(pick(y.velocity[recoil.line], node) ** 2))
         far = _far_tension(model, y, recoil)
-        level = (1.0 - ARRIVAL_DROP) * old.first
-        crossed = jnp.isnan(old.arrival) & (far < level)
+        level = (1.0 - ARRIVAL_DROP) * old.loaded
+        waits = t <= old.begins
+        crossed = jnp.isnan(old.arrival) & (far < level) & ~waits
         share = (old.last - level) / jnp.where(crossed, old.last - far, 1.0)
         when = (t - dt * (1.0 - share)).astype(old.arrival.dtype)
         arrival = jnp.where(crossed, when, old.arrival)
-        faster = speed > old.peak_speed
-        peak_time = jnp.where(faster, t.astype(speed.dtype), old.peak_time)
-        peak = jnp.where(faster, speed, old.peak_speed)
+        loaded = jnp.where(waits, far, old.loaded)
         moved = jnp.sum(pick(y.displacement[recoil.line], node) ** 2)
-        farther = moved > old.reach
-        reach = jnp.where(farther, moved, old.reach)
-        reach_time = jnp.where(farther, t.astype(moved.dtype), old.reach_time)
-        result.append(Watch(peak, peak_time, arrival, far, old.first, reach, reach_time))
+        peak = jnp.where(speed > old.peak_speed, speed, old.peak_speed)
+        reach = jnp.where(moved > old.reach, moved, old.reach)
+        result.append(Watch(peak, arrival, far, loaded, old.rest, reach, old.begins))
     return tuple(result)
+
+
+def _begins(model: Model, recoil: Recoil) -> Float[Array, ""]:
+    """When the break of a recoiling end begins (s): its own or, at a joint, the first there."""
+    end = model.end(recoil.line, recoil.node)
+    own = [] if end.release is None else [end.release]
+    if not own and isinstance(end, Joined):
+        own = [release for _, release in model.leavers(end.junction)]
+    return jnp.min(jnp.stack([release.start for release in own]))
 
 
 def _far_tension(model: Model, y: State, recoil: Recoil) -> Float[Array, ""]:

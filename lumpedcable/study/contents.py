@@ -19,7 +19,7 @@ from lumpedcable.model.assemble import assemble, wave_scheme
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import body_works
 from lumpedcable.model.energy import WORKS, works_of
-from lumpedcable.results import Coordinate, ResultWriter, Variable, sweep_coordinates
+from lumpedcable.results import Coordinate, ResultWriter, Variable, exact_name, sweep_coordinates
 from lumpedcable.scene import CHECKED
 from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.observe import Sample
@@ -192,7 +192,7 @@ class Contents:
             for quantity, (unit, text) in QUANTITIES.items():
                 found.append(Variable(f"summary/{end}/{quantity}", ("run",), "f8", unit, text))
             for quantity, (unit, text, holds) in EXACT.items() if self.exact else ():
-                path = f"summary/{end}/exact_{quantity}"
+                path = f"summary/{end}/{exact_name(quantity)}"
                 found.append(Variable(path, ("run",), "f8", unit, text, {"holds": holds}))
         found += carried_variables(self.scene, self.histories)
         if self.scene.output.static:

@@ -17,6 +17,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.seams import at_end, part_length
+from lumpedcable.results.schema import END_SPEED, exact_name
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
@@ -46,20 +47,20 @@ __all__ = [
 ]
 
 QUANTITIES = {
-    "static_strain": ("1", "strain at the end before the break"),
-    "static_tension": ("N", "tension at the end before the break"),
-    "peak_end_speed": ("m/s", "peak speed of the broken end"),
+    "static_strain": ("1", "strain at the end at rest, before anything moves"),
+    "static_tension": ("N", "tension at the end at rest, before anything moves"),
+    END_SPEED: ("m/s", "peak speed of the broken end"),
     "break_start": ("s", "time at which the break begins"),
     "front_arrival": (
         "s",
-        "time after the start of the break until the far end has lost 1 % of its tension",
+        "time after the start of the break until the far end has lost 1 % of its tension then",
     ),
     "end_displacement": ("m", "distance of the broken end from its start, at the last time"),
     "reach": ("m", "largest distance of the broken end from its start"),
 }
 EXACT = {
     "static_strain": ("1", "strain of a straight line under that tension", "no weight"),
-    "peak_end_speed": (
+    END_SPEED: (
         "m/s", "speed of the broken end in the exact wave", "instantaneous break, no drag, no weight"),
     "front_arrival": (
         "s", "time at which the exact wave front reaches the far end",
@@ -128,7 +129,7 @@ def empty_table(contents: Contents, runs: int) -> Table:
     for end in contents.ends:
         names += [f"summary/{end}/{name}" for name in QUANTITIES]
         if contents.exact:
-            names += [f"summary/{end}/exact_{name}" for name in EXACT]
+            names += [f"summary/{end}/{exact_name(name)}" for name in EXACT]
     table |= {name: np.full(runs, np.nan) for name in names}
     for line in contents.rigid:
         table[f"lines/{line}/peak_tension"] = np.full((runs, contents.segments[line]), np.nan)
@@ -235,7 +236,7 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     if contents.energy:
         table["energy/residual"][rows] = energy.residual
     for index, recoil in enumerate(part.plan.recoils):
-        found = _recoil(contents, part, ready, account, recoil, index, status, when)
+        found = _recoil(contents, part, ready, account, recoil, index, status, when, good)
         for name, values in found.items():
             table[f"summary/{recoil_name(recoil)}/{name}"][rows] = values
 
@@ -257,7 +258,7 @@ def _largest(history: NDArray[np.float64], good: NDArray[np.bool_]) -> NDArray[n
 
 def _recoil(
     contents: Contents, part: Part, ready: Ready, account: Account, recoil: Recoil, index: int,
-    status: NDArray[np.int64], when: NDArray[np.float64],
+    status: NDArray[np.int64], when: NDArray[np.float64], good: NDArray[np.bool_],
 ) -> dict[str, NDArray[np.float64]]:  # fmt: skip
     """Numbers of one recoiling end of every run, measured and exact."""
     lived, study = len(part.runs), contents.laid.study
@@ -271,32 +272,51 @@ def _recoil(
     begun = status != Status.STATICS_NOT_CONVERGED
     numbers["static_strain"] = np.where(begun, strain, nan)
     numbers["static_tension"] = np.where(begun, tension, nan)
+    numbers[END_SPEED] = _largest(account.largest[f"speed {index}"], good)
+    with np.errstate(over="ignore"):
+        numbers["reach"] = np.sqrt(_largest(account.largest[f"reach {index}"], good))
     if account.complete:
-        watch, fine = account.watches[index], ~np.isfinite(when)
-
-        def before(value, at) -> NDArray[np.float64]:
-            """A number where it came about before anything went wrong."""
-            return np.where(begun & (fine | (np.asarray(at, float) < when)), value, nan)
-
+        watch = account.watches[index]
         arrival = np.asarray(watch.arrival, float)
         # a far end that lost tension before the break lost it to something else
-        felt = before(arrival, arrival) - begins
+        full = np.asarray(watch.loaded, float) >= 0.99 * np.asarray(watch.rest, float)
+        felt = np.where(begun & full & ~(arrival >= when), arrival, nan) - begins
         numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
-        numbers["peak_end_speed"] = before(watch.peak_speed, watch.peak_time)
-        numbers["reach"] = before(np.sqrt(np.asarray(watch.reach, float)), watch.reach_time)
         with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement
             moved = at_end(line, account.displacement[recoil.line], recoil.node)
             move = np.linalg.norm(moved, axis=1)
         numbers["end_displacement"] = np.where(status == Status.OK, move, nan)
     if contents.exact:
+        still = _still(account, index, begins, contents.laid.scene.output.every)
         waves = [
             _exact(study.runs[int(run)], line, recoil, k, float(tension[k]), float(begins[k]))
+            if begun[k] and still[k]
+            else {}
             for k, run in enumerate(part.runs)
         ]
         for name in EXACT:
             values = [wave.get(name, np.nan) for wave in waves]
-            numbers[f"exact_{name}"] = np.array(values)
+            numbers[exact_name(name)] = np.array(values)
     return numbers
+
+
+def _still(
+    account: Account, index: int, begins: NDArray[np.float64], every: float
+) -> NDArray[np.bool_]:
+    """Whether each run was at rest until its end broke, at `begins` (s), as the exact wave has it.
+
+    Its far end has the tension that it had at the start, within 1 %, and nothing has moved with more
+    than 1 % of the speed of what comes, 1e-4 of its kinetic energy.
+    """
+    if not account.complete:
+        return begins <= 0.0
+    watch, kinetic = account.watches[index], account.largest["kinetic"]
+    rest = np.asarray(watch.rest, float)
+    kept = np.abs(np.asarray(watch.loaded, float) - rest) <= 0.01 * np.abs(rest)
+    before = np.arange(account.count + 1) * every < begins[:, None] * (1.0 - 1e-9)
+    most = np.nanmax(np.where(np.isfinite(kinetic), kinetic, 0.0), axis=1)
+    quiet = np.all(~before | (kinetic <= 1e-4 * most[:, None]), axis=1)
+    return (begins <= 0.0) | (kept & quiet)
 
 
 def _tensions(
@@ -361,6 +381,6 @@ def _exact(
         return {}  # a law that falls somewhere has no single wave
     return {
         "static_strain": wave.strain0,
-        "peak_end_speed": wave.end_speed,
+        END_SPEED: wave.end_speed,
         "front_arrival": wave.front_arrival(length),
     }

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from lumpedcable.results.human import scale
-from lumpedcable.results.reader import ResultFile
+from lumpedcable.results.reader import LineData, ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
 from lumpedcable.view.sampling import extent, node_count, side_view
@@ -26,15 +26,15 @@ _AXES = "xyz"
 
 
 def end_tension_figure(result: ResultFile, group: Group) -> Figure:
-    """Tension of every line's first and last segment against time, a panel for each run."""
-    names = [name for name in result.lines if result.line(name).has("tension")]
+    """Tension at both ends of every line against time, a panel for each run."""
+    names = [name for name in result.lines if has_end_tension(result.line(name))]
     data: dict[int, list[tuple[str, int, Array]]] = {run: [] for run in group.runs}
     for run in group.runs:
         for index, name in enumerate(names):
-            line = result.line(name)
-            tension = line.tension(run)
-            data[run].append((f"{name}.start", index, tension[:, 0]))
-            data[run].append((f"{name}.end", index, tension[:, node_count(line, run) - 2]))
+            for side, tension in zip(
+                ("start", "end"), _end_tensions(result.line(name), run), strict=True
+            ):
+                data[run].append((f"{name}.{side}", index, tension))
     together = [np.array([tension for _, _, tension in curves]) for curves in data.values()]
     factor, unit = style.shared_unit(together, "N")
     to_time, time_unit = scale(float(result.time[-1]), "s")
@@ -56,6 +56,23 @@ def end_tension_figure(result: ResultFile, group: Group) -> Figure:
     style.label_outer(axes, style.with_unit("time", time_unit), style.with_unit("tension", unit))
     style.foot(figure, group.note, list(entries.values()))
     return figure
+
+
+def has_end_tension(line: LineData) -> bool:
+    """Whether the file tells of the tension at a line's ends: of that itself, or of its segments."""
+    return _has_ends(line) or line.has("tension")
+
+
+def _has_ends(line: LineData) -> bool:
+    return line.has("start_tension") and line.has("end_tension")
+
+
+def _end_tensions(line: LineData, run: int) -> tuple[Array, Array]:
+    """Tension (N) at the start and the end, (time,); where it is not kept that of the end segments."""
+    if _has_ends(line):
+        return line.field("start_tension", run), line.field("end_tension", run)
+    tension = line.tension(run)
+    return tension[:, 0], tension[:, node_count(line, run) - 2]
 
 
 def shape_figure(result: ResultFile, group: Group) -> Figure:

@@ -14,7 +14,7 @@ from lumpedcable.results.reader import ResultFile, open_result
 from lumpedcable.view import style
 from lumpedcable.view.bodies import body_figure
 from lumpedcable.view.energy import energy_figure
-from lumpedcable.view.general import end_tension_figure, shape_figure
+from lumpedcable.view.general import end_tension_figure, has_end_tension, shape_figure
 from lumpedcable.view.groups import Group, file_tag, groups
 from lumpedcable.view.maps import ENOUGH, FEWEST, map_figures
 from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
@@ -36,9 +36,9 @@ def plot_result(
     """Draw the figures of a results file, finished or not.
 
     Where a line parts: tension and velocity along it, the speed of the broken end, and the x-t
-    diagram; otherwise tension at the ends and shapes. Energies always. Of a scene at rest: the shape
-    of each cable with its numbers. Figures whose fields the
-    file does not hold are left out. Where several numbers are swept there is one set of figures
+    diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Energies
+    always. Of a scene at rest: the shape of each cable with its numbers. Figures whose fields the file
+    does not hold are left out. Where several numbers are swept there is one set of figures
     for each value of the last, and its name ends in that value: tension_break_time_5ms.png. Where
     two or more of them take three values or more, or of enough draws: maps of the numbers of the
     runs over every pair.
@@ -137,7 +137,8 @@ def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
         if tension:
             yield f"xt{which}", partial(xt_figure, result, end, group)
     lines = [result.line(name) for name in result.lines]
-    if not ends and any(line.has("tension") for line in lines):
+    along = any(end.line.has("tension") for end in ends)
+    if not along and any(has_end_tension(line) for line in lines):
         yield "end_tension", partial(end_tension_figure, result, group)
     if not ends and any(line.has("position") for line in lines):
         yield "shape", partial(shape_figure, result, group)

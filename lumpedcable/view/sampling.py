@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.reader import LineData, ResultFile
+from lumpedcable.results.schema import END_SPEED, exact_name
 
 Array = NDArray[Any]
 
+EXACT_SPEED = exact_name(END_SPEED)
 _USUAL = 0.010  # s; the spacing of curves in published snap-back figures
 _MOST_CURVES = 31
 
@@ -126,7 +128,7 @@ class RecoilingEnd:
 
     def exact_speed(self, run: int) -> float | None:
         """The exact end speed in m/s, None where the file holds none."""
-        return self._number("exact_end_speed", run)
+        return self._number(EXACT_SPEED, run)
 
     def arrivals(self, run: int) -> list[tuple[str, bool, float]]:
         """When fronts reach the other end: (label, exact or else reported, s after the break).
@@ -152,9 +154,9 @@ class RecoilingEnd:
 
     def holds(self) -> str:
         """For which idealisation the exact end speed holds, "" where the file does not say."""
-        if "exact_end_speed" not in self._numbers:
+        if EXACT_SPEED not in self._numbers:
             return ""
-        return str(self._result.summary_attributes(self.name, "exact_end_speed").get("holds", ""))
+        return str(self._result.summary_attributes(self.name, EXACT_SPEED).get("holds", ""))
 
     def _number(self, name: str, run: int) -> float | None:
         values = self._numbers.get(name)

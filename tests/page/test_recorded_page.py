@@ -80,7 +80,7 @@ def test_runs_and_numbers_are_told(file):
     assert head["runs"][3]["message"] == "too much strain"
     numbers = {o["key"]: o["texts"] for o in head["outputs"]}
     # T/(m c), with c = sqrt(EA/m) = 818.7 m/s
-    assert numbers["rope.end/exact_end_speed"][0] == "24.56 m/s"
+    assert numbers["rope.end/exact_peak_end_speed"][0] == "24.56 m/s"
     assert numbers["run/energy_closure"][0] == "1·10⁻⁶"
 
 

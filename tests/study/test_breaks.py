@@ -7,6 +7,7 @@ from nylon_line import MASS, cut
 
 from lumpedcable.exact import LinearRelease, release_wave
 from lumpedcable.scene import SceneError
+from lumpedcable.study.summary import EXACT
 
 FIXED = 'end = { fixed = ["66 m", 0, 0] }'  # 10 % longer than it is unstretched
 
@@ -207,3 +208,27 @@ def test_a_joint_that_everything_leaves(tmp_path):
     body = LATER["fixed end"][0].replace("end = { fixed = [105, 0, 0] }", 'end = "bob"')
     with pytest.raises(SceneError, match='end at body "bob" that does not break'):
         run_text(tmp_path, body + '\n[bodies.bob]\nmass = "5 kg"\n')
+
+
+class TestLoadedBeforeItBreaks:
+    # pulled from 1 kN to 11 kN by a tug: 1 m in 1 s, waves of 1000 m/s along 100 m
+    PULLED = 'end = { motion = { position = [100.1, 0, 0], velocity = [1, 0, 0], ramp = "0.4 s" } }'
+    CHANGES = ("events.break.start=1 s", "events.break.time=20 ms", "output.duration=1.15 s")
+
+    def test_the_break_is_felt_by_what_the_line_carries_then(self, tmp_path):
+        held = 'end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }'
+        assert held in HOOKE
+        ran = run_text(tmp_path, HOOKE.replace(held, self.PULLED), *self.CHANGES)
+        found = ran.outcomes[0].recoils["rope.end"]
+        assert found["static_tension"] == pytest.approx(1e3, rel=1e-9)
+        # the front takes 100 ms; half a per cent has decayed, doubled at the wall, after 0.9 ms
+        assert found["front_arrival"] == pytest.approx(0.1009, rel=0.03)
+        # T / sqrt(EA m) of what the wall sent 100 ms before the last time, where nothing moves
+        sent = ran["tension"][0, np.searchsorted(ran.time, 1.05 - 1e-9), 0]
+        assert found["peak_end_speed"] == pytest.approx(sent / 1e3, rel=0.005)
+        # no exact wave is claimed of a line that moves
+        assert np.isnan([found[f"exact_{name}"] for name in EXACT]).all()
+
+    def test_the_exact_wave_is_that_of_a_line_at_rest_however_late_it_breaks(self, tmp_path):
+        ran = run_text(tmp_path, HOOKE, "events.break.start=10 ms", "output.duration=20 ms")
+        assert ran.outcomes[0].recoils["rope.end"]["exact_peak_end_speed"] == pytest.approx(50.0)

@@ -1,5 +1,6 @@
 """Studies in folders: shards finished or absent, resumed, seen as one file."""
 
+import json
 import os
 import signal
 import time
@@ -136,6 +137,31 @@ def test_what_is_there_is_kept_and_what_is_not_is_computed(scene, whole, tmp_pat
         assert_equal_bits(contents(folder.file(shard)), contents(whole.file(shard)))
 
 
+@pytest.mark.parametrize(("shard", "drag"), [(5, "0.5"), (4, "0.0")])
+def test_a_study_is_never_told_by_the_shards_of_another(whole, tmp_path, monkeypatch, shard, drag):
+    # a reference to a file that is absent is looked for in the folder that the process is in, too
+    other = SMALL.replace('every = "1 ms"', KEPT).replace("normal = 1.5", f"normal = {drag}")
+    assert other.count(f"normal = {drag}") == 1
+    begun, _ = open_study(load_study(good_scenes.write(tmp_path, other)), tmp_path / "begun", shard)
+    monkeypatch.chdir(whole.path)
+    with open_result(begun.path) as view:
+        assert view.status == ["interrupted"] * 12
+        assert np.isnan(view.summary()["rope.end"]["reach"]).all()
+
+
+def test_a_folder_that_says_nothing_of_names_has_shards_of_numbers_alone(whole, tmp_path):
+    told = json.loads((whole.path / "study.json").read_text())
+    del told["names"]
+    (tmp_path / "shards").mkdir()
+    (tmp_path / "study.json").write_text(json.dumps(told))
+    for name in ("000001.h5", "000002.h5.partial", f"{whole.manifest.names}000000.h5"):
+        (tmp_path / "shards" / name).touch()
+    folder = StudyFolder.open(tmp_path)
+    assert (folder.missing(), folder.begun()) == ([0, 2], [2])
+    folder.note_failure(2, "no memory")
+    assert folder.failures() == {2: "no memory"}
+
+
 def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(scene, tmp_path, monkeypatch):
     folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
     real = shards.run_runs
@@ -268,9 +294,13 @@ def test_a_study_goes_on_after_kill_9(scene, whole, tmp_path, monkeypatch):
     name = "--xla_force_host_platform_device_count"
     monkeypatch.setenv("XLA_FLAGS", f"{os.environ['XLA_FLAGS']} {name}={jax.device_count()}")
     child = process(tmp_path, "study", scene, "-o", "s", "--shard", "5")
-    first = tmp_path / "s" / "shards" / "000000.h5"
+    shards = tmp_path / "s" / "shards"
     deadline = time.monotonic() + 300
-    while not first.exists() and child.poll() is None and time.monotonic() < deadline:
+    while (
+        not list(shards.glob("*-000000.h5"))
+        and child.poll() is None
+        and time.monotonic() < deadline
+    ):
         time.sleep(0.002)
     os.kill(child.pid, signal.SIGKILL)
     child.communicate()

@@ -47,6 +47,11 @@ def test_a_line_that_piles_up_at_the_wall(tmp_path):
     assert numbers["front_arrival"] == pytest.approx(58.4e-3, rel=0.03)
     before = ran.time < outcome.status_time
     assert np.min(ran["strain"][0, before]) > -1.0
+    # what it had come to until then it keeps: the end had flown one way, fastest at some step
+    end = ran["position"][0, before, -1]
+    assert numbers["reach"] == pytest.approx(np.linalg.norm(end[-1] - end[0]), rel=1e-9)
+    fastest = np.max(np.linalg.norm(ran["velocity"][0, before, -1], axis=1))
+    assert fastest <= numbers["peak_end_speed"] < 1.01 * fastest
 
 
 def test_a_law_that_stiffens_beyond_its_bound(tmp_path):
@@ -94,8 +99,9 @@ def test_a_start_that_cannot_balance(tmp_path):
     assert np.all(np.isnan(ran["position"]))
     assert np.all(np.isnan(ran["velocity"]))
     assert all(np.all(np.isnan(term)) for term in ran.energy.values())
-    for number in ("static_strain", "static_tension", "peak_end_speed", "end_displacement"):
-        assert np.isnan(outcome.recoils["rope.end"][number])
+    assert np.isnan(
+        [value for name, value in outcome.recoils["rope.end"].items() if name != "break_start"]
+    ).all()
 
 
 def test_a_solver_that_runs_out_of_steps(tmp_path):

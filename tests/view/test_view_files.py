@@ -15,7 +15,7 @@ from lumpedcable.results import (
     open_result,
     sweep_coordinates,
 )
-from lumpedcable.view import plot_result, style
+from lumpedcable.view import figures_of, plot_result, style
 from lumpedcable.view.groups import file_tag, groups
 from lumpedcable.view.sampling import RecoilingEnd, curve_times
 
@@ -51,6 +51,34 @@ def test_a_line_that_holds(tmp_path):
     path = snapback(tmp_path / "a.h5", **ONE, segments=6, broken=False)
     made = plot_result(path, tmp_path)
     assert [file.name for file in made] == ["end_tension.png", "shape.png", "energy.png"]
+
+
+@pytest.mark.parametrize("end", [None, "rope.end"])
+def test_tension_at_the_ends_is_that_which_is_kept_of_them(tmp_path, end):
+    # a chain that hangs: 100 kN at the top and nothing at its free end, whatever its segments have
+    along = ("run", "time")
+    variables = [
+        Variable("lines/rope/start_tension", along, "f8", "N"),
+        Variable("lines/rope/end_tension", along, "f8", "N"),
+    ]
+    if end is None:
+        variables.append(Variable("lines/rope/tension", (*along, "segment"), "f8", "N"))
+    else:
+        variables.append(Variable(f"summary/{end}/peak_end_speed", ("run",), "f8", "m/s"))
+    with ResultWriter(
+        tmp_path / "a.h5",
+        dims={"run": 1, "time": 2, "lines/rope/segment": 4},
+        variables=variables,
+        coordinates={"time": Coordinate([0.0, 1.0], "s")},
+    ) as writer:
+        writer.write("lines/rope/start_tension", np.full((1, 2), 100e3))
+        writer.write("lines/rope/end_tension", np.zeros((1, 2)))
+        if end is None:
+            writer.write("lines/rope/tension", np.tile([87.5e3, 62.5e3, 37.5e3, 12.5e3], (1, 2, 1)))
+    figure = figures_of(tmp_path / "a.h5")["end_tension"]
+    (ax,) = figure.axes
+    assert ax.get_ylabel() == "tension (kN)"
+    assert [set(line.get_ydata()) for line in ax.lines] == [{100.0}, {0.0}]
 
 
 def test_fields_that_were_not_stored_cost_only_their_figures(tmp_path):
