@@ -12,6 +12,7 @@ from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line, tie_of
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
+from lumpedcable.scene.outcomes import TAKEN
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.units import format_quantity
@@ -46,8 +47,12 @@ def carried_problems(
         if isinstance(body, CarriedBody):
             yield from _carried(lines, bodies, ("bodies", name), body, gravity)
     for name, measure in measures.items():
+        path: Path = ("measures", name)
+        if name in TAKEN:
+            yield Problem(
+                path, f'expected another name, found "{name}", which is a number of every run'
+            )
         if measure is not None:
-            path: Path = ("measures", name)
             if isinstance(measure, LineMeasure):
                 yield from _place(lines, path, measure)
             else:
