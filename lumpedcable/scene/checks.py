@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
@@ -316,9 +317,17 @@ def _events(draft: Draft) -> Iterator[Problem]:
     if not draft.lines:
         return  # told already
     broken: dict[tuple[str, str | float | None], str] = {}
+    output = draft.others.get("output")
+    last = output.duration if isinstance(output, Output) and not output.static else inf
     for name, event in draft.events.items():
         if event is None or next(event.problems(), None) is not None:
             continue
+        if event.start >= last:
+            yield Problem(
+                ("events", name, "start"),
+                f"expected a time before the run ends at {format_quantity(last, 's')}, "
+                f"found {format_quantity(event.start, 's')}",
+            )
         path: Path = ("events", name, "breaks")
         target, side, place = event.target()
         if target not in draft.lines:

@@ -162,3 +162,31 @@ def test_a_current_does_not_grow_without_bound_with_depth(tmp_path):
         "expected a non-negative number, found -0.5",
     )
     read(tmp_path, LINE, f"water.current={current.replace('-0.5', '0')}")
+
+
+def test_a_break_begins_before_the_run_ends(tmp_path):
+    for start in ("20 ms", "1 s"):
+        ((key, message),) = faults(tmp_path, LINE, f"break.start={start}")
+        assert key == "events.break.start"
+        assert message == f"expected a time before the run ends at 20 ms, found {start}"
+    read(tmp_path, LINE, "break.start=19.9 ms")
+    # in a sweep the run that does not see its break is told
+    ((key, _),) = faults(tmp_path, LINE, "break.start=[1 ms, 30 ms]")
+    assert key == 'sweep."events.break.start".1'
+
+
+def test_a_run_lasts_a_whole_number_of_output_intervals(tmp_path):
+    # at 100 ms it would end after the one of 60 ms: what happens at 70 ms would not
+    ((key, message),) = faults(tmp_path, LINE, "duration=100 ms", "every=60 ms")
+    assert key == "output.duration"
+    assert message == (
+        "expected a whole number of times every, 60 ms: 60 ms or 120 ms, found 100 ms"
+    )
+
+
+@pytest.mark.parametrize("every", [1e-4, 1e-6, 1.0 / 3.0, 0.7, 1e-3])
+@pytest.mark.parametrize("count", [1, 3, 7, 1000])
+def test_rounded_numbers_are_whole_numbers_of_intervals(tmp_path, every, count):
+    for duration in (count * every, float(f"{count * every:.11g}")):
+        study = read(tmp_path, LINE, f"every={every!r}", f"duration={duration!r}")
+        assert study.scene.output.count == count
