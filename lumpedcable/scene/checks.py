@@ -33,7 +33,7 @@ from lumpedcable.scene.placing_checks import below_problems, joined_problems
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
 from lumpedcable.scene.record_checks import record_problems
-from lumpedcable.scene.rod_checks import rod_problems
+from lumpedcable.scene.rod_checks import hull_problems, rod_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
@@ -126,6 +126,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )
     fluid = draft.others.get(draft.fluid) if draft.fluid is not None else None
+    yield from hull_problems(draft.bodies, draft.others.get("water"))
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     output = draft.others.get("output")
     yield from record_problems(draft.lines, draft.bodies, output.duration if output else None)
