@@ -9,7 +9,15 @@ from typing import Any
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line, tie_of
+from lumpedcable.scene.lines import (
+    FixedEnd,
+    HeldEnd,
+    HeldForce,
+    HeldPosition,
+    JoinedEnd,
+    Line,
+    tie_of,
+)
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.outcomes import TAKEN
@@ -42,6 +50,7 @@ def carried_problems(
     for name, line in lines.items():
         if line is not None:
             yield from _ends(bodies, ("lines", name), line)
+            yield from _across(lines, bodies, ("lines", name), line)
             yield from _ideal(bodies, name, line)
     for name, body in bodies.items():
         if isinstance(body, CarriedBody):
@@ -90,6 +99,34 @@ def _ends(bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
             )
         if side == "end" and isinstance(line.start, WinchEnd):
             yield Problem((*path, side), "expected one winch on a line, found one at either end")
+
+
+def _across(lines: Lines, bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
+    """Yield a fault where nothing holds the end across from a winch: what it pulls in has no length."""
+    for side, other in zip(SIDES, reversed(SIDES), strict=True):
+        end = getattr(line, other)
+        if not isinstance(getattr(line, side), WinchEnd) or isinstance(end, WinchEnd):
+            continue
+        what = None
+        if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
+            what = "a force"
+        elif end == "free":
+            what = "a free end"
+        tie = tie_of(end)
+        body = bodies.get(tie) if tie is not None else None
+        if isinstance(body, Body) and not body.rigid:
+            what = f'the point mass "{tie}"'
+        name, _, which = (tie or "").rpartition(".")
+        joined = lines.get(name)
+        if joined is not None and which in SIDES and not _is_point(bodies, tie or ""):
+            beyond = getattr(joined, which)
+            if isinstance(beyond, str | JoinedEnd | HeldEnd) and anchor(bodies, beyond) is None:
+                what = f'a joint with "{tie}"'
+        if what is not None:
+            yield Problem(
+                (*path, other),
+                f"expected a place, a motion or a point of a body across from a winch, found {what}",
+            )
 
 
 def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
