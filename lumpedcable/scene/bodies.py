@@ -27,8 +27,10 @@ from lumpedcable.scene.quantities import (
     Velocity,
     Volume,
 )
+from lumpedcable.scene.units import format_quantity
 
 Freedom = Literal["x", "y", "z", "roll", "pitch", "yaw"]
+SHIFTS: tuple[Freedom, ...] = ("x", "y", "z")
 ANGLES: tuple[Freedom, ...] = ("roll", "pitch", "yaw")
 WAYS: dict[str, str] = {
     "surge": "x", "sway": "y", "heave": "z", "roll": "roll", "pitch": "pitch", "yaw": "yaw"
@@ -164,6 +166,13 @@ class Body(Part):
             )
         if self.hull is not None and self.volume is not None:
             yield Problem(("volume",), "expected volume or hull, found both")
+        for axis, speed in enumerate(self.velocity or ()):
+            if speed != 0.0 and self.free is not None and SHIFTS[axis] not in self.free:
+                yield Problem(
+                    ("velocity", axis),
+                    "expected no velocity along a way that the body cannot move in, found "
+                    f'{format_quantity(speed, "m/s")}, without "{SHIFTS[axis]}" in free',
+                )
         if isinstance(self.waves, HarmonicWaves):
             for name in self.waves.names():
                 if self.free is not None and WAYS[name] not in self.free:

@@ -9,9 +9,18 @@ from typing import Any
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, Line, tie_of
+from lumpedcable.scene.lines import (
+    FixedEnd,
+    HeldEnd,
+    HeldForce,
+    HeldPosition,
+    JoinedEnd,
+    Line,
+    tie_of,
+)
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
+from lumpedcable.scene.outcomes import TAKEN
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.units import format_quantity
@@ -41,13 +50,18 @@ def carried_problems(
     for name, line in lines.items():
         if line is not None:
             yield from _ends(bodies, ("lines", name), line)
+            yield from _across(lines, bodies, ("lines", name), line)
             yield from _ideal(bodies, name, line)
     for name, body in bodies.items():
         if isinstance(body, CarriedBody):
             yield from _carried(lines, bodies, ("bodies", name), body, gravity)
     for name, measure in measures.items():
+        path: Path = ("measures", name)
+        if name in TAKEN:
+            yield Problem(
+                path, f'expected another name, found "{name}", which is a number of every run'
+            )
         if measure is not None:
-            path: Path = ("measures", name)
             if isinstance(measure, LineMeasure):
                 yield from _place(lines, path, measure)
             else:
@@ -85,6 +99,34 @@ def _ends(bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
             )
         if side == "end" and isinstance(line.start, WinchEnd):
             yield Problem((*path, side), "expected one winch on a line, found one at either end")
+
+
+def _across(lines: Lines, bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
+    """Yield a fault where nothing holds the end across from a winch: what it pulls in has no length."""
+    for side, other in zip(SIDES, reversed(SIDES), strict=True):
+        end = getattr(line, other)
+        if not isinstance(getattr(line, side), WinchEnd) or isinstance(end, WinchEnd):
+            continue
+        what = None
+        if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
+            what = "a force"
+        elif end == "free":
+            what = "a free end"
+        tie = tie_of(end)
+        body = bodies.get(tie) if tie is not None else None
+        if isinstance(body, Body) and not body.rigid:
+            what = f'the point mass "{tie}"'
+        name, _, which = (tie or "").rpartition(".")
+        joined = lines.get(name)
+        if joined is not None and which in SIDES and not _is_point(bodies, tie or ""):
+            beyond = getattr(joined, which)
+            if isinstance(beyond, str | JoinedEnd | HeldEnd) and anchor(bodies, beyond) is None:
+                what = f'a joint with "{tie}"'
+        if what is not None:
+            yield Problem(
+                (*path, other),
+                f"expected a place, a motion or a point of a body across from a winch, found {what}",
+            )
 
 
 def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
@@ -170,8 +212,25 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
     name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
     body = bodies.get(name)
     if isinstance(body, MovedBody | Body) and body.position and point in body.points:
-        return tuple(a + b for a, b in zip(body.position, body.points[point], strict=True))
+        arm = body.points[point]
+        if isinstance(body, Body) and body.attitude is not None:
+            arm = _turned(body.attitude, arm)
+        return tuple(a + b for a, b in zip(body.position, arm, strict=True))
     return None
+
+
+def _turned(attitude: tuple[float, ...], arm: tuple[float, ...]) -> tuple[float, ...]:
+    """Return Rz Ry Rx of roll, pitch and yaw (rad) times a body's own vector (m), as `physics.rigid`."""
+    x, y, z = arm
+    for angle, axis in zip(attitude, range(3), strict=True):
+        c, s = math.cos(angle), math.sin(angle)
+        if axis == 0:
+            y, z = c * y - s * z, s * y + c * z
+        elif axis == 1:
+            x, z = c * x + s * z, c * z - s * x
+        else:
+            x, y = c * x - s * y, s * x + c * y
+    return x, y, z
 
 
 def _carried(

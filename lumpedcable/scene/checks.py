@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
@@ -18,23 +19,21 @@ from lumpedcable.scene.environment import Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
     FixedEnd,
-    HarmonicMotion,
     HeldEnd,
     HeldForce,
-    HeldPosition,
     JoinedEnd,
     Line,
-    MovingEnd,
     tie_of,
 )
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.motions import SeaBody, SeaWaves
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
+from lumpedcable.scene.placing_checks import below_problems, joined_problems
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
 from lumpedcable.scene.record_checks import record_problems
-from lumpedcable.scene.rod_checks import rod_problems
+from lumpedcable.scene.rod_checks import hull_problems, rod_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
@@ -127,10 +126,14 @@ def problems(draft: Draft) -> Iterator[Problem]:
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )
     fluid = draft.others.get(draft.fluid) if draft.fluid is not None else None
+    yield from hull_problems(draft.bodies, draft.others.get("water"))
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     output = draft.others.get("output")
     yield from record_problems(draft.lines, draft.bodies, output.duration if output else None)
-    yield from _seabed(draft)
+    yield from joined_problems(draft.lines)
+    seabed = draft.others.get("seabed")
+    if isinstance(seabed, Seabed) and next(inside(seabed, (), draft.sound), None) is None:
+        yield from below_problems(draft.lines, draft.bodies, seabed)
     yield from _events(draft)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
     yield from reach_problems(
@@ -311,48 +314,21 @@ def _clamped(end: Any) -> bool:
     return isinstance(end, FixedEnd) and end.direction is not None
 
 
-def _seabed(draft: Draft) -> Iterator[Problem]:
-    """Yield the places where an end or a body starts below the bed."""
-    seabed = draft.others.get("seabed")
-    if not isinstance(seabed, Seabed) or next(inside(seabed, (), draft.sound), None) is not None:
-        return
-    places: list[tuple[Path, tuple[float, ...]]] = []
-    for name, line in draft.lines.items():
-        for side in SIDES if line is not None else ():
-            path, place = _place(getattr(line, side))
-            if place is not None:
-                places.append((("lines", name, side, *path), place))
-    for name, body in draft.bodies.items():
-        if isinstance(body, Body | MovedBody) and body.position is not None:
-            places.append((("bodies", name, "position"), body.position))
-    for path, place in places:
-        bed = seabed.height_at(place[0])
-        if place[2] < bed:
-            yield Problem(
-                (*path, 2),
-                f"expected {format_quantity(bed, 'm')} or more, the height of the "
-                f"seabed, found {format_quantity(place[2], 'm')}",
-            )
-
-
-def _place(end: Any) -> tuple[Path, tuple[float, ...] | None]:
-    """Return where an end starts, as far as the scene says it, and the keys that say it."""
-    if isinstance(end, FixedEnd):
-        return ("fixed",), end.fixed
-    if isinstance(end, HeldEnd) and isinstance(end.held, HeldPosition):
-        return ("held", "position"), end.held.position
-    if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
-        return ("motion", "position"), end.motion.position
-    return (), None
-
-
 def _events(draft: Draft) -> Iterator[Problem]:
     if not draft.lines:
         return  # told already
     broken: dict[tuple[str, str | float | None], str] = {}
+    output = draft.others.get("output")
+    last = output.duration if isinstance(output, Output) and not output.static else inf
     for name, event in draft.events.items():
         if event is None or next(event.problems(), None) is not None:
             continue
+        if event.start >= last:
+            yield Problem(
+                ("events", name, "start"),
+                f"expected a time before the run ends at {format_quantity(last, 's')}, "
+                f"found {format_quantity(event.start, 's')}",
+            )
         path: Path = ("events", name, "breaks")
         target, side, place = event.target()
         if target not in draft.lines:

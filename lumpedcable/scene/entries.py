@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -36,15 +36,22 @@ class Entry:
         return replace(self, keys=kept)
 
 
-def entries_of(sweep: dict[str, Any]) -> tuple[list[Entry], list[Problem]]:
+def entries_of(
+    sweep: dict[str, Any], order: Callable[[Path], int] = lambda _: 0
+) -> tuple[list[Entry], list[Problem]]:
     """Return the factors of a raw sweep, and what is wrong with its shape.
 
-    A key without quotes (lines.rope.length = ...) is a nest of tables in TOML and read alike.
+    A key without quotes (lines.rope.length = ...) is a nest of tables in TOML and read alike. Nests
+    come in an order of their own, so `order` says where a path of the file stands in it.
     """
+
+    def flattened(path: Path, table: dict[str, Any]) -> list[tuple[Path, str, Any]]:
+        return sorted(_flattened(path, table), key=lambda found: order(found[0]))
+
     entries: list[Entry] = []
     problems: list[Problem] = []
     singles = {key: value for key, value in sweep.items() if key not in GROUPS}
-    for place, key, value in _flattened(("sweep",), singles):
+    for place, key, value in flattened(("sweep",), singles):
         entries.append(Entry("list", place, {key: (place, value)}))
     for kind in GROUPS:
         if kind not in sweep:
@@ -57,7 +64,7 @@ def entries_of(sweep: dict[str, Any]) -> tuple[list[Entry], list[Problem]]:
                 Problem(place, f"expected tables, [[sweep.{kind}]], found {found(raw)}")
             )
         elif kind == "cases":
-            entry, wrong = _cases(place, tables)
+            entry, wrong = _cases(place, tables, flattened)
             entries.append(entry)
             problems += wrong
         else:
@@ -65,7 +72,7 @@ def entries_of(sweep: dict[str, Any]) -> tuple[list[Entry], list[Problem]]:
                 mine = place if isinstance(raw, dict) else (*place, i)
                 settings = {k: v for k, v in table.items() if k in _SETTINGS[kind]}
                 rest = {k: v for k, v in table.items() if k not in settings}
-                keys = {key: (at, value) for at, key, value in _flattened(mine, rest)}
+                keys = {key: (at, value) for at, key, value in flattened(mine, rest)}
                 entries.append(Entry(kind, mine, keys, settings))
     seen: set[str] = set()
     for entry in entries:
@@ -101,7 +108,11 @@ def is_spec(raw: Any) -> bool:
     return isinstance(raw, dict) and any(k in words and not isinstance(raw[k], dict) for k in raw)
 
 
-def _cases(place: Path, tables: list[dict[str, Any]]) -> tuple[Entry, list[Problem]]:
+def _cases(
+    place: Path,
+    tables: list[dict[str, Any]],
+    flattened: Callable[[Path, dict[str, Any]], list[tuple[Path, str, Any]]],
+) -> tuple[Entry, list[Problem]]:
     keys: dict[str, list[Raw | None]] = {}
     names, problems = [], []
     for i, table in enumerate(tables):
@@ -113,7 +124,7 @@ def _cases(place: Path, tables: list[dict[str, Any]]) -> tuple[Entry, list[Probl
             problems.append(Problem((*place, i, "name"), words))
         names.append(str(name))
         rest = {key: value for key, value in table.items() if key != "name"}
-        for at, key, value in _flattened((*place, i), rest):
+        for at, key, value in flattened((*place, i), rest):
             keys.setdefault(key, [None] * len(tables))[i] = (at, value)
     if not keys:
         words = "expected keys with values in at least one case, found names alone"

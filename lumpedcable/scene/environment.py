@@ -18,7 +18,6 @@ from lumpedcable.scene.quantities import (
     Length,
     NonNegativeLength,
     NonNegativeNumber,
-    Number,
     PositiveLength,
     PositiveNumber,
     PositiveTime,
@@ -42,7 +41,7 @@ class PowerCurrent(Part):
     """The shape over depth."""
     velocity: Velocity
     """Velocity V at the surface and above, in m/s."""
-    exponent: Number
+    exponent: NonNegativeNumber
     """Exponent of the profile, about 1/7 for a tidal current."""
     depth: PositiveLength
     """Depth in m below the surface at which the current has died out."""

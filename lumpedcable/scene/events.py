@@ -68,7 +68,7 @@ class Event(Part):
     time: NonNegativeTime
     """How long the break takes in s; 0 is instantaneous."""
     start: NonNegativeTime = 0.0
-    """When it begins, in s."""
+    """When it begins, in s; before the run ends."""
 
     @model_validator(mode="before")
     @classmethod

@@ -84,6 +84,13 @@ def _ships(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
 def _fill_ship(path: Path, motion: dict[str, Any], folder: FilePath) -> list[Problem]:
     """Put the columns of a ship's record, or of its response, beside the name of the file."""
     key, first = ("rao", "omega") if "rao" in motion else ("file", "t")
+    targets = ("omega", "response") if key == "rao" else ("time", *FREEDOMS)
+    double = [target for target in targets if target in motion]
+    told = [
+        Problem((*path, target), f"expected {key} or {target}, found both") for target in double[:1]
+    ]
+    for target in double:  # else they would not fit what the file gives: one mistake, told once
+        del motion[target]
     try:
         header = read_header(folder / motion[key])
         named = [name for name in FREEDOMS if name in header]
@@ -96,18 +103,18 @@ def _fill_ship(path: Path, motion: dict[str, Any], folder: FilePath) -> list[Pro
         columns = (first, *(column for pair in pairs for column in pair))
         rows = read_columns(folder / motion[key], columns)
     except FileError as fault:
-        return [Problem((*path, key), str(fault))]
+        return [*told, Problem((*path, key), str(fault))]
     table = dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True)) if rows else {}
     if key == "file":
         motion |= {"time" if name == "t" else name: table.get(name, []) for name in columns}
-        return []
+        return told
     motion["omega"] = table.get("omega", [])
     motion["response"] = {
         pair[0]: [list(both) for both in zip(*(table[name] for name in pair), strict=True)]
         for pair in pairs
         if table
     }
-    return []
+    return told
 
 
 def _entries(data: dict[str, Any], section: str) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -135,7 +135,7 @@ class _Reader:
         if not isinstance(raw, dict):
             self.tell([Problem(("sweep",), f"expected a table, found {found(raw)}")])
             return []
-        entries, problems = entries_of(raw)
+        entries, problems = entries_of(raw, self.map.order)
         self.tell(problems)
         return entries
 

@@ -27,6 +27,7 @@ class LineMap:
 
     def __init__(self, text: str):
         self._lines = _Reader(text).read() if text else {}
+        self._ranks = {path: rank for rank, path in enumerate(self._lines)}
 
     def line(self, path: Path) -> int:
         """Return the line of the longest part of ``path`` that the text holds (1 for none)."""
@@ -35,6 +36,10 @@ class LineMap:
             if keys[:size] in self._lines:
                 return self._lines[keys[:size]]
         return 1
+
+    def order(self, path: Path) -> int:
+        """Return the rank of a path among all in the text, in the order in which they first stand."""
+        return self._ranks.get(tuple(str(key) for key in path), len(self._ranks))
 
     def __contains__(self, path: Path) -> bool:
         return tuple(str(key) for key in path) in self._lines

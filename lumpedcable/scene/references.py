@@ -10,27 +10,12 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
+from lumpedcable.scene.outcomes import RESULTS
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import Quantity
 from lumpedcable.scene.run import Reference
 from lumpedcable.scene.runs import Factor
 from lumpedcable.scene.scene import Scene
-
-RESULTS = {
-    "static_strain": "",
-    "static_tension": "N",
-    "peak_end_speed": "m/s",
-    "break_start": "s",
-    "front_arrival": "s",
-    "end_displacement": "m",
-    "reach": "m",
-    "peak_tension": "N",
-    "peak_kinetic_energy": "J",
-    "released_energy": "J",
-    "stop_time": "s",
-    "stop_distance": "m",
-}
-"""Numbers of a run that a source may give, with their units; the measures of a scene are more."""
 
 
 def result_problems(scene: Scene, data: Mapping[str, Any]) -> Iterator[Problem]:

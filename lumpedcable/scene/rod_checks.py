@@ -1,17 +1,18 @@
-"""What can be told before anything is computed: a line too short to reach, an anchor that floats."""
+"""What can be told before anything is computed: lines too short, anchors that float, hulls that sink."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import dist
+from math import dist, prod
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid
 from lumpedcable.scene.lines import FixedEnd, JoinedEnd, Line
 from lumpedcable.scene.part import Problem
+from lumpedcable.scene.units import format_quantity
 
-__all__ = ["rod_problems"]
+__all__ = ["hull_problems", "rod_problems"]
 
 SLACK = 1e-3  # share of its length that an inextensible line may seem short of, by rounded numbers
 Lines = Mapping[str, Line | None]
@@ -39,6 +40,20 @@ def rod_problems(
         for side in ("start", "end"):
             if (name, side) not in told:
                 yield from _too_short(lines, bodies, (name, side), told)
+
+
+def hull_problems(bodies: Mapping[str, Any], water: Fluid | None) -> Iterator[Problem]:
+    """Yield hulls that are heavier than the water that their boxes displace."""
+    for name, body in bodies.items():
+        if water is None or not isinstance(body, Body) or body.hull is None or body.size is None:
+            continue
+        most = water.density * prod(body.size)
+        if body.mass >= most:
+            yield Problem(
+                ("bodies", name, "mass"),
+                "expected a hull to float, lighter than the water that its whole box displaces "
+                f"({format_quantity(most, 'kg')}), found {format_quantity(body.mass, 'kg')}",
+            )
 
 
 def _too_short(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Annotated, Any, ClassVar, Literal
@@ -27,6 +28,7 @@ from lumpedcable.scene.units import (
 
 MAX_SAMPLES = 10_000_000
 """Largest number of output times of one run."""
+ROUNDING = 1e-9  # share of the duration that it may be off a multiple of the output interval
 
 Method = Literal[
     "leapfrog",
@@ -99,7 +101,8 @@ class Output(Part):
     )
 
     duration: PositiveTime = 0.0
-    """Simulated time in s. Without it the scene is at rest: statics alone."""
+    """Simulated time in s, a whole number of times every. Without it the scene is at rest: statics
+    alone."""
     every: PositiveTime = 0.0
     """Time in s between kept states; needed with duration."""
     quantities: tuple[FieldQuantity, ...] = ("position", "velocity", "tension", "strain", "energy")
@@ -118,6 +121,13 @@ class Output(Part):
         """Whether the scene stays at rest."""
         return self.duration == 0.0
 
+    @property
+    def count(self) -> int:
+        """Number of output times after the start; none of a scene at rest."""
+        if self.static:
+            return 0
+        return max(1, math.floor(self.duration / self.every * (1.0 + ROUNDING)))
+
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between the fields."""
         if (self.every == 0.0) != (self.duration == 0.0):
@@ -127,7 +137,7 @@ class Output(Part):
             )
         elif self.static:
             pass
-        elif self.every > self.duration:
+        elif self.every > self.duration * (1.0 + ROUNDING):
             yield Problem(
                 ("every",),
                 f"expected at most the duration, {format_quantity(self.duration, 's')}, "
@@ -138,6 +148,14 @@ class Output(Part):
                 ("every",),
                 f"expected at most {MAX_SAMPLES} output times, "
                 f"found {self.duration / self.every:.3g}",
+            )
+        elif self.duration > self.count * self.every * (1.0 + ROUNDING):
+            # a run ends at an output time: what comes after the last one would not happen
+            near = [format_quantity(n * self.every, "s", 10) for n in (self.count, self.count + 1)]
+            yield Problem(
+                ("duration",),
+                f"expected a whole number of times every, {format_quantity(self.every, 's')}: "
+                f"{near[0]} or {near[1]}, found {format_quantity(self.duration, 's', 10)}",
             )
         if not self.quantities:
             yield Problem(

@@ -19,7 +19,7 @@ NUMBERS = {
 }
 JOINT = {
     "joint_length": ("m", "unstretched length from the start to the joint"),
-    "joint_x": ("m", "horizontal distance of the joint from the start"),
+    "joint_x": ("m", "horizontal distance of the joint from the start, towards the end"),
     "joint_z": ("m", "height of the joint over the start"),
 }
 

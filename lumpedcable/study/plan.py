@@ -1,6 +1,5 @@
 """Which runs go together, and how each is stepped."""
 
-import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
@@ -245,6 +244,4 @@ def tolerances(solver: Solver) -> tuple[float, float]:
 
 def output_count(scene: Scene) -> int:
     """Number of outputs after the start; none of a scene at rest."""
-    if scene.output.static:
-        return 0
-    return max(1, math.floor(scene.output.duration / scene.output.every * (1.0 + 1e-9)))
+    return scene.output.count

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lumpedcable.results import ResultWriter, Variable
+from lumpedcable.results.chord import along_chord
 from lumpedcable.scene import Scene
 from lumpedcable.solve.targets import sag_of
 from lumpedcable.study.cables import Cable, cables
@@ -107,20 +108,22 @@ def _numbers(
     ]
     whole = np.concatenate([nodes[name] for name in cable.lines], axis=2)
     from_start = whole - whole[:, :, :1]
-    away, height = np.hypot(from_start[:, 0], from_start[:, 1]), from_start[:, 2]
+    along, height = along_chord(whole), from_start[:, 2]
     first = np.asarray(jax.vmap(lambda line: line.law.tension(line.reference_strain[0]))(lines[0]))
     step = from_start[:, :, 1]
     found = {
         "length": np.sum(lengths, axis=0),
         "start_tension": ends[cable.lines[0]][:, 0, 0],
         "end_tension": ends[cable.lines[-1]][:, 0, 1],
-        "horizontal_tension": first * away[:, 1] / np.linalg.norm(step, axis=1),
+        "horizontal_tension": first
+        * np.hypot(step[:, 0], step[:, 1])
+        / np.linalg.norm(step, axis=1),
     }
-    span, rise = away[:, -1], height[:, -1]
+    span, rise = along[:, -1], height[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         if len(lines) > 1:
             joint = nodes[cable.lines[0]].shape[2] - 1
-            x, z = away[:, joint], height[:, joint]
+            x, z = along[:, joint], height[:, joint]
             found |= {
                 "joint_length": lengths[0],
                 "joint_x": x,

@@ -19,6 +19,7 @@ from lumpedcable.model.materials import law_of
 from lumpedcable.model.seams import at_end, part_length
 from lumpedcable.results.schema import END_SPEED, exact_name
 from lumpedcable.scene import Scene, Study, TableMaterial
+from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.account import Account, balance, statuses
@@ -46,18 +47,6 @@ __all__ = [
     "summarise",
 ]
 
-QUANTITIES = {
-    "static_strain": ("1", "strain at the end at rest, before anything moves"),
-    "static_tension": ("N", "tension at the end at rest, before anything moves"),
-    END_SPEED: ("m/s", "peak speed of the broken end"),
-    "break_start": ("s", "time at which the break begins"),
-    "front_arrival": (
-        "s",
-        "time after the start of the break until the far end has lost 1 % of its tension then",
-    ),
-    "end_displacement": ("m", "distance of the broken end from its start, at the last time"),
-    "reach": ("m", "largest distance of the broken end from its start"),
-}
 EXACT = {
     "static_strain": ("1", "strain of a straight line under that tension", "no weight"),
     END_SPEED: (
@@ -66,24 +55,6 @@ EXACT = {
         "s", "time at which the exact wave front reaches the far end",
         "instantaneous break, no drag, no weight"),
 }  # fmt: skip
-
-
-SUMMARIES = {
-    "energy_closure": ("1", "largest energy residual over released energy"),
-    "released_energy": ("J", "energy turned into motion or lost"),
-    "static_imbalance": ("1", "largest force left by statics over the largest force"),
-    "peak_tension": (
-        "N",
-        "largest tension of any segment, at the output times; of inextensible lines at any step",
-    ),
-    "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
-    "stop_time": ("s", "when the body of output.stop came to rest"),
-    "stop_distance": (
-        "m",
-        "distance of the body of output.stop from its start when it came to rest",
-    ),
-    "solver_step": ("s", "time step"),
-}
 
 Table = dict[str, "NDArray[Any]"]
 """Numbers of runs by their place in the file, each with the runs first."""

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from lumpedcable.results.chord import along_chord
 from lumpedcable.results.human import quantity, scale
 from lumpedcable.results.reader import Axis, ResultFile
 from lumpedcable.view import style
@@ -67,11 +68,10 @@ def _moved(result: ResultFile, group: Group) -> Axis | None:
 
 
 def _places(result: ResultFile, cable: str, run: int) -> tuple[Array, Array]:
-    """Horizontal distance and height of a cable's nodes from its start, m."""
+    """Horizontal distance towards its end and height of a cable's nodes from its start, m."""
     lines = [result.line(name) for name in cable.split("+")]
     nodes = np.concatenate([line.position(run, 0) for line in lines if line.has("position")])
-    away = nodes - nodes[0]
-    return np.hypot(away[:, 0], away[:, 1]), away[:, 2]
+    return along_chord(nodes.T[None])[0], nodes[:, 2] - nodes[0, 2]
 
 
 def _shapes(

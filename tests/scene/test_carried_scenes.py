@@ -99,3 +99,70 @@ def test_a_line_may_break_across_from_its_winch(tmp_path):
         text = text.replace(old, new, 1)
     (tmp_path / "scene.toml").write_text(text)
     assert load_study(tmp_path / "scene.toml").runs[0].events["cut"].breaks == "highline.start"
+
+
+ACROSS = """\
+gravity = "9.81 m/s2"
+[materials.wire]
+law = "linear"
+EA = "10 MN"
+[lines.rope]
+material = "wire"
+length = "60 m"
+segments = 10
+mass = "5 kg/m"
+start = { winch = { at = [0, 0, 0], tension = "20 kN" } }
+end = END
+[lines.tail]
+material = "wire"
+length = "20 m"
+segments = 10
+mass = "5 kg/m"
+start = START
+end = { fixed = ["70 m", 0, 0] }
+[bodies.bob]
+mass = "50 kg"
+[bodies.ship]
+mass = "50 t"
+size = ["10 m", "5 m", "5 m"]
+position = ["65 m", 0, 0]
+points = { bow = ["-5 m", 0, 0] }
+[output]
+"""
+THERE = '{ fixed = ["55 m", 0, 0] }'
+
+
+@pytest.mark.parametrize(
+    ("end", "start", "what"),
+    [
+        ('"free"', THERE, "found a free end"),
+        ('{ held = { pretension = "1 kN", direction = [1, 0, 0] } }', THERE, "found a force"),
+        ('"bob"', '"bob"', 'found the point mass "bob"'),
+        ('"tail.start"', '"rope.end"', 'found a joint with "tail.start"'),
+        ('{ joined = "tail.start", at = ["55 m", 0, 0] }', '"free"', 'a joint with "tail.start"'),
+    ],
+)
+def test_something_holds_the_end_across_from_a_winch(tmp_path, end, start, what):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(ACROSS.replace("END", end).replace("START", start))
+    with pytest.raises(SceneError) as caught:
+        load_study(scene)
+    (fault,) = caught.value.faults
+    assert (fault.key, fault.line) == ("lines.rope.end", 11)
+    assert what in fault.message
+
+
+@pytest.mark.parametrize(
+    ("end", "start"),
+    [
+        (THERE, '"rope.end"'),
+        ("{ motion = { position = [55, 0, 0] } }", '"free"'),
+        ('{ held = { position = ["55 m", 0, 0] } }', '"free"'),
+        ('"ship.bow"', '"ship"'),
+        ('"ship"', '"free"'),
+        ('"tail.start"', THERE),
+    ],
+)
+def test_what_holds_the_end_across_from_a_winch_may_be_any_place(tmp_path, end, start):
+    (tmp_path / "scene.toml").write_text(ACROSS.replace("END", end).replace("START", start))
+    load_study(tmp_path / "scene.toml")

@@ -59,7 +59,7 @@ def test_override_with_a_list_for_a_vector_is_a_vector(rope):
         ("rope.end={fixed=[61,0,0]}", lambda s: s.lines["rope"].end.fixed == (61.0, 0.0, 0.0)),
         ("title = A = B", lambda s: s.title == "A = B"),
         ('length="59 m"', lambda s: s.lines["rope"].length == 59.0),
-        ("break.start=1 s", lambda s: s.events["break"].start == 1.0),
+        ("break.start=0.1 s", lambda s: s.events["break"].start == 0.1),
         ("drag.normal=2", lambda s: s.lines["rope"].drag.normal == 2.0),
         ("bodies.bob={mass='1 t'}", lambda s: s.bodies["bob"].mass == 1000.0),
     ],

@@ -7,6 +7,8 @@ import pytest
 
 from lumpedcable import exact
 from lumpedcable.scene import SceneError, load_study
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried_checks import anchor
 from lumpedcable.scene.reach import least_tension
 
 HIGHLINE = Path(__file__).parents[2] / "configs" / "highline"
@@ -72,3 +74,93 @@ def test_what_a_line_can_just_do_is_left_alone():
     load_study(HIGHLINE / "adjustment.toml", ["targets.winch.tension=2171"])
     for name in ("delivery.toml", "delivery-tension.toml", "unloading.toml", "erection.toml"):
         load_study(HIGHLINE / name)
+
+
+YAWED = """\
+gravity = "9.81 m/s2"
+[water]
+density = "1025 kg/m3"
+[materials.wire]
+law = "linear"
+EA = "10 MN"
+[lines.rope]
+material = "wire"
+length = "31 m"
+segments = 20
+mass = "5 kg/m"
+diameter = "50 mm"
+start = { fixed = [0, 0, "10 m"] }
+end = "ship.bow"
+[bodies.ship]
+mass = "500 t"
+size = ["50 m", "10 m", "5 m"]
+position = ["55 m", 0, "1.5 m"]
+attitude = [0, 0, "180 deg"]
+points = { bow = ["25 m", 0, "8.5 m"] }
+hull = { above_keel = "2.5 m" }
+[output]
+[targets.winch]
+change = "lines.rope.length"
+of = "rope.end"
+tension = "1 kN"
+"""
+HAULED = YAWED[: YAWED.index("[output]")].replace(
+    '{ fixed = [0, 0, "10 m"] }', '{ winch = { at = [0, 0, "10 m"], tension = "80 kN" } }'
+) + (
+    '[bodies.cargo]\nmass = "1 t"\non = { line = "rope", place = "25 m", speed = "1 m/s" }\n'
+    '[output]\nduration = "4 s"\nevery = "1 s"\n'
+)
+
+
+def written(folder, text, *sets):
+    (folder / "scene.toml").write_text(text)
+    return load_study(folder / "scene.toml", sets)
+
+
+def test_the_bow_of_a_turned_ship_is_where_it_is_turned_to(tmp_path):
+    # 0.7544 w l is the least tension at the ends of a level catenary over the span l; the bow of the
+    # ship that looks back is at 30 m, not at 80 m
+    weight = 9.81 * (5.0 - 1025.0 * math.pi * 0.05**2 / 4.0)
+    written(tmp_path, YAWED, f"winch.tension={0.7544 * weight * 30.0 + 5.0}")
+    with pytest.raises(SceneError, match="the least tension with which"):
+        written(tmp_path, YAWED, f"winch.tension={0.7544 * weight * 30.0 - 5.0}")
+
+
+def test_a_trolley_hangs_between_the_posts_of_a_turned_ship(tmp_path):
+    written(tmp_path, HAULED)
+    with pytest.raises(SceneError, match="between 0 m and 30 m, found 40 m"):
+        written(tmp_path, HAULED, "cargo.on.place=40 m")
+    beam = "ship.points.bow=[0, 25 m, 8.5 m]"  # of a ship that heads along y: towards the line
+    written(tmp_path, HAULED, beam, "ship.attitude=[0, 0, 90 deg]")
+    with pytest.raises(SceneError, match="found it aslant"):
+        written(tmp_path, HAULED, beam, "ship.attitude=[0, 0, 80 deg]")
+
+
+@pytest.mark.parametrize(
+    ("attitude", "place"),
+    [
+        # roll takes y to z, pitch z to x, yaw x to y: in this order all three bring it back
+        ((90.0, 0.0, 0.0), (1.0, 2.0, 4.0)),
+        ((90.0, 90.0, 0.0), (2.0, 2.0, 3.0)),
+        ((90.0, 90.0, 90.0), (1.0, 3.0, 3.0)),
+        ((0.0, 90.0, 90.0), (0.0, 2.0, 3.0)),
+    ],
+)
+def test_a_body_turns_by_roll_then_pitch_then_yaw(attitude, place):
+    ship = Body(
+        mass=1.0, position=(1.0, 2.0, 3.0), points={"p": (0.0, 1.0, 0.0)},
+        attitude=tuple(map(math.radians, attitude)),
+    )  # fmt: skip
+    assert anchor({"ship": ship}, "ship.p") == pytest.approx(place, abs=1e-12)
+
+
+def test_what_still_water_needs_is_not_asked_of_a_line_in_a_current(tmp_path):
+    # a current across a line that slopes can carry all of its weight, and a buoy beyond its span
+    current = '{ velocity = ["1.1 m/s", 0, 0] }'
+    low = (YAWED, "ship.attitude=[0, 0, 0]", "winch.tension=100 N")
+    with pytest.raises(SceneError, match="the least tension"):
+        written(tmp_path, *low)
+    written(tmp_path, *low, f"water.current={current}")
+    sizes = ("before.diameter=20 mm", "after.diameter=20 mm")
+    wind = f"air={{ density = 1.2, current = {current} }}"
+    load_study(HIGHLINE / "delivery.toml", ["targets.cargo.x=70 m", wind, *sizes])

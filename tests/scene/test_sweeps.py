@@ -258,3 +258,28 @@ def test_a_wrong_sweep_is_told(tmp_path, sweep, key, words):
     told = faults(tmp_path, sweep)
     assert [k for k, _ in told] == [key]
     assert words in told[0][1]
+
+
+KEYS = ("lines.rope.length", "events.break.time", "lines.rope.mass")
+VALUES = ('["50 m", "60 m"]', '["1 ms", "2 ms", "3 ms"]', '["2 kg/m", "3 kg/m"]')
+
+
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_the_first_key_of_a_sweep_is_the_slowest_with_quotes_or_without(tmp_path, quote):
+    rows = [f"{quote}{key}{quote} = {of}\n" for key, of in zip(KEYS, VALUES, strict=True)]
+    study = study_of(tmp_path, "[sweep]\n" + "".join(rows))
+    assert [axis.key for axis in study.axes] == list(KEYS)
+    assert study.shape == (2, 3, 2)
+    last = len(study.runs) - 1
+    assert study.runs.values(1)["lines.rope.mass"] == 3.0  # the last key is the quickest
+    assert study.runs.values(last)["lines.rope.length"] == 60.0
+    assert load_study(good_scenes.write(tmp_path, study.effective_text)).axes == study.axes
+
+
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_draws_do_not_depend_on_quotes(tmp_path, quote):
+    rows = [f"{quote}{key}{quote} = {{ from = 1.0, to = 2.0 }}\n" for key in KEYS]
+    study = study_of(tmp_path, "[sweep.sample]\ncount = 3\n" + "".join(rows))
+    points = qmc.LatinHypercube(3, rng=np.random.default_rng(0)).random(3)
+    for key, column in zip(KEYS, points.T, strict=True):
+        assert values(study, key) == pytest.approx(1.0 + column, rel=1e-14)

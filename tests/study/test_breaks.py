@@ -72,21 +72,21 @@ class TestAlongTheLine:
 
 @pytest.mark.slow
 def test_a_cut_is_not_felt_before_the_break(tmp_path):
-    # the same line, whole or cut at 37.5 m, shaken at one end: nothing breaks in these 60 ms
+    # the same line, whole or cut at 37.5 m, shaken at one end: nothing breaks in the first 60 ms
     shaken = HOOKE.replace(
         'end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }',
         'end = { motion = { position = [105, 0, 0], amplitude = [0.3, 0, 0], period = "20 ms",'
         ' ramp = "30 ms" } }',
     ).replace('breaks = "rope.end"', 'breaks = "rope@37.5 m"')
     options = '\n[solver]\nwaves = "plain"\n'
-    later = ("break.start=1 s", "output.duration=60 ms", "rope.segments=40")
-    broken = run_text(tmp_path, shaken + options, *later)
+    short = ("output.duration=61 ms", "rope.segments=40")
+    broken = run_text(tmp_path, shaken + options, "break.start=60.5 ms", *short)
     event = shaken[shaken.index("[events") : shaken.index("[output]")]
-    whole = run_text(tmp_path, shaken.replace(event, "") + options, *later[1:])
+    whole = run_text(tmp_path, shaken.replace(event, "") + options, *short)
     assert list(broken.lines) == ["rope-1", "rope-2"]
     both = np.concatenate([broken["rope-1.velocity"], broken["rope-2.velocity"][:, :, 1:]], axis=2)
     assert np.max(np.abs(whole["velocity"])) > 50.0
-    np.testing.assert_allclose(both, whole["velocity"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(both[:, :61], whole["velocity"][:, :61], rtol=0, atol=1e-9)
 
 
 LATER = {

@@ -4,15 +4,16 @@ import re
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from lumpedcable.scene import load_study
-from lumpedcable.scene.references import RESULTS
+from lumpedcable.scene.outcomes import RESULTS, TAKEN
 from lumpedcable.status import Status
 from lumpedcable.study import report
-from lumpedcable.study.summary import QUANTITIES, SUMMARIES, Outcome
+from lumpedcable.study.summary import QUANTITIES, SUMMARIES, Outcome, empty_table
 
 SNAPBACK = Path(__file__).parents[2] / "configs" / "snapback.toml"
 # quantity -> (what the runs have, how it is printed with its unit in the heading)
@@ -65,6 +66,14 @@ def test_references_are_of_numbers_that_runs_have():
     units = {name: unit for name, (unit, _) in (QUANTITIES | SUMMARIES).items()}
     assert {name: unit or "1" for name, unit in RESULTS.items()}.items() <= units.items()
     assert RESULTS.keys() >= QUANTITIES.keys()
+
+
+def test_no_measure_can_take_the_name_of_a_number_in_the_summary():
+    bare = SimpleNamespace(measures={})
+    table = empty_table(
+        SimpleNamespace(scene=bare, ends=(), exact=False, rigid=(), energy=False), 1
+    )
+    assert {path[8:] for path in table if path.startswith("summary/")} <= TAKEN
 
 
 def test_references_say_what_they_belong_to(monkeypatch):

@@ -22,6 +22,7 @@ from highline_numbers import (
 
 from lumpedcable.exact import dragged_from_tension
 from lumpedcable.results import open_result
+from lumpedcable.results.chord import along_chord
 from lumpedcable.scene import load_study
 from lumpedcable.study.cables import cables
 
@@ -93,6 +94,18 @@ def test_the_figure_is_drawn(delivery):
     assert [Path(line).name for line in said.out.split()] == ["rest.png"]
     assert (delivery[0] / "d" / "rest.png").stat().st_size > 20_000
     assert "before+after" not in say(delivery[0], "info", "d.h5").err
+
+
+def test_places_count_towards_the_end_of_a_cable():
+    # ends over (3, 4): 10 m along it are (6, 8); what is blown back over the start counts backwards
+    nodes = np.array([[[1.0, 1.0 - 3.0, 1.0 + 6.0], [2.0, 2.0 - 4.0, 2.0 + 8.0], [0.0, -9.0, 1.0]]])
+    assert along_chord(nodes) == pytest.approx(np.array([[0.0, -5.0, 10.0]]), rel=1e-14)
+    nodes[:, :2, 2] += 50.0  # what lies beside the chord counts by its share along it
+    away = nodes[0, :2, 1] - nodes[0, :2, 0]
+    chord = nodes[0, :2, 2] - nodes[0, :2, 0]
+    assert along_chord(nodes)[0, 1] == pytest.approx(away @ chord / np.linalg.norm(chord))
+    nodes[:, :2, 2] = nodes[:, :2, 0]  # and with the ends over each other, from the plumb line
+    assert along_chord(nodes) == pytest.approx(np.array([[0.0, 5.0, 0.0]]))
 
 
 def test_what_a_cable_is():

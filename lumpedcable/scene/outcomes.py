@@ -1,0 +1,45 @@
+"""The numbers that every run comes down to, by name: no number that a scene asks for may take one."""
+
+from __future__ import annotations
+
+__all__ = ["QUANTITIES", "RESULTS", "SUMMARIES", "TAKEN"]
+
+QUANTITIES = {
+    "static_strain": ("1", "strain at the end at rest, before anything moves"),
+    "static_tension": ("N", "tension at the end at rest, before anything moves"),
+    "peak_end_speed": ("m/s", "peak speed of the broken end"),
+    "break_start": ("s", "time at which the break begins"),
+    "front_arrival": (
+        "s",
+        "time after the start of the break until the far end has lost 1 % of its tension then",
+    ),
+    "end_displacement": ("m", "distance of the broken end from its start, at the last time"),
+    "reach": ("m", "largest distance of the broken end from its start"),
+}
+"""Of every end that recoils: unit and meaning."""
+SUMMARIES = {
+    "energy_closure": ("1", "largest energy residual over released energy"),
+    "released_energy": ("J", "energy turned into motion or lost"),
+    "static_imbalance": ("1", "largest force left by statics over the largest force"),
+    "peak_tension": (
+        "N",
+        "largest tension of any segment, at the output times; of inextensible lines at any step",
+    ),
+    "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
+    "stop_time": ("s", "when the body of output.stop came to rest"),
+    "stop_distance": (
+        "m",
+        "distance of the body of output.stop from its start when it came to rest",
+    ),
+    "solver_step": ("s", "time step"),
+}
+"""Of every run: unit and meaning."""
+_OF_THE_SOLVER = ("energy_closure", "static_imbalance", "solver_step")
+RESULTS = {
+    name: "" if unit == "1" else unit
+    for name, (unit, _) in (QUANTITIES | SUMMARIES).items()
+    if name not in _OF_THE_SOLVER
+}
+"""Numbers of a run that a source may give, with their units; the measures of a scene are more."""
+TAKEN = frozenset({*SUMMARIES, "solver_steps", *RESULTS})
+"""Names of a run's own numbers, and of those that references give."""

@@ -1,0 +1,109 @@
+"""Whether the places that a scene gives can be: none under the bed, one for ends that are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import dist, hypot
+from typing import Any
+
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import WinchEnd
+from lumpedcable.scene.environment import Seabed
+from lumpedcable.scene.lines import (
+    FixedEnd,
+    HarmonicMotion,
+    HeldEnd,
+    HeldPosition,
+    JoinedEnd,
+    Line,
+    MovingEnd,
+    tie_of,
+)
+from lumpedcable.scene.moved import MovedBody
+from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.units import format_quantity
+
+__all__ = ["below_problems", "joined_problems"]
+
+SIDES = ("start", "end")
+SAME = 1e-9  # share of a place by which it may differ from itself, by rounding
+Lines = Mapping[str, Line | None]
+
+
+def below_problems(lines: Lines, bodies: Mapping[str, Any], seabed: Seabed) -> Iterator[Problem]:
+    """Yield the places where an end or a body starts below the bed."""
+    places: list[tuple[Path, tuple[float, ...]]] = []
+    for name, line in lines.items():
+        for side in SIDES if line is not None else ():
+            path, place = _place(getattr(line, side))
+            if place is not None:
+                places.append((("lines", name, side, *path), place))
+    for name, body in bodies.items():
+        if isinstance(body, Body | MovedBody) and body.position is not None:
+            places.append((("bodies", name, "position"), body.position))
+    for path, place in places:
+        bed = seabed.height_at(place[0])
+        if place[2] < bed:
+            yield Problem(
+                (*path, 2),
+                f"expected {format_quantity(bed, 'm')} or more, the height of the "
+                f"seabed, found {format_quantity(place[2], 'm')}",
+            )
+
+
+def joined_problems(lines: Lines) -> Iterator[Problem]:
+    """Yield the places of joined ends that are not where another end at their joint is held."""
+    ends = {
+        f"{name}.{side}": getattr(line, side)
+        for name, line in lines.items()
+        if line is not None
+        for side in SIDES
+    }
+    met: dict[str, set[str]] = {}
+    for name, end in ends.items():
+        tie = tie_of(end)
+        together = {name} | met.get(name, set())
+        if tie is not None:
+            together |= {tie} | met.get(tie, set())
+        met |= dict.fromkeys(together, together)
+    told: set[str] = set()
+    for name, end in ends.items():
+        if not isinstance(end, JoinedEnd):
+            continue
+        told.add(name)
+        for other in sorted(met[name] & ends.keys() - {name}):
+            place = _held(ends[other])
+            first = isinstance(ends[other], JoinedEnd) and other not in told
+            if place is None or first or dist(place, end.at) <= SAME * (1.0 + hypot(*place)):
+                continue  # of two ends that are joined the second one is told
+            line, side = name.rsplit(".", 1)
+            yield Problem(
+                ("lines", line, side, "at"),
+                f'expected the place of "{other}", which meets it: {_words(place)}, '
+                f"found {_words(end.at)}",
+            )
+            break
+
+
+def _words(place: tuple[float, ...]) -> str:
+    return f"[{', '.join(format_quantity(x, 'm') for x in place)}]"
+
+
+def _held(end: Any) -> tuple[float, ...] | None:
+    """Return where an end is while the start state is found (m), where the scene itself says it."""
+    return None if isinstance(end, MovingEnd) else _place(end)[1]
+
+
+def _place(end: Any) -> tuple[Path, tuple[float, ...] | None]:
+    """Return where an end starts, as far as the scene says it, and the keys that say it."""
+    if isinstance(end, FixedEnd):
+        return ("fixed",), end.fixed
+    if isinstance(end, HeldEnd) and isinstance(end.held, HeldPosition):
+        return ("held", "position"), end.held.position
+    if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
+        return ("motion", "position"), end.motion.position
+    if isinstance(end, WinchEnd) and not isinstance(end.winch.at, str):
+        return ("winch", "at"), end.winch.at
+    if isinstance(end, JoinedEnd):
+        return ("at",), end.at
+    return (), None
