@@ -35,8 +35,8 @@ class FoundNumber(NamedTuple):
     """A number that was fitted, all in SI.
 
     `low` and `high` are its interval: by its profile where it has one, else linear about the best fit.
-    `experiment` is "" for a number of all experiments. `at_bound`: it ended there, so that its
-    interval means little.
+    `experiment` is "" for a number of all experiments. `at_bound`: it ended there, where
+    its interval ends as well; `std` is then that of all numbers left free.
     """
 
     key: str

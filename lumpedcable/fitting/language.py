@@ -137,7 +137,12 @@ class FitMethod(Part):
     seed: Annotated[int, Count(0, 10**9)] = 0
     """Seed of that sample."""
     confidence: Fraction = 0.95
-    """Probability of the intervals."""
+    """Probability of the intervals, less than 1."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a certainty, which no interval has."""
+        if self.confidence >= 1.0:
+            yield Problem(("confidence",), f"expected less than 1, found {self.confidence:g}")
 
 
 class Sampling(Part):

@@ -92,9 +92,8 @@ def _band(fitted: Fitted, scene: Scene, material: str, experiment: str | None, d
     covariance = fitted.certainty.covariance[np.ix_(index, index)]
     with np.errstate(invalid="ignore"):
         variance = np.einsum("ni,ij,nj->n", slope, covariance, slope)
-    free = max(problem.points - fitted.values.size, 1)
-    reach = reach_of(problem.known_noise, problem.method.confidence, free)
-    half = reach * np.sqrt(np.maximum(variance, 0.0))
+        reach = reach_of(problem.known_noise, problem.method.confidence, fitted.certainty.free)
+        half = reach * np.sqrt(np.maximum(variance, 0.0))
     law = np.asarray(tension(jnp.asarray(found)))
     half = np.where(half < MOST_BAND * np.max(np.abs(law)), half, np.nan)
     before = np.asarray(tension(jnp.asarray(start)))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import unpacked
-from lumpedcable.fitting.run import Fitted
+from lumpedcable.fitting.run import AT_BOUND, Fitted, way_of
 from lumpedcable.fitting.transforms import to_unbounded
 from lumpedcable.fitting.uncertainty import Profile, reach_of
 from lumpedcable.status import Status
@@ -23,10 +24,22 @@ Array = NDArray[np.float64]
 
 PARTS = 4
 """Steps in which the limit is to be reached, on either side."""
-MOST = 16
-"""Most steps on a side: a side that has not come to the limit by then is open."""
-LEAST_GROWTH, MOST_GROWTH = 0.5, 4.0
-"""Factors by which a step may change from one to the next."""
+MOST, MOST_BACK = 16, 12
+"""Most steps on a side: one that has not come to the limit by then is open. And most that are taken
+back, since a run failed there or the root rose by too much."""
+TOO_MUCH = 2.0
+"""Rise of the root, over that of one step, at which a step is taken back."""
+NEAREST = 1e-2
+"""Step, over the way so far, below which the edge of what runs can do is known well enough."""
+LARGE_GAP, MOST_POLISH = 1.25, 3
+"""Difference of two roots, over one step, between which the limit is not interpolated but looked for,
+and in how many searches at most."""
+FARTHEST = 1e3
+"""Largest std, over the value or its start, by which a first step is measured."""
+LEAST_GROWTH, MOST_GROWTH, LEAST_BACK = 0.5, 4.0, 0.1
+"""Factors by which a step may change from one to the next, and by how much at most when taken back."""
+LEAST_NOISE = 1e-12
+"""Noise that data without any are taken to have, over their largest value."""
 BETTER = 1e-3
 """Relative fall of the loss on the way that shows that the fit was not the best."""
 
@@ -43,9 +56,24 @@ def flagged(fitted: Fitted) -> list[int]:
     found = []
     for k, p in enumerate(fitted.problem.parameters):
         asked = (k in vague or fitted.at_bound[k]) if p.profile is None else p.profile
-        if asked and not fitted.failures:
+        if asked and not fitted.failures and np.isfinite(fitted.certainty.noise):
             found.append(k)
     return found
+
+
+class _Side(NamedTuple):
+    """A walk away from the best value: places and roots in order, and how it ended.
+
+    `limit`: where the interval ends on this side. `failed`: runs fail beyond the last place, before
+    the root is at its limit. `fell`: a better fit was met. `taken`: evaluations.
+    """
+
+    x: Array
+    root: Array
+    limit: float
+    failed: bool
+    fell: bool
+    taken: int
 
 
 def profile_of(fitted: Fitted, k: int) -> Profile:
@@ -54,55 +82,104 @@ def profile_of(fitted: Fitted, k: int) -> Profile:
     S(x) is found by searches with the number held, each from the end of the one before, in steps of
     x that raise the root by about a quarter of its limit (Bates & Watts, Nonlinear Regression
     Analysis, 1988, section 6.1). The limit is the normal quantile of the confidence, or Student's t
-    where the noise was found from the fit; where the root passes it is interpolated.
+    where the noise was found from the fit; where the root passes it is interpolated. At a bound on
+    which the number sits already the interval ends. A side on which runs fail before is open.
     """
-    free = fitted.problem.freedom
-    s = 1.0 if fitted.problem.known_noise else float(np.sqrt(fitted.loss / free))
-    reach = reach_of(fitted.problem.known_noise, fitted.problem.method.confidence, free)
-    best, count = float(fitted.values[k]), 0
-    sides, limits, better = [], [], False
-    for side in (-1.0, 1.0):
-        x, root, ended, taken, fell = _side(fitted, k, side, s, reach)
-        sides.append((x, side * root))
-        limits.append(_limit(best, x, root, reach, side, ended))
-        count, better = count + taken, better or fell
-    (x0, r0), (x1, r1) = sides
+    method, sure = fitted.problem.method, fitted.certainty
+    reach = reach_of(fitted.problem.known_noise, method.confidence, sure.free)
+    below, above = (
+        _side(fitted, k, side, max(sure.noise, LEAST_NOISE), reach) for side in (-1.0, 1.0)
+    )
+    best = float(fitted.values[k])
     return Profile(
-        k, np.concatenate([x0[::-1], [best], x1]), np.concatenate([r0[::-1], [0.0], r1]),
-        reach, limits[0], limits[1], better, count,
+        k, np.concatenate([below.x[::-1], [best], above.x]),
+        np.concatenate([-below.root[::-1], [0.0], above.root]), reach, below.limit, above.limit,
+        below.fell or above.fell, below.taken + above.taken, (below.failed, above.failed),
     )  # fmt: skip
 
 
-def _side(fitted: Fitted, k: int, side: float, s: float, reach: float):
-    """Values on one side, their roots, whether a bound or a failed run ended it, and what it took."""
-    p, z, x = fitted.problem.parameters[k], fitted.sought.best.z, float(fitted.values[k])
+def _side(fitted: Fitted, k: int, side: float, s: float, reach: float) -> _Side:
+    """The walk to one side, and where exactly the root passes its limit."""
+    p, best = fitted.problem.parameters[k], float(fitted.values[k])
     edge = p.low if side < 0.0 else p.high
-    std = fitted.certainty.std[k]
-    size = abs(x) or (abs(p.start) or 1.0)
-    step = (std if np.isfinite(std) and std > 0.0 else size) * reach / PARTS
-    places, roots, count, fell, last = [], [], 0, False, 0.0
-    for _ in range(MOST):
-        ended = np.isfinite(edge) and abs(edge - x) <= step * (1.0 + 1e-9)
-        # a bound itself is infinitely far away for the search
-        x = edge - side * 1e-6 * max(abs(edge - x), 1e-12 * size) if ended else x + side * step
-        found, failed = _held(fitted, k, x, z)
-        count += int(found.steps)
-        loss = float(np.sum(found.residual**2))
-        if failed or not np.isfinite(loss):
-            return np.array(places), np.array(roots), True, count, fell
-        fell = fell or loss < fitted.loss * (1.0 - BETTER)
-        root = float(np.sqrt(max(loss - fitted.loss, 0.0))) / s
-        places.append(x)
-        roots.append(root)
-        if root >= reach or ended:
-            return np.array(places), np.array(roots), ended, count, fell
-        grown = (reach / PARTS) / max(root - last, 1e-9)
-        step, last, z = step * float(np.clip(grown, LEAST_GROWTH, MOST_GROWTH)), root, found.z
-    return np.array(places), np.array(roots), False, count, fell
+    if fitted.at_bound[k] and abs(edge - best) <= AT_BOUND * way_of(p):
+        return _Side(np.zeros(0), np.zeros(0), edge, False, False, 0)
+    met, z, ended, failed, fell, count = _walk(fitted, k, side, s, reach)
+    limit = _limit(best, met, reach)
+    for _ in range(MOST_POLISH):
+        if not np.isfinite(limit) or _gap(met, reach) < LARGE_GAP * reach / PARTS:
+            break
+        found, root, better = _held(fitted, k, limit, z, s)
+        count, fell = count + int(found.steps), fell or better
+        if not np.isfinite(root):
+            break
+        met[limit] = root
+        limit = _limit(best, met, reach)
+    failed = failed and not np.isfinite(limit)
+    if not np.isfinite(limit):
+        limit = edge if ended else side * float(np.inf)
+    places = sorted(met, key=lambda place: abs(place - best))
+    roots = np.array([met[place] for place in places])
+    return _Side(np.array(places), roots, limit, failed, fell, count)
 
 
-def _held(fitted: Fitted, k: int, x: float, z: Array) -> tuple[Found, bool]:
-    """The best fit with one number held at x, and whether a run failed there."""
+def _walk(fitted: Fitted, k: int, side: float, s: float, reach: float):
+    """Roots by place, the last z, whether a bound or a failed run ended it, `fell` and `count`."""
+    p, z, best = fitted.problem.parameters[k], fitted.sought.best.z, float(fitted.values[k])
+    edge, part = p.low if side < 0.0 else p.high, reach / PARTS
+    x, last, step, wall, back = best, 0.0, part * _measure(fitted, k), np.inf, 0
+    met: dict[float, float] = {}
+    ended, failed, fell, count = False, False, False, 0
+    for _ in range(MOST + MOST_BACK):
+        ended = bool(np.isfinite(edge) and abs(edge - x) <= step * (1.0 + 1e-9))
+        place = x + side * step
+        if ended:  # a bound itself is infinitely far away for the search
+            place = edge - side * 1e-6 * max(abs(edge - x), 1e-12 * max(abs(x), abs(p.start)))
+        found, root, better = _held(fitted, k, place, z, s)
+        count, fell = count + int(found.steps), fell or better
+        if not np.isfinite(root):
+            wall, back, ended = abs(place - x), back + 1, False
+            step, failed = 0.5 * wall, back >= MOST_BACK or 0.5 * wall < NEAREST * abs(x - best)
+            if failed:
+                break
+            continue
+        met[place] = root
+        if root - last > TOO_MUCH * part and back < MOST_BACK:
+            # the limit is interpolated between places that lie near each other
+            back, ended = back + 1, False
+            step = abs(place - x) * float(np.clip(part / (root - last), LEAST_BACK, 0.5))
+            continue
+        if root >= reach or ended or len(met) >= MOST:
+            break
+        wall -= abs(place - x)
+        grown = part / max(root - last, 1e-9)
+        step = min(step * float(np.clip(grown, LEAST_GROWTH, MOST_GROWTH)), 0.5 * wall)
+        x, last, z = place, root, found.z
+        failed = 0.5 * wall < NEAREST * abs(x - best)
+        if failed:
+            break
+    return met, z, ended, failed, fell, count
+
+
+def _measure(fitted: Fitted, k: int) -> float:
+    """What the first step is a part of: the std, where it is one, or the number's size."""
+    p, best, std = fitted.problem.parameters[k], float(fitted.values[k]), fitted.certainty.std[k]
+    size = max(abs(best), way_of(p)) if fitted.at_bound[k] else abs(best) or abs(p.start) or 1.0
+    return float(std if 0.0 < std < FARTHEST * max(size, abs(p.start)) else size)
+
+
+def _gap(met: Mapping[float, float], reach: float) -> float:
+    """How far apart the roots are between which the limit is interpolated; less if one is nearly it."""
+    roots = [0.0, *met.values()]
+    over = min(root for root in roots if root >= reach)
+    under = max(root for root in roots if root < reach)
+    return min(over - under, 10.0 * (over - reach), 10.0 * (reach - under))
+
+
+def _held(
+    fitted: Fitted, k: int, x: float, z: Array, s: float
+) -> tuple[Found, float, bool]:  # fmt: skip
+    """The best fit with one number held at x, its root (nan if a run fails), and if it is better."""
     method, arrays = fitted.problem.method, fitted.sought.arrays
     values = np.array(fitted.values)
     values[k] = x
@@ -115,18 +192,20 @@ def _held(fitted: Fitted, k: int, x: float, z: Array) -> tuple[Found, bool]:
     )  # fmt: skip
     found = jax.tree.map(np.asarray, found)
     status = unpacked(fitted.spec, arrays, found.flat).status
-    return found, any(bool(np.any(one != Status.OK)) for one in status)
+    loss = float(np.sum(found.residual**2))
+    if not np.isfinite(loss) or any(bool(np.any(one != Status.OK)) for one in status):
+        return found, float(np.nan), False
+    root = float(np.sqrt(max(loss - fitted.loss, 0.0))) / s
+    return found, root, loss < fitted.loss * (1.0 - BETTER)
 
 
-def _limit(best: float, x: Array, root: Array, reach: float, side: float, ended: bool) -> float:
-    """Where the root passes its limit; the end of the side if a bound cut it off, else infinity."""
-    if not root.size:
-        return best
-    if root[-1] < reach:
-        return float(x[-1]) if ended else side * float(np.inf)
+def _limit(best: float, met: Mapping[float, float], reach: float) -> float:
+    """Where the root passes its limit, infinity where it does not."""
     rising, places = [0.0], [best]
-    for one, place in zip(root, x, strict=True):
-        if one > rising[-1]:
-            rising.append(float(one))
-            places.append(float(place))
-    return float(PchipInterpolator(rising, places)(reach))
+    for place in sorted(met, key=lambda place: abs(place - best)):
+        if met[place] > rising[-1]:
+            rising.append(met[place])
+            places.append(place)
+        if met[place] >= reach:
+            return float(PchipInterpolator(rising, places)(reach))
+    return float(np.inf)

@@ -14,7 +14,7 @@ from rich.text import Text
 from lumpedcable.fitting.run import Fitted, failure_text
 from lumpedcable.fitting.seek import UNLIKELY, chance_of
 from lumpedcable.fitting.sensitivity import Sensitivity
-from lumpedcable.fitting.uncertainty import VAGUE, words
+from lumpedcable.fitting.uncertainty import VAGUE, Profile, words
 from lumpedcable.scene import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
@@ -100,6 +100,7 @@ def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
         said = [] if f.converged else [status_of(f)]
         said += ["at a bound"] if any(f.at_bound) else []
         said += ["numbers not told by the data"] if f.certainty.vague() else []
+        said += [] if f.certainty.free else ["no more values than numbers"]
         table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
     console.print(table)
     if len(fits) > MOST_ROWS:
@@ -158,8 +159,10 @@ def remarks_of(fitted: Fitted) -> list[str]:
     for name, status in fitted.failures:
         said.append(f"Without an answer at the values found: {failure_text(name, status)}.")
     names = [p.label for p in problem.parameters]
-    vague = certainty.vague()
-    for one in vague:
+    held = [name for name, at_bound in zip(names, fitted.at_bound, strict=True) if at_bound]
+    if held and len(held) < len(names):
+        said.append(f"Held at its bound for the intervals of the others: {', '.join(held)}.")
+    for one in certainty.vague():
         spread = "at all" if not one.spread < UNTOLD else f"better than {100 * one.spread:.2g} %"
         said.append(f"The data do not tell {words(one, names)} {spread}.")
     pairs = certainty.alike()
@@ -177,12 +180,7 @@ def remarks_of(fitted: Fitted) -> list[str]:
             "Times off the steps are interpolated by a cubic; a parabola differs by at most: "
             f"{', '.join(rough)}."
         )
-    for one in fitted.profiles:
-        if one.better:
-            said.append(
-                f"The profile of {names[one.parameter]} passes a better fit than this one: give other "
-                "starts, or more of them (method.starts)."
-            )
+    said += [words for one in fitted.profiles for words in _of_profile(fitted, one)]
     draws = fitted.draws
     if draws is not None and not (np.all(draws.r_hat < MIXED) and np.all(draws.size > FEW)):
         said.append("The chains do not agree yet: raise sample.draws and sample.warmup.")
@@ -193,14 +191,35 @@ def remarks_of(fitted: Fitted) -> list[str]:
     return said
 
 
+def _of_profile(fitted: Fitted, profile: Profile) -> list[str]:
+    """What is to be said of a profile: a better fit on the way, runs that fail."""
+    said, p = [], fitted.problem.parameters[profile.parameter]
+    if profile.better:
+        said.append(
+            f"The profile of {p.label} passes a better fit than this one: give other starts, or more "
+            "of them (method.starts)."
+        )
+    for failed, word, end in zip(profile.failed, ("below", "above"), (0, -1), strict=True):
+        if failed:
+            said.append(
+                f"Runs fail with {p.label} {word} {format_quantity(float(profile.x[end]), p.unit, 4)}, "
+                "before its profile is at its limit: its interval is open there."
+            )
+    return said
+
+
 def _quality(fitted: Fitted) -> str:
-    problem, left = fitted.problem, fitted.certainty.factor
+    problem, left, free = fitted.problem, fitted.certainty.factor, fitted.certainty.free
+    if not free:
+        text = f"{problem.points} values, no more than the numbers that they are to tell: what is left "
+        text += "says nothing of the noise."
+        return text if problem.known_noise else f"{text} Give the noise for intervals."
     if not problem.known_noise:
         return (
             f"{problem.points} values; what is left is {100 * left:.2g} % of the largest value of "
             "each column, taken as its noise."
         )
-    chance = chance_of(problem.freedom * left**2, problem)
+    chance = chance_of(free * left**2, free)
     text = f"{problem.points} values; deviations are {left:.3g} times the noise."
     if chance < UNLIKELY and problem.method.loss == "squares":
         text += (
@@ -289,6 +308,10 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
             {
                 "name": names[one.parameter], "interval": [one.low, one.high], "value": one.x,
                 "signed_root": one.root, "limit": one.reach, "better_fit_met": one.better,
+                "runs_fail_beyond": [
+                    float(one.x[end]) if failed else None
+                    for failed, end in zip(one.failed, (0, -1), strict=True)
+                ],
                 "evaluations": one.evaluations,
             }
             for one in fitted.profiles

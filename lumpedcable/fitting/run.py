@@ -28,10 +28,12 @@ from lumpedcable.scene import Fault, Scene, SceneError
 from lumpedcable.scene.units import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of"]
+__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of", "way_of"]
 
 Array = NDArray[np.float64]
 AT_BOUND = 1e-4  # share of the gap between bounds (or of the start) within which a value is at one
+UNFELT = 1e-2  # and change of all deviations together, over the noise, that the way to it may make
+EXACT = 1e-6  # noise, over the largest value, below which data without a given noise have none
 SPARE = 1.25  # steps beyond those needed at the start, where reverse mode fixes their number
 
 
@@ -142,22 +144,27 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
     slope = slopes_of(arrays, found)
     used = _used_rows(arrays, found)
     rows, data = slope[used], int(np.sum(used[: _data_rows(arrays)]))
-    sizes = np.array([_size(p, x) for p, x in zip(problem.parameters, values, strict=True)])
+    # what is left of them as the loss saw it, so that outliers do not widen the intervals
+    left = found.residual[used][:data]
+    bound = _at_bounds(problem, values, rows, left)
+    sizes = np.array([_size(*one) for one in zip(problem.parameters, values, bound, strict=True)])
     with np.errstate(over="ignore", invalid="ignore"):
         shares = np.sum((rows * sizes) ** 2)
     if not np.all(np.isfinite([shares, sought.loss])):
         raise SceneError([Fault(problem.file, None, "free", _overflow_words(problem))])
-    # what is left of them as the loss saw it, so that outliers do not widen the intervals
-    left = found.residual[used][:data]
     known = problem.known_noise
     certainty = certainty_of(
-        values, rows, left, problem.points, known, problem.method.confidence, sizes
+        values, rows, left, problem.points, known, problem.method.confidence, sizes, bound
+    )
+    edges = np.array([(p.low, p.high) for p in problem.parameters])
+    low, high = np.maximum(certainty.low, edges[:, 0]), np.minimum(certainty.high, edges[:, 1])
+    certainty = certainty._replace(
+        low=np.where(bound, low, certainty.low), high=np.where(bound, high, certainty.high)
     )
     criteria = criteria_of(left, problem.points, certainty.effective, known)
-    bound = tuple(_is_at_bound(p, x) for p, x in zip(problem.parameters, values, strict=True))
     return Fitted(
-        problem, values, certainty, criteria, predicted, deviation, rough, failures, bound,
-        spec, sought, seconds,
+        problem, values, certainty, criteria, predicted, deviation, rough, failures,
+        tuple(map(bool, bound)), spec, sought, seconds,
     )  # fmt: skip
 
 
@@ -170,17 +177,38 @@ def _overflow_words(problem: Problem) -> str:
     )
 
 
-def _size(p, x: float) -> float:
-    """What a parameter is measured by: itself, or half the gap between its bounds where it is 0."""
+def _size(p, x: float, at_bound: bool) -> float:
+    """What a parameter is measured by: itself, or where it is 0 or at its bound, how far it may go."""
+    if at_bound:
+        return max(abs(x), way_of(p))
     if x != 0.0:
         return abs(x)
     gap = 0.5 * (p.high - p.low)
     return gap if np.isfinite(gap) else 1.0
 
 
-def _is_at_bound(p, x: float) -> bool:
-    gap = p.high - p.low if np.isfinite(p.high - p.low) else abs(p.start) or 1.0
-    return bool(min(x - p.low, p.high - x) < AT_BOUND * gap)
+def way_of(p) -> float:
+    """The gap between a parameter's bounds, or how far from its only one it began; else its start."""
+    if np.isfinite(p.high - p.low):
+        return p.high - p.low
+    ways = [abs(p.start - edge) for edge in (p.low, p.high) if np.isfinite(edge)]
+    return ways[0] if ways else abs(p.start) or 1.0
+
+
+def _at_bounds(problem: Problem, values: Array, slope: Array, left: Array) -> NDArray[np.bool_]:
+    """Whether each value is at a bound: near it for the search, and for the data as good as on it.
+
+    A start far from a bound alone says nothing of how near the end is to it; what the data see of
+    the way to it, |J_k| d over the noise, does.
+    """
+    low, high = (np.array([getattr(p, key) for p in problem.parameters]) for key in ("low", "high"))
+    near = np.minimum(values - low, high - values)
+    free = max(problem.points - values.size, 1)
+    with np.errstate(invalid="ignore", over="ignore"):  # told by `fitted_from`
+        noise = 1.0 if problem.known_noise else max(np.sqrt(np.sum(left**2) / free), EXACT)
+        felt = near * np.sqrt(np.sum(slope**2, axis=0))
+    ways = np.array([way_of(p) for p in problem.parameters])
+    return (near < AT_BOUND * ways) & (felt < UNFELT * noise)
 
 
 def slopes_of(arrays: Arrays, found: Found) -> Array:

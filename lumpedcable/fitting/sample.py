@@ -105,7 +105,7 @@ def _log_slope(t: Transform, z):
 def _root(fitted: Fitted) -> Array:
     """R with R R' the fit's covariance in z, cut short where a number would leave for its bound."""
     slope, t = fitted.sought.best.slope, fitted.sought.arrays.transform
-    _, singular, v = np.linalg.svd(slope, full_matrices=True)
+    _, singular, v = np.linalg.svd(slope, full_matrices=slope.shape[0] < slope.shape[1])
     singular = np.concatenate([singular, np.zeros(v.shape[0] - singular.size)])
     s = 1.0 if fitted.problem.known_noise else fitted.certainty.factor
     reach = np.max(np.abs(v) * (t.has_low | t.has_high), axis=1, initial=0.0)

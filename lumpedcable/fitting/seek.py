@@ -148,12 +148,12 @@ def bad_end(problem: Problem, spec: Spec, sought: Sought) -> bool:
         return True
     if not problem.known_noise:
         return bool(np.sqrt(best.loss / problem.freedom) > POOR)
-    return chance_of(best.loss, problem) < UNLIKELY
+    return chance_of(best.loss, problem.freedom) < UNLIKELY
 
 
-def chance_of(square: float, problem: Problem) -> float:
+def chance_of(square: float, free: float) -> float:
     """Probability of a sum of squared deviations (over the noise) so large, if the scene is right."""
-    return float(stats.chi2.sf(square, problem.freedom))
+    return float(stats.chi2.sf(square, free))
 
 
 def settled(

@@ -53,7 +53,9 @@ def to_values(t: Transform, z: Float[Any, " p"]) -> Float[Any, " p"]:
     """x of z."""
     # exp of what is not used must not overflow: its derivative would be undefined
     power = jnp.exp(jnp.clip(z, -700.0, 700.0))
-    both = t.low + t.scale * jax.nn.sigmoid(z)
+    # from the nearer bound, so that the derivative does not end where the value rounds to the bound
+    share = t.scale * jax.nn.sigmoid(-jnp.abs(z))
+    both = jnp.where(z > 0.0, t.high - share, t.low + share)
     one = jnp.where(t.has_low, t.low + t.scale * power, t.high - t.scale * power)
     bounded = jnp.where(t.has_low & t.has_high, both, one)
     return jnp.where(t.has_low | t.has_high, bounded, t.scale * z)
@@ -73,7 +75,7 @@ def to_unbounded(t: Transform, x: np.ndarray) -> np.ndarray:
 def slope_at(t: Transform, z: np.ndarray) -> np.ndarray:
     """dx/dz."""
     z = np.clip(np.asarray(z, float), -700.0, 700.0)
-    share = 1.0 / (1.0 + np.exp(-z))
+    share = 1.0 / (1.0 + np.exp(np.abs(z)))
     with np.errstate(over="ignore"):  # of what is not used
         one = np.where(t.has_low, t.scale, -t.scale) * np.exp(z)
     bounded = np.where(t.has_low & t.has_high, t.scale * share * (1.0 - share), one)

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 VAGUE = 0.5  # relative standard deviation from which a combination is not told by the data
 ALIKE = 0.98  # correlation from which two parameters are named together
+LEAST_FREE = 1e-6  # degrees of freedom, not whole with smoothness, below which there are none
 NAMED = 0.1  # share of the largest part of a combination below which a parameter is not named
 
 
@@ -42,7 +43,12 @@ class Certainty(NamedTuple):
 
     std (p,), low, high (p,) in SI; correlation (p, p); combinations, the worst known first;
     factor: deviations over the noise that was given, or the noise itself where none was given;
-    effective: how many numbers the data, not the smoothness, determine.
+    effective: how many numbers the data, not the smoothness, determine; free: degrees of freedom
+    that they leave, 0 where there are no more values than numbers; noise: what std is reckoned with,
+    over the noise that was given, infinite where none was and nothing is left to find it from.
+
+    Parameters at their bound are held there for all others: covariance and correlation have zeros in
+    their rows, no combination has a part of them, and their own std is that of all numbers left free.
     """
 
     std: Array
@@ -53,9 +59,13 @@ class Certainty(NamedTuple):
     combinations: tuple[Combination, ...]
     factor: float
     effective: float
+    free: float
+    noise: float
 
     def vague(self) -> list[Combination]:
-        """The combinations that the data do not tell."""
+        """The combinations that the data do not tell; none where the noise itself is unknown."""
+        if not np.isfinite(self.noise):
+            return []
         return [c for c in self.combinations if not c.spread < VAGUE]
 
     def alike(self) -> list[tuple[int, int, float]]:
@@ -68,23 +78,26 @@ class Certainty(NamedTuple):
         return sorted(found, key=lambda pair: -abs(pair[2]))
 
 
-def reach_of(known: bool, confidence: float, free: int) -> float:
+def reach_of(known: bool, confidence: float, free: float) -> float:
     """Half an interval in standard deviations: normal, or Student's t where the noise was found."""
     half = 0.5 + 0.5 * confidence
+    if not known and not free:
+        return float(np.inf)
     return float(stats.norm.ppf(half) if known else stats.t.ppf(half, free))
 
 
 def certainty_of(
     values: Array, slope: Array, deviation: Array, points: int, known: bool, confidence: float,
-    sizes: Array | None = None,
+    sizes: Array | None = None, held: NDArray[np.bool_] | None = None,
 ) -> Certainty:  # fmt: skip
     """Covariance and intervals of a least-squares fit (linear about its minimum).
 
     cov = s^2 (J' J)^-1 with J the derivatives of the weighted deviations r. Where the noise is known
     s = 1 and an interval is x +- z std; else s^2 = r'r / (points - p) and z is Student's t
-    (Seber & Wild, Nonlinear Regression, 1989, section 5.1). The inverse is taken by the singular
-    values of J diag(size), so that a combination without data has an infinite spread and the others
-    keep theirs.
+    (Seber & Wild, Nonlinear Regression, 1989, section 5.1); with no more values than numbers s is
+    infinite. With rows of smoothness the numbers that the data determine take the place of p: the
+    trace of (J' J)^-1 J_data' J_data. The inverse is taken by the singular values of J diag(size),
+    so that a combination without data has an infinite spread and the others keep theirs.
 
     Args:
         values: the parameters (p,) in SI.
@@ -94,45 +107,77 @@ def certainty_of(
         known: whether the noise was given.
         confidence: probability of the intervals.
         sizes: what a parameter is measured by (p,); its own value if not given, 1 where that is 0.
+        held: parameters at their bound (p,), see `Certainty`; none if not given.
     """
     count = values.size
     if sizes is None:
         sizes = np.where(values != 0.0, np.abs(values), 1.0)
+    inner = np.ones(count, bool) if held is None else ~held
     whole = slope * sizes
-    _, singular, v = np.linalg.svd(whole, full_matrices=True)
-    singular = np.concatenate([singular, np.zeros(count - singular.size)])
-    floor = singular[0] * max(whole.shape) * np.finfo(float).eps
-    with np.errstate(divide="ignore"):
-        inverse = np.where(singular > floor, 1.0 / singular, np.inf)
-    free = max(points - count, 1)
-    s = 1.0 if known else float(np.sqrt(np.sum(deviation**2) / free))
-    reached = float(np.sqrt(np.sum(deviation**2) / free))
+    v, inverse = _directions(whole)
+    effective = _effective(whole, deviation.size)
+    free = points - (effective if whole.shape[0] > deviation.size else count)
+    free = float(free) if free > LEAST_FREE else 0.0
+    reached = float(np.sqrt(np.sum(deviation**2) / (free or 1.0)))
+    s = 1.0 if known else reached if free else np.inf
+    std = s * _spreads(v, inverse) * sizes
+    if not np.all(inner):
+        v, inverse = _directions(whole[:, inner])
+        std[inner] = s * _spreads(v, inverse) * sizes[inner]
+    covariance, correlation = np.zeros((count, count)), np.eye(count)
+    square = np.ix_(inner, inner)
     with np.errstate(invalid="ignore"):
         scaled = np.where(v == 0.0, 0.0, v * inverse[:, None])
-        variance = np.sum(scaled**2, axis=0)
-        covariance = s**2 * (scaled.T @ scaled) * np.outer(sizes, sizes)
-    std = s * np.sqrt(variance) * sizes
+        covariance[square] = s**2 * (scaled.T @ scaled) * np.outer(sizes[inner], sizes[inner])
+    correlation[square] = _correlation(v, inverse)
     reach = reach_of(known, confidence, free)
-    # which parameters change together is a matter of the directions that are known at all
-    most = 1e8 * inverse[0] if np.isfinite(inverse[0]) else 1.0
+    combinations = []
+    for k in np.argsort(-inverse, kind="stable"):
+        parts = np.zeros(count)
+        parts[inner] = _signed(v[k])
+        combinations.append(Combination(parts, float(s * inverse[k])))
+    return Certainty(
+        std, values - reach * std, values + reach * std, covariance, correlation,
+        tuple(combinations), reached, effective, free, s,
+    )  # fmt: skip
+
+
+def _directions(slope: Array) -> tuple[Array, Array]:
+    """Directions (p, p), a row each, and one over their singular values, inf where there is none.
+
+    The n x n matrix of the other side is never made where n is larger than p.
+    """
+    rows, count = slope.shape
+    if not count:
+        return np.zeros((0, 0)), np.zeros(0)
+    _, singular, v = np.linalg.svd(slope, full_matrices=rows < count)
+    singular = np.concatenate([singular, np.zeros(count - singular.size)])
+    floor = singular[0] * max(rows, count) * np.finfo(float).eps
+    with np.errstate(divide="ignore"):
+        return v, np.where(singular > floor, 1.0 / singular, np.inf)
+
+
+def _spreads(v: Array, inverse: Array) -> Array:
+    """Root of the diagonal of the inverse of J'J: inf where a direction that takes part has none."""
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(np.sum(np.where(v == 0.0, 0.0, v * inverse[:, None]) ** 2, axis=0))
+
+
+def _correlation(v: Array, inverse: Array) -> Array:
+    """Which parameters change together is a matter of the directions that are known at all."""
+    most = 1e8 * inverse[0] if inverse.size and np.isfinite(inverse[0]) else 1.0
     tame = v * np.minimum(inverse, most)[:, None]
     outer = tame.T @ tame
     root = np.sqrt(np.diag(outer))
-    correlation = outer / np.outer(root, root)
-    data = np.linalg.svd(whole[: deviation.size], compute_uv=False)
-    all_ = whole.T @ whole
-    effective = float(count)
-    if whole.shape[0] > deviation.size:
-        part = whole[: deviation.size].T @ whole[: deviation.size]
-        effective = float(np.trace(np.linalg.pinv(all_) @ part))
-    elif data.size < count:
-        effective = float(data.size)
-    order = np.argsort(-inverse, kind="stable")
-    combinations = tuple(Combination(_signed(v[k]), float(s * inverse[k])) for k in order)
-    return Certainty(
-        std, values - reach * std, values + reach * std, covariance, correlation, combinations,
-        reached, effective,
-    )  # fmt: skip
+    return outer / np.outer(root, root)
+
+
+def _effective(whole: Array, data: int) -> float:
+    """How many numbers the first `data` rows determine, those behind them being given."""
+    if whole.shape[0] > data:
+        part = whole[:data].T @ whole[:data]
+        return float(np.trace(np.linalg.pinv(whole.T @ whole) @ part))
+    return float(min(whole.shape[1], data))
 
 
 def _signed(parts: Array) -> Array:
@@ -160,7 +205,8 @@ class Profile(NamedTuple):
 
     root = sign(x - x_best) sqrt((S(x) - S_best)/s^2), S(x) the least sum of squares with the number
     held at x, s the noise (1 where it was given): a straight line where the model is linear. The
-    interval is where |root| stays below `reach`; -inf or inf where a side is open.
+    interval is where |root| stays below `reach`; -inf or inf where a side is open. `failed`: by
+    side, whether it is open since runs fail beyond the last x, which tells nothing of the data.
     """
 
     parameter: int
@@ -171,6 +217,7 @@ class Profile(NamedTuple):
     high: float
     better: bool
     evaluations: int
+    failed: tuple[bool, bool] = (False, False)
 
 
 class Draws(NamedTuple):

@@ -130,7 +130,7 @@ def _figures(pictures: FitPictures) -> list[tuple[str, Callable[[], Figure]]]:
         ("residuals", residual_figure, True),
         ("correlations", correlation_figure, len(pictures.names) > 1),
         ("laws", law_figure, bool(pictures.laws)),
-        ("profiles", profile_figure, bool(pictures.profiles)),
+        ("profiles", profile_figure, any(map(_drawable, pictures.profiles))),
         ("sample", sample_figure, bool(pictures.draws)),
     ]
     return [(name, partial(draw, pictures)) for name, draw, wanted in all_ if wanted]
@@ -253,9 +253,14 @@ def law_figure(pictures: FitPictures) -> Figure:
     return figure
 
 
+def _drawable(profile: Profile) -> bool:
+    """Whether there is more than the best value itself, from which runs may fail either way."""
+    return len(profile.x) > 1
+
+
 def profile_figure(pictures: FitPictures) -> Figure:
     """A panel a number: the rise of the sum of squares as it is held elsewhere, with its interval."""
-    shown = pictures.profiles[:MOST_PANELS]
+    shown = list(filter(_drawable, pictures.profiles))[:MOST_PANELS]
     figure, axes = style.panel_figure(
         [p.title for p in shown], f"Profiles: {pictures.heading}", height=2.4
     )
@@ -268,7 +273,7 @@ def profile_figure(pictures: FitPictures) -> Figure:
         )
         ax.axvspan(low, high, color="#F3CDB4", linewidth=0)
         ax.axhline(p.reach**2, color=style.NEUTRAL, linewidth=0.7)
-        if np.isfinite(p.std) and p.std > 0.0:
+        if np.isfinite(p.std) and p.std > 0.0 and p.x[0] < p.best < p.x[-1]:
             x = np.linspace(left, right, 201)
             rise = ((x / factor - p.best) / p.std) ** 2
             ax.plot(x, rise, color=style.NEUTRAL, linestyle=style.DASHES[1])

@@ -97,6 +97,8 @@ MISTAKES = {
     "no material": (GOOD.replace('"nylon"', '"nylo"'), TABLE, 'did you mean "nylon"?'),
     "noise": (GOOD + 'noise = "2 m"\n', TABLE, "expected a positive force (N) or a percentage"),
     "unknown key": (GOOD + "nosie = 1\n", TABLE, 'did you mean "noise"?'),
+    "certainty": (GOOD + "[method]\nconfidence = 1\n", TABLE,
+                  "method.confidence: expected less than 1, found 1"),
     "starts without bounds": (GOOD + "[method]\nstarts = 4\n", TABLE, "expected low and high"),
     "time again": (RECORD, TIMES.replace("3,5", "2,5"), "found 2 ms again in test.csv:4"),
     "time back": (RECORD, TIMES.replace("3,5", "1.5,5"), "found 1.5 ms after 2 ms in test.csv:4"),

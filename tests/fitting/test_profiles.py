@@ -94,4 +94,6 @@ def test_a_number_that_is_told_of_by_a_sum_alone_is_open_but_for_its_bound(tmp_p
     profile = profile_of(bounded, 0)
     # c2 is at least 0, so that c1 is not far above 1e5; and c1 itself ends at 0
     assert profile.low == pytest.approx(0.0, abs=1.0)
-    assert profile.high < 2e5
+    # with c2 = 0 the sum of squares rises by 3 (0.1 c1 - 10 kN)^2; s^2 = 2 kN^2 / (3 - 2), and the reach
+    # is Student's t with 1 degree of freedom, 12.7062
+    assert profile.high == pytest.approx(1e5 + 12.7062 * np.sqrt(2e6 / 3) / 0.1, rel=2e-3)
