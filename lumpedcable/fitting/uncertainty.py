@@ -41,7 +41,8 @@ class Combination(NamedTuple):
 class Certainty(NamedTuple):
     """What the data say about the parameters around the best fit.
 
-    std (p,), low, high (p,) in SI; correlation (p, p); combinations, the worst known first;
+    std (p,), low, high (p,) in SI, those of a profile where there is one; correlation (p, p);
+    combinations, the worst known first;
     factor: deviations over the noise that was given, or the noise itself where none was given;
     effective: how many numbers the data, not the smoothness, determine; free: degrees of freedom
     that they leave, 0 where there are no more values than numbers; noise: what std is reckoned with,
