@@ -139,6 +139,7 @@ def test_smoothness_leaves_the_values_that_it_does_not_use_for_the_noise(tmp_pat
     line = fitted.certainty.effective
     assert line == pytest.approx(round(line), abs=1e-3)
     assert 1 <= round(line) <= 2
+    assert fitted.sampled == 0  # nor does the search look elsewhere for what explains more
     square = np.sum(fitted.deviation**2)
     assert fitted.certainty.factor == pytest.approx(np.sqrt(square / (20 - line)), rel=1e-6)
     assert contents_of(fitted)["left_over"] == pytest.approx(1.0, abs=0.5)
