@@ -155,12 +155,10 @@ class Fit(Drawn):
 def _numbers(fitted: Fitted) -> dict[str, FoundNumber]:
     """The fitted numbers by name."""
     sure, found = fitted.certainty, {}
-    limits = {one.parameter: (one.low, one.high) for one in fitted.profiles}
     for k, p in enumerate(fitted.problem.parameters):
-        low, high = limits.get(k, (sure.low[k], sure.high[k]))
         found[p.name] = FoundNumber(
             p.key, p.experiment or "", p.unit, p.start, float(fitted.values[k]),
-            float(sure.std[k]), float(low), float(high), fitted.at_bound[k],
+            float(sure.std[k]), float(sure.low[k]), float(sure.high[k]), fitted.at_bound[k],
         )  # fmt: skip
     return found
 

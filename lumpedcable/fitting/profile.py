@@ -45,9 +45,14 @@ BETTER = 1e-3
 
 
 def with_profiles(fitted: Fitted, indices: Sequence[int] | None = None) -> Fitted:
-    """A fit with the profiles of some numbers, or of those that are flagged."""
+    """A fit with the profiles of some numbers, or of those that are flagged, as their intervals."""
     chosen = flagged(fitted) if indices is None else indices
-    return replace(fitted, profiles=tuple(profile_of(fitted, k) for k in chosen))
+    profiles = tuple(profile_of(fitted, k) for k in chosen)
+    low, high = np.array(fitted.certainty.low), np.array(fitted.certainty.high)
+    for one in profiles:
+        low[one.parameter], high[one.parameter] = one.low, one.high
+    certainty = fitted.certainty._replace(low=low, high=high)
+    return replace(fitted, profiles=profiles, certainty=certainty)
 
 
 def flagged(fitted: Fitted) -> list[int]:

@@ -128,7 +128,7 @@ def _values(fitted: Fitted) -> Table:
         table.add_column(Text(head), justify="left" if left else "right", no_wrap=not left)
     certainty = fitted.certainty
     vague = {int(np.argmax(np.abs(c.parts))) for c in certainty.vague()}
-    profiles = {one.parameter: one for one in fitted.profiles}
+    profiles = {one.parameter for one in fitted.profiles}
     for k, p in enumerate(fitted.problem.parameters):
 
         def show(x: float, unit: str = p.unit, digits: int = 6) -> str:
@@ -138,7 +138,6 @@ def _values(fitted: Fitted) -> Table:
         said = remark if fitted.at_bound[k] or k in vague else ""
         low, high = certainty.low[k], certainty.high[k]
         if k in profiles:
-            low, high = profiles[k].low, profiles[k].high
             said = f"{said}, interval by profile" if said else "interval by profile"
         interval = f"{show(low, digits=4)} to {show(high, digits=4)}"
         table.add_row(

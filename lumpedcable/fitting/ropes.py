@@ -12,6 +12,7 @@ import numpy as np
 from lumpedcable.fitting.arrays import Arrays, GroupArrays, Spec, TableArrays, arrays_of
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import Found, searches
+from lumpedcable.fitting.profile import flagged, with_profiles
 from lumpedcable.fitting.residual import unpacked
 from lumpedcable.fitting.run import Fitted, fit_problem, fitted_from
 from lumpedcable.fitting.seek import Sought, Start, at_own_steps, bad_end, beside, seek
@@ -27,7 +28,7 @@ def fit_ropes(problems: Mapping[str, Problem]) -> dict[str, Fitted]:
 
     Ropes whose problems differ in numbers alone are lanes of one search (`jax.vmap`), shorter data
     padded with weights of zero. A rope whose search ends badly is searched again alone, from other
-    starts. Profiles are not among it: see `with_profiles`.
+    starts. Profiles are made one after the other, of numbers whose file asks for them alone.
     """
     made = dict(zip(problems, _alike([arrays_of(p) for p in problems.values()]), strict=True))
     lanes: dict[object, list[str]] = {}
@@ -41,7 +42,13 @@ def fit_ropes(problems: Mapping[str, Problem]) -> dict[str, Fitted]:
         else:
             with np.errstate(over="ignore", invalid="ignore"):  # told by `fitted_from`
                 found |= _together({name: problems[name] for name in names}, made)
-    return {name: found[name] for name in problems}
+    return {name: _profiled(found[name]) for name in problems}
+
+
+def _profiled(fitted: Fitted) -> Fitted:
+    """A fit with the profiles that its file asks for."""
+    asked = [k for k in flagged(fitted) if fitted.problem.parameters[k].profile]
+    return with_profiles(fitted, asked)
 
 
 def _together(problems: Mapping[str, Problem], made: Mapping[str, Setting]) -> dict[str, Fitted]:

@@ -16,6 +16,7 @@ from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import penalised, unpacked
 from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
+from lumpedcable.fitting.uncertainty import effective_of
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN
 
@@ -148,7 +149,12 @@ def bad_end(problem: Problem, spec: Spec, sought: Sought) -> bool:
         return True
     if not problem.known_noise:
         return bool(np.sqrt(best.loss / problem.freedom) > POOR)
-    return chance_of(best.loss, problem.freedom) < UNLIKELY
+    square, free = best.loss, float(problem.freedom)
+    if spec.smooth:  # the data alone, and what the numbers that they determine leave of them
+        data = sum(a.data.size for a in (*sought.arrays.tables, *sought.arrays.groups))
+        square = float(np.sum(sought.best.residual[:data] ** 2))
+        free = max(problem.points - effective_of(np.asarray(sought.best.slope), data), 1.0)
+    return chance_of(square, free) < UNLIKELY
 
 
 def chance_of(square: float, free: float) -> float:

@@ -17,6 +17,7 @@ __all__ = [
     "Profile",
     "certainty_of",
     "criteria_of",
+    "effective_of",
     "reach_of",
 ]
 
@@ -41,7 +42,8 @@ class Combination(NamedTuple):
 class Certainty(NamedTuple):
     """What the data say about the parameters around the best fit.
 
-    std (p,), low, high (p,) in SI; correlation (p, p); combinations, the worst known first;
+    std (p,), low, high (p,) in SI, those of a profile where there is one; correlation (p, p);
+    combinations, the worst known first;
     factor: deviations over the noise that was given, or the noise itself where none was given;
     effective: how many numbers the data, not the smoothness, determine; free: degrees of freedom
     that they leave, 0 where there are no more values than numbers; noise: what std is reckoned with,
@@ -115,7 +117,7 @@ def certainty_of(
     inner = np.ones(count, bool) if held is None else ~held
     whole = slope * sizes
     v, inverse = _directions(whole)
-    effective = _effective(whole, deviation.size)
+    effective = effective_of(whole, deviation.size)
     free = points - (effective if whole.shape[0] > deviation.size else count)
     free = float(free) if free > LEAST_FREE else 0.0
     reached = float(np.sqrt(np.sum(deviation**2) / (free or 1.0)))
@@ -172,8 +174,8 @@ def _correlation(v: Array, inverse: Array) -> Array:
     return outer / np.outer(root, root)
 
 
-def _effective(whole: Array, data: int) -> float:
-    """How many numbers the first `data` rows determine, those behind them being given."""
+def effective_of(whole: Array, data: int) -> float:
+    """How many numbers the first `data` rows of J determine, those behind them being given."""
     if whole.shape[0] > data:
         part = whole[:data].T @ whole[:data]
         return float(np.trace(np.linalg.pinv(whole.T @ whole) @ part))

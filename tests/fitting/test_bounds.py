@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from lumpedcable.fitting.profile import flagged, with_profiles
 from lumpedcable.fitting.report import contents_of, remarks_of
+from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.uncertainty import certainty_of
 
@@ -78,6 +79,30 @@ def test_a_number_at_its_upper_bound_has_a_profile_below_it(tmp_path):
     assert (tmp_path / "out" / "profiles.png").exists()
 
 
+def test_ropes_have_the_profiles_that_are_asked_for(tmp_path):
+    for name, share in (("stiff", 1.0), ("soft", 0.9)):
+        write_bench(tmp_path, STRAIN, share * LOAD, f"{name}.csv")
+    scene = SCENE.replace(SCENE[: SCENE.index("[lines")], f"[materials.nylon]\n{LINEAR}\n")
+    bench = BENCH.replace("bench.csv", "{rope}.csv") + KNOWN
+    text = 'scene = "scene.toml"\nropes = "*"\n[free]\n"materials.nylon.EA" = { high = "490 kN"'
+    square = STRAIN @ STRAIN
+    best, std = STRAIN @ LOAD / square, 1e3 / np.sqrt(square)
+    # at the upper bound: S is a parabola about the best line beyond it
+    rise = np.sqrt((best - 490e3) ** 2 + (NORMAL * std) ** 2)
+    soft = [0.9 * best - NORMAL * std, 0.9 * best + NORMAL * std]
+    wanted = {"stiff": [best - rise, 490e3], "soft": soft}
+    asked = fit_ropes(fit_of(tmp_path, f"{text}, profile = true }}\n{bench}", scene).ropes)
+    for name, fitted in asked.items():
+        found = [fitted.certainty.low[0], fitted.certainty.high[0]]
+        assert found == pytest.approx(wanted[name], abs=2e-3 * std)
+        assert len(fitted.profiles) == 1
+    # without, they are linear, and end at a bound
+    plain = fit_ropes(fit_of(tmp_path, f"{text} }}\n{bench}", scene).ropes)["stiff"]
+    assert not plain.profiles
+    assert plain.certainty.low[0] == pytest.approx(490e3 - NORMAL * std, rel=1e-6)
+    assert plain.certainty.high[0] == 490e3
+
+
 def test_a_start_far_above_a_bound_does_not_bring_the_end_to_it(tmp_path):
     study = written(tmp_path, LINEAR, '"materials.nylon.EA" = { start = "10 GN", low = 0 }')
     fitted = fit_problem(study.problem)
@@ -114,6 +139,7 @@ def test_smoothness_leaves_the_values_that_it_does_not_use_for_the_noise(tmp_pat
     line = fitted.certainty.effective
     assert line == pytest.approx(round(line), abs=1e-3)
     assert 1 <= round(line) <= 2
+    assert fitted.sampled == 0  # nor does the search look elsewhere for what explains more
     square = np.sum(fitted.deviation**2)
     assert fitted.certainty.factor == pytest.approx(np.sqrt(square / (20 - line)), rel=1e-6)
     assert contents_of(fitted)["left_over"] == pytest.approx(1.0, abs=0.5)
