@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, model_validator
 
-from lumpedcable.scene.part import Part, Problem, Text
+from lumpedcable.scene.part import Part, Path, Problem, Text
 from lumpedcable.scene.quantities import NAME_PATTERN, Length, NonNegativeTime, fault, found
 
 _TARGET = re.compile(rf"({NAME_PATTERN})(?:\.(start|end)|@(.+))?", re.DOTALL)
@@ -31,6 +31,26 @@ def split_place(data: Any, key: str) -> Any:
         if at and _TARGET.fullmatch(data[key]):
             return {**data, key: line, "place": place.strip()}
     return data
+
+
+SHORT = {"events": ("breaks",), "measures": ("tension", "speed")}
+"""Keys under which "LINE@DISTANCE" may stand, by section."""
+
+
+def with_place(data: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Return raw data in which a place that `path` names stands under its own key, if it is given.
+
+    So a place written "rope@37.5 m" can be swept and overridden like any other.
+    """
+    if len(path) != 3 or path[0] not in SHORT or path[2] != "place":
+        return data
+    section, name = data.get(path[0]), path[1]
+    if not isinstance(section, dict) or name not in section:
+        return data
+    entry = section[name]
+    for key in SHORT[path[0]]:
+        entry = split_place(entry, key)
+    return {**data, path[0]: {**section, name: entry}}
 
 
 def target_of(

@@ -14,6 +14,7 @@ from typing import Any
 from lumpedcable.scene import overrides as changes
 from lumpedcable.scene.entries import Entry, entries_of
 from lumpedcable.scene.errors import Fault, SceneError
+from lumpedcable.scene.events import SHORT, with_place
 from lumpedcable.scene.files import FileError, fill, read_text
 from lumpedcable.scene.kinds import SCENE, other_kind
 from lumpedcable.scene.locate import LineMap
@@ -92,6 +93,8 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
     text, data = read_toml(file)
     reader = _Reader(file, text)
     sweep = reader.sweep(data.pop("sweep", {}))
+    for key in (key for entry in sweep for key in entry.keys):
+        data = with_place(data, tuple(key.split(".")))
     own, _, wrong = read_factors(sweep, data)
     sweep_is_right = not wrong and not reader.faults
 
@@ -123,12 +126,17 @@ class _Reader:
     def fault(self, problem: Problem) -> Fault:
         path = tuple(str(key) for key in problem.path)
         key = dotted(path)
-        if path[0] == "events" and path[-1] == "place" and path not in self.map:
-            path = (*path[:-1], "breaks")  # the place may be written "LINE@DISTANCE"
+        if path[0] in SHORT and path[-1] == "place" and not self._given(path):
+            # the place may be written "LINE@DISTANCE"
+            path = next((p for k in SHORT[path[0]] if self._given(p := (*path[:-1], k))), path)
         for size in range(len(path), 0, -1):
             if path[:size] in self.origins:
                 return Fault("", None, key, problem.message, self.origins[path[:size]])
         return Fault(str(self.file), self.map.line(path), key, problem.message)
+
+    def _given(self, path: Path) -> bool:
+        """Whether the file or an override has a value of its own at a path."""
+        return path in self.origins or path in self.map
 
     def sweep(self, raw: Any) -> list[Entry]:
         """Return the file's sweep as it is written."""

@@ -161,7 +161,7 @@ class SeaBody(Part):
         for name in self.response:
             if name not in FREEDOMS:
                 yield Problem(
-                    (*where[:1], name) if not self.rao else where,
+                    ("response", name) if not self.rao else where,
                     f"expected one of {', '.join(FREEDOMS)}, found {found(name)}"
                     f"{did_you_mean(name, FREEDOMS)}",
                 )

@@ -9,11 +9,12 @@ from typing import Any
 
 from lumpedcable.scene.entries import Entry, is_spec
 from lumpedcable.scene.errors import Fault
+from lumpedcable.scene.events import with_place
 from lumpedcable.scene.part import Path, dotted
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.runs import with_values
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.tree import Spot, numeric, paths, spot_at
+from lumpedcable.scene.tree import Spot, numeric, paths, plain, spot_at
 from lumpedcable.scene.units import nearest
 
 _SHOWN = 6  # candidates listed for an ambiguous key
@@ -49,6 +50,10 @@ def apply(overrides: Iterable[str], data: dict[str, Any], sweep: Iterable[Entry]
             continue
         value = read_value(value_text)
         path, message = resolve(key, value, result.data)
+        if path is not None and _is_text(spot_at(Spot(Scene, result.data), path)):
+            value = (
+                value if isinstance(value, str) else value_text.strip()
+            )  # a title "12" is no number
         if path is None:
             result.faults.append(Fault("", None, "", message, text))
             continue
@@ -56,8 +61,13 @@ def apply(overrides: Iterable[str], data: dict[str, Any], sweep: Iterable[Entry]
     return result
 
 
+def _is_text(spot: Spot | None) -> bool:
+    return spot is not None and plain(spot)[0] is str
+
+
 def _set(result: Overridden, text: str, path: Path, value: Any) -> None:
     key = dotted(path)
+    result.data = with_place(result.data, path)
     spot = spot_at(Spot(Scene, result.data), path)
     if (isinstance(value, list) or is_spec(value)) and spot is not None and numeric(spot):
         place: Path = ("sweep", key)

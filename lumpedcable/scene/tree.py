@@ -99,8 +99,10 @@ def step(spot: Spot, key: str | int) -> Spot | None:
 def _value_at(value: Any, key: str | int) -> Any:
     if isinstance(value, dict):
         return value.get(key, Absent)
-    if isinstance(value, list) and str(key).isdecimal() and int(key) < len(value):
-        return value[int(key)]
+    word = str(key)
+    # a number of an item is written in one way only: "0", not "00"
+    if isinstance(value, list) and word.isdecimal() and word == str(int(word)):
+        return value[int(word)] if int(word) < len(value) else Absent
     return Absent
 
 

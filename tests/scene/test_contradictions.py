@@ -190,3 +190,13 @@ def test_rounded_numbers_are_whole_numbers_of_intervals(tmp_path, every, count):
     for duration in (count * every, float(f"{count * every:.11g}")):
         study = read(tmp_path, LINE, f"every={every!r}", f"duration={duration!r}")
         assert study.scene.output.count == count
+
+
+def test_a_misspelt_freedom_of_a_response_is_told_where_it_stands(tmp_path):
+    motion = (
+        "{ omega = [0.4, 0.8], response = { heave = [[1, 0], [1, 0]], rol = [[1, 0], [1, 0]] } }"
+    )
+    text = f'{SHIP}{MOVED}{motion}\n[sea]\nheight = "1 m"\nperiod = "8 s"\n'
+    ((key, message),) = faults(tmp_path, text)
+    assert key == "bodies.ship.motion.response.rol"
+    assert 'did you mean "roll"' in message

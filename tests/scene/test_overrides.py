@@ -1,10 +1,12 @@
 import math
 from pathlib import Path
 
+import good_scenes
 import pytest
 
 from lumpedcable.scene import (
     FixedEnd,
+    SceneError,
     load_study,
 )
 
@@ -97,3 +99,59 @@ def test_references_may_leave_runs_out(rope):
     given = load_study(rope).references["paper"].values["static_strain"]
     assert given[0] == 0.1
     assert math.isnan(given[1])
+
+
+CUT = good_scenes.ROPE.replace('"rope.end"\n', '"rope@37.5 m"\n').replace(
+    '{ held = { pretension = "45 kN", direction = [1, 0, 0] } }', '{ fixed = ["61 m", 0, 0] }'
+)
+CUT = CUT[: CUT.index("[sweep]")] + CUT[CUT.index("[solver]") : CUT.index("[references")]
+
+
+def test_a_place_in_the_short_form_is_overridden_and_swept_like_any_other(tmp_path):
+    measures = '[measures.here]\ntension = "rope@30 m"\n'
+    path = good_scenes.write(tmp_path, CUT + measures)
+    scene = load_study(path, ["break.place=20 m", "here.place=10 m"]).scene
+    assert (scene.events["break"].breaks, scene.events["break"].place) == ("rope", 20.0)
+    assert (scene.measures["here"].tension, scene.measures["here"].place) == ("rope", 10.0)
+    study = load_study(path, ["break.place=[20 m, 30 m]"])
+    assert [run.events["break"].place for run in study.runs] == [20.0, 30.0]
+    swept = '[sweep]\n"events.break.place" = [20, 30]\nmeasures.here.place = ["5 m", "6 m"]\n'
+    study = load_study(good_scenes.write(tmp_path, CUT + measures + swept))
+    assert study.scene.events["break"].place == 37.5
+    places = [(r.events["break"].place, r.measures["here"].place) for r in study.runs]
+    assert places == [(20.0, 5.0), (20.0, 6.0), (30.0, 5.0), (30.0, 6.0)]
+    # the short form itself is still replaced as a whole, by a place or by an end
+    path = good_scenes.write(tmp_path, CUT)
+    assert load_study(path, ["breaks=rope@12 m"]).scene.events["break"].place == 12.0
+    assert load_study(path, ["breaks=rope.start"]).scene.events["break"].place is None
+    with pytest.raises(SceneError, match="found place and breaks"):
+        load_study(path, ["breaks=rope.start", "break.place=12 m"])
+    for wrong in ("breaks=rope@90 m", "break.place=90 m"):
+        with pytest.raises(
+            SceneError, match=f"^--set {wrong}: events.break.place: expected a place"
+        ):
+            load_study(path, [wrong])
+
+
+def test_a_measured_place_off_its_line_is_told_where_it_is_written(tmp_path):
+    path = good_scenes.write(tmp_path, f'{CUT}[measures.here]\nspeed = "rope@90 m"\n')
+    with pytest.raises(SceneError) as caught:
+        load_study(path)
+    (fault,) = caught.value.faults
+    line = path.read_text().splitlines().index('speed = "rope@90 m"') + 1
+    assert (fault.key, fault.line) == ("measures.here.place", line)
+
+
+def test_a_text_that_looks_like_a_number_stays_a_text(tmp_path):
+    path = good_scenes.write(tmp_path, CUT)
+    for value in ("12", "1e3", "true", "[1, 2]", "2018-01-30", '"12"'):
+        assert load_study(path, [f"title={value}"]).scene.title == value.strip('"')
+
+
+def test_an_item_of_a_list_has_one_number(tmp_path):
+    path = good_scenes.write(tmp_path, CUT)
+    with pytest.raises(SceneError, match=r'found "lines.rope.end.fixed.00"'):
+        load_study(path, ["lines.rope.end.fixed.00=54 m"])
+    swept = f'{CUT}[sweep]\n"lines.rope.end.fixed.00" = [54, 55]\n'
+    with pytest.raises(SceneError, match=r"expected the full path of a number of the scene, found"):
+        load_study(good_scenes.write(tmp_path, swept))
