@@ -3,7 +3,7 @@
 In one dimension a body has a place alone, q = (x). In a plane q = (place, angle), with positive
 angles from the second axis towards the first: about +y where the axes are x and z, bow down for a
 bow at +x. In space q = (x, y, z, roll, pitch, yaw), turned by roll about x first, then pitch about
-y, then yaw about z (singular at a pitch of 90 degrees: `solve.upright` keeps watch). Places in m, angles in rad.
+y, then yaw about z (singular at a pitch of 90 degrees). Places in m, angles in rad.
 """
 
 import jax.numpy as jnp
