@@ -13,6 +13,7 @@ import pytest
 import xarray
 from command_line import process, say
 
+import lumpedcable
 from lumpedcable.commands.console import share_cores
 from lumpedcable.results import StudyFolder, open_result
 from lumpedcable.scene import load_study, run_checks
@@ -115,6 +116,19 @@ def test_the_view_opens_in_xarray_with_names_and_units(whole):
     with xarray.open_dataset(whole.view, engine="h5netcdf", group="summary/rope.end") as end:
         assert end["peak_end_speed"].attrs["units"] == "m/s"
         assert np.all(end["peak_end_speed"] > 0.0)
+
+
+def test_a_saved_study_has_its_runs_in_it(whole, tmp_path):
+    result = lumpedcable.open(whole.path)
+    speeds = result.summary("rope.end").peak_end_speed.values
+    assert result.energy.sizes["run"] == result.dataset.sizes["run"] == 12
+    found = contents(whole.view)
+    result.save(tmp_path / "elsewhere" / "all.h5")
+    saved = lumpedcable.open(tmp_path / "elsewhere" / "all.h5")
+    assert saved.status == ["ok"] * 12
+    assert saved.summary("rope.end").peak_end_speed.values.tolist() == speeds.tolist()
+    assert saved.line("rope").end_tension.sizes == {"run": 12, "time": 5}
+    assert_equal_bits(contents(saved.path), found)
 
 
 def test_what_is_there_is_kept_and_what_is_not_is_computed(scene, whole, tmp_path):
