@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-__all__ = ["copy_whole", "joined"]
+__all__ = ["copy_whole", "damaged", "joined"]
 
 _AT_ONCE = 2**22  # numbers that are copied at once
 _OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}  # attributes HDF5 keeps itself
@@ -58,6 +58,24 @@ def copy_whole(source: Path, target: Path) -> None:
         )
         for path in shown:
             _fill(copy, path, file[path])
+
+
+def damaged(dataset: h5py.Dataset) -> str:
+    """What is damaged, in words, where a dataset cannot be read: a file that it shows, or itself."""
+    folder = Path(dataset.file.filename).parent
+    for source in dataset.virtual_sources() if dataset.is_virtual else ():
+        file = folder / source.file_name
+        if file.exists() and not _opens(file):
+            return f"{file} is damaged; once it is deleted, lumpedcable study computes it again"
+    return f"{dataset.file.filename}: {dataset.name} is damaged"
+
+
+def _opens(path: Path) -> bool:
+    try:
+        h5py.File(path, "r", locking=False).close()
+    except OSError:
+        return False
+    return True
 
 
 def _fill(copy: h5py.File, path: str, whole: Any) -> None:

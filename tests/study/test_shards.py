@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import time
 
@@ -129,6 +130,28 @@ def test_a_saved_study_has_its_runs_in_it(whole, tmp_path):
     assert saved.summary("rope.end").peak_end_speed.values.tolist() == speeds.tolist()
     assert saved.line("rope").end_tension.sizes == {"run": 12, "time": 5}
     assert_equal_bits(contents(saved.path), found)
+
+
+def test_what_is_made_of_a_folder_has_its_whole_name(whole, tmp_path, monkeypatch):
+    for name in ("map.1", "map.2"):
+        shutil.copytree(whole.path, tmp_path / name)
+    assert say(tmp_path, "plot", "map.1").code == 0
+    assert list((tmp_path / "map.1").glob("*.png"))
+    assert {p.name for p in tmp_path.iterdir()} == {"map.1", "map.2"}
+    # a study without positions has no film; what is asked for by "." is called like the folder
+    monkeypatch.setattr("lumpedcable.view.animate_result", lambda result, target, *_: target)
+    assert say(tmp_path, "animate", "map.2").out == "map.2.gif\n"
+    assert say(tmp_path / "map.2", "animate", ".").out == "map.2.gif\n"
+
+
+def test_a_shard_that_is_damaged_is_named(whole, tmp_path):
+    shutil.copytree(whole.path, tmp_path / "s")
+    folder = StudyFolder.open(tmp_path / "s")
+    with folder.file(1).open("r+b") as file:
+        file.truncate(3000)
+    told = say(tmp_path, "info", "s")
+    assert told.code == 2
+    assert f"{folder.name(1)} is damaged; once it is deleted" in told.err
 
 
 def test_what_is_there_is_kept_and_what_is_not_is_computed(scene, whole, tmp_path):
