@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lumpedcable.results.errors import OutputError, ResultError, check_known
+from lumpedcable.results.joined import copy_whole
 from lumpedcable.results.reader import open_result
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.scene import SceneError, Study, load_study
@@ -37,7 +38,8 @@ class Result(Drawn):
     """A results file.
 
     Attributes:
-        path: where it lies; in a temporary folder, gone with this object, where none was asked for.
+        path: where it lies, of a study's folder its study.h5; in a temporary folder, gone with this
+            object, where none was asked for.
     """
 
     def __init__(self, path: str | Path, folder: str | None = None) -> None:
@@ -46,10 +48,10 @@ class Result(Drawn):
         Raises:
             ResultError: there is none, or it is not a results file.
         """
-        self.path: Path = Path(path)
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
-        with open_result(self.path) as file:
+        with open_result(path) as file:
+            self.path: Path = file.path  # of a study's folder the file that shows all its runs
             self._lines, self._labels = file.lines, [file.label(k) for k in range(file.runs)]
             self._status, self._ends = file.status, file.ends
             self._bodies, self._cables = file.bodies, file.cables
@@ -179,7 +181,7 @@ class Result(Drawn):
         return export_result(self.path, kind, path, run)
 
     def save(self, path: str | Path) -> Path:
-        """Copy the results file, and go on with the copy.
+        """Copy the results file, and go on with the copy; that of a study has all its runs in it.
 
         Raises:
             OutputError: it cannot be written there.
@@ -191,7 +193,7 @@ class Result(Drawn):
             if target.exists() and target.samefile(self.path):
                 raise OutputError(f"cannot write {target}: expected another file than the results")
             with whole(target) as partial:
-                shutil.copyfile(self.path, partial)
+                copy_whole(self.path, partial)
         except OSError as error:
             raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
         self.path = target
@@ -234,7 +236,7 @@ class Result(Drawn):
 
 
 def open(path: str | Path) -> Result:
-    """Look at a results file.
+    """Look at a results file, or at the folder of a study.
 
     Raises:
         ResultError: there is none, or it is not a results file.

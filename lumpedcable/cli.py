@@ -19,7 +19,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
 from lumpedcable.commands import fit, show
-from lumpedcable.commands.console import Set, fail, interrupted, share_cores, study_of
+from lumpedcable.commands.console import Set, bare_name, fail, interrupted, share_cores, study_of
 from lumpedcable.commands.console import told as _told
 
 __all__ = ["app", "main"]
@@ -236,7 +236,7 @@ def plot(
     from lumpedcable.view import plot_result
 
     with _told():
-        folder = output or result.parent / Path(result.name.removesuffix(".partial")).stem
+        folder = output or (result if result.is_dir() else result.parent / bare_name(result))
         for path in plot_result(result, folder, formats=tuple(format_ or ["png"])):
             print(path)
 

@@ -12,7 +12,7 @@ from typing import Annotated, NoReturn
 
 from cyclopts import Parameter
 
-__all__ = ["Set", "fail", "interrupted", "share_cores", "study_of", "told"]
+__all__ = ["Set", "bare_name", "fail", "interrupted", "share_cores", "study_of", "told"]
 
 Set = Annotated[
     list[str] | None,
@@ -29,6 +29,13 @@ def fail(message: str, code: int = 2) -> NoReturn:
     """Print what is wrong and leave."""
     print(message, file=sys.stderr)
     raise SystemExit(code)
+
+
+def bare_name(result: Path) -> str:
+    """What files made of results are named after: a study's folder, or a file's name without its end."""
+    if result.is_dir():
+        return result.resolve().name  # dots and all, also of the folder "."
+    return Path(result.name.removesuffix(".partial")).stem
 
 
 def interrupted(message: str) -> NoReturn:

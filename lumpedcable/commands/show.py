@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from lumpedcable.commands.console import Set, fail, study_of, told
+from lumpedcable.commands.console import Set, bare_name, fail, study_of, told
 
 __all__ = ["animate", "export", "view"]
 
@@ -88,7 +88,7 @@ def animate(
     from lumpedcable.view import animate_result
 
     with told():
-        target = output or result.parent / f"{Path(result.name.removesuffix('.partial')).stem}.gif"
+        target = output or result.parent / f"{bare_name(result)}.gif"
         print(animate_result(result, target, run_, seconds, fps, beside_lines))
 
 

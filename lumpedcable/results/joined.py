@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
-__all__ = ["joined"]
+__all__ = ["copy_whole", "damaged", "joined"]
+
+_AT_ONCE = 2**22  # numbers that are copied at once
+_OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}  # attributes HDF5 keeps itself
 
 
 def joined(
@@ -34,3 +40,60 @@ def joined(
         layout[first : first + rows] = source
         first += rows
     return file.create_virtual_dataset(path, layout, fillvalue=fill)
+
+
+def copy_whole(source: Path, target: Path) -> None:
+    """Copy a results file; what it shows of other files is in the copy itself.
+
+    Raises:
+        OSError: a file cannot be read or written.
+    """
+    shutil.copyfile(source, target)
+    with h5py.File(source, "r", locking=False) as file, h5py.File(target, "r+") as copy:
+        shown: list[str] = []
+        file.visititems(
+            lambda path, item: (
+                shown.append(path) if isinstance(item, h5py.Dataset) and item.is_virtual else None
+            )
+        )
+        for path in shown:
+            _fill(copy, path, file[path])
+
+
+def damaged(dataset: h5py.Dataset) -> str:
+    """What is damaged, in words, where a dataset cannot be read: a file that it shows, or itself."""
+    folder = Path(dataset.file.filename).parent
+    for source in dataset.virtual_sources() if dataset.is_virtual else ():
+        file = folder / source.file_name
+        if file.exists() and not _opens(file):
+            return f"{file} is damaged; once it is deleted, lumpedcable study computes it again"
+    return f"{dataset.file.filename}: {dataset.name} is damaged"
+
+
+def _opens(path: Path) -> bool:
+    try:
+        h5py.File(path, "r", locking=False).close()
+    except OSError:
+        return False
+    return True
+
+
+def _fill(copy: h5py.File, path: str, whole: Any) -> None:
+    """Put a dataset with the values of `whole` in the place of one that shows other files."""
+    old = copy[path]
+    assert isinstance(old, h5py.Dataset)
+    scales = [[scale.name for scale in dim.values()] for dim in old.dims]
+    known = {name: old.attrs[name] for name in old.attrs if name not in _OF_SCALES}
+    # a scale knows whose it is
+    for dim, names in zip(old.dims, scales, strict=True):
+        for name in names:
+            dim.detach_scale(copy[name])
+    del copy[path]
+    new = copy.create_dataset(path, whole.shape, whole.dtype, fillvalue=whole.fillvalue)
+    step = max(1, _AT_ONCE // max(1, int(np.prod(whole.shape[1:]))))
+    for first in range(0, whole.shape[0], step):
+        new[first : first + step] = whole[first : first + step]
+    new.attrs.update(known)
+    for dim, names in zip(new.dims, scales, strict=True):
+        for name in names:
+            dim.attach_scale(copy[name])

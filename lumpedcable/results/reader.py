@@ -16,6 +16,7 @@ from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError, check_known
 from lumpedcable.results.folder import StudyFolder, is_study_folder
+from lumpedcable.results.joined import damaged
 from lumpedcable.results.schema import PARTIAL_SUFFIX, axes_words, check_version
 from lumpedcable.results.series import Series
 
@@ -387,4 +388,4 @@ def _read(dataset: h5py.Dataset, pick: tuple[int | slice, ...]) -> Array:
         shape = dataset.shape
         raise ResultError(f"{dataset.name} of shape {shape} has no part {pick}") from error
     except OSError as error:
-        raise ResultError(f"{dataset.file.filename}: {dataset.name} is damaged") from error
+        raise ResultError(damaged(dataset)) from error

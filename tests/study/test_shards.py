@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import time
 
@@ -13,6 +14,7 @@ import pytest
 import xarray
 from command_line import process, say
 
+import lumpedcable
 from lumpedcable.commands.console import share_cores
 from lumpedcable.results import StudyFolder, open_result
 from lumpedcable.scene import load_study, run_checks
@@ -115,6 +117,41 @@ def test_the_view_opens_in_xarray_with_names_and_units(whole):
     with xarray.open_dataset(whole.view, engine="h5netcdf", group="summary/rope.end") as end:
         assert end["peak_end_speed"].attrs["units"] == "m/s"
         assert np.all(end["peak_end_speed"] > 0.0)
+
+
+def test_a_saved_study_has_its_runs_in_it(whole, tmp_path):
+    result = lumpedcable.open(whole.path)
+    speeds = result.summary("rope.end").peak_end_speed.values
+    assert result.energy.sizes["run"] == result.dataset.sizes["run"] == 12
+    found = contents(whole.view)
+    result.save(tmp_path / "elsewhere" / "all.h5")
+    saved = lumpedcable.open(tmp_path / "elsewhere" / "all.h5")
+    assert saved.status == ["ok"] * 12
+    assert saved.summary("rope.end").peak_end_speed.values.tolist() == speeds.tolist()
+    assert saved.line("rope").end_tension.sizes == {"run": 12, "time": 5}
+    assert_equal_bits(contents(saved.path), found)
+
+
+def test_what_is_made_of_a_folder_has_its_whole_name(whole, tmp_path, monkeypatch):
+    for name in ("map.1", "map.2"):
+        shutil.copytree(whole.path, tmp_path / name)
+    assert say(tmp_path, "plot", "map.1").code == 0
+    assert list((tmp_path / "map.1").glob("*.png"))
+    assert {p.name for p in tmp_path.iterdir()} == {"map.1", "map.2"}
+    # a study without positions has no film; what is asked for by "." is called like the folder
+    monkeypatch.setattr("lumpedcable.view.animate_result", lambda result, target, *_: target)
+    assert say(tmp_path, "animate", "map.2").out == "map.2.gif\n"
+    assert say(tmp_path / "map.2", "animate", ".").out == "map.2.gif\n"
+
+
+def test_a_shard_that_is_damaged_is_named(whole, tmp_path):
+    shutil.copytree(whole.path, tmp_path / "s")
+    folder = StudyFolder.open(tmp_path / "s")
+    with folder.file(1).open("r+b") as file:
+        file.truncate(3000)
+    told = say(tmp_path, "info", "s")
+    assert told.code == 2
+    assert f"{folder.name(1)} is damaged; once it is deleted" in told.err
 
 
 def test_what_is_there_is_kept_and_what_is_not_is_computed(scene, whole, tmp_path):
