@@ -1,6 +1,7 @@
 """What is told of numbers at a bound and of the others, of runs that fail and of too few values."""
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,10 @@ from lumpedcable.fitting.profile import flagged, with_profiles
 from lumpedcable.fitting.report import contents_of, remarks_of
 from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.run import fit_problem
-from lumpedcable.fitting.uncertainty import certainty_of
+from lumpedcable.fitting.uncertainty import Profile, certainty_of
+from lumpedcable.fitting.write import pictures_of
+from lumpedcable.view import plot_fit
+from lumpedcable.view.fit import pictures_from
 
 STRAIN, LOAD = np.array([0.05, 0.1, 0.15, 0.2]), np.array([26e3, 50.4e3, 74.2e3, 98.6e3])
 KNOWN = 'noise = "1 kN"\n'
@@ -77,6 +81,17 @@ def test_a_number_at_its_upper_bound_has_a_profile_below_it(tmp_path):
     said = say(tmp_path, "fit", "fit.toml", "-o", "out")
     assert said.code == 0, said.err
     assert (tmp_path / "out" / "profiles.png").exists()
+
+
+def test_a_profile_of_the_best_value_alone_is_not_drawn(tmp_path):
+    fitted = fit_problem(written(tmp_path, LINEAR, '"materials.nylon.EA" = {}').problem)
+    best, open_ = np.array(fitted.values), float(np.inf)
+    # what is left where runs fail either way
+    alone = Profile(0, best, np.zeros(1), NORMAL, -open_, open_, False, 9, (True, True))
+    fitted = replace(fitted, profiles=(alone,))
+    made = plot_fit(pictures_from(pictures_of(fitted)), tmp_path, ("svg",))
+    assert "profiles.svg" not in [path.name for path in made]
+    assert sum("Runs fail with nylon EA" in words for words in remarks_of(fitted)) == 2
 
 
 def test_ropes_have_the_profiles_that_are_asked_for(tmp_path):
