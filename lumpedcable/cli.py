@@ -339,7 +339,7 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
             make_layout(one)
     except ValueError as error:
         fail(f"{scene}: lines: {error}")
-    if any(one.dimensions is not None for one in scenes):
+    if any(one.dimensions is not None or one.steep for one in scenes):
         from lumpedcable.study.plan import common_coordinates  # loads jax, so only where needed
 
         with _told():

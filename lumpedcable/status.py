@@ -18,6 +18,7 @@ class Status(IntEnum):
     ENERGY_NOT_CLOSED = 7
     SCENE_IMPOSSIBLE = 8
     STILL_MOVING = 9
+    BODY_UPENDED = 10
 
 
 MEANING = {
@@ -32,6 +33,9 @@ MEANING = {
         "energy came from nowhere or was lost, so that the motion is not to be trusted"
     ),
     Status.SCENE_IMPOSSIBLE: "the numbers of this run do not go together",
+    Status.BODY_UPENDED: (
+        "a body in space pitched up or down to 90 degrees, where its roll and yaw cannot be told apart"
+    ),
     Status.STILL_MOVING: "the body that should come to rest was still moving at the end",
 }
 
@@ -61,5 +65,9 @@ ADVICE = {
         "method that takes longer steps than its accuracy allows needs a smaller step or tolerance"
     ),
     Status.SCENE_IMPOSSIBLE: "change the bounds of the sweep",
+    Status.BODY_UPENDED: (
+        "use the results up to this time, or choose other axes of the body's own, so that it rolls or "
+        "yaws where it pitched: its points, size, inertia and attitude go by them"
+    ),
     Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
 }

@@ -9,7 +9,11 @@ y, then yaw about z (singular at a pitch of 90 degrees). Places in m, angles in 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["angle_count", "place_of", "rigid_mass", "rotation", "spin"]
+__all__ = ["PITCH", "ROLL", "YAW", "angle_count", "place_of", "rigid_mass", "rotation", "spin"]
+
+
+ROLL, PITCH, YAW = 3, 4, 5
+"""Where the angles of a body in space stand among its coordinates."""
 
 
 def angle_count(dimensions: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Literal
 
@@ -34,6 +35,9 @@ WAYS: dict[str, str] = {
     "surge": "x", "sway": "y", "heave": "z", "roll": "roll", "pitch": "pitch", "yaw": "yaw"
 }  # fmt: skip
 """The way in `free` of each freedom that waves push."""
+
+STEEP = 0.1
+"""|cos(pitch)| below which a body's roll and yaw in space can no longer be told apart: 6 degrees."""
 
 # any of these makes a body a rigid one
 _RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "friction", "drag",
@@ -103,7 +107,8 @@ class Body(Part):
     inertia: tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia] | None = None
     """Moments of inertia in kg m2 about its own axes. Absent: those of a uniform box of its size."""
     attitude: tuple[Angle, Angle, Angle] | None = None
-    """Roll, pitch and yaw in rad at the start. Absent: none."""
+    """Roll, pitch and yaw in rad at the start; in space no pitch within 6 degrees of +-90 degrees.
+    Absent: none."""
     velocity: Velocity | None = None
     """Velocity in m/s at the start, given to the body after the rest of the scene has come to rest.
     Absent: none."""
@@ -130,6 +135,13 @@ class Body(Part):
     def turns(self) -> bool:
         """Whether it is free to turn."""
         return self.rigid and (self.free is None or any(angle in self.free for angle in ANGLES))
+
+    @property
+    def steep(self) -> bool:
+        """Whether it starts pitched to where roll and yaw, which it is free to change, are one."""
+        if self.attitude is None or not (self.free is None or {"roll", "yaw"} <= set(self.free)):
+            return False
+        return abs(math.cos(self.attitude[1])) < STEEP
 
     def problems(self) -> Iterator[Problem]:
         """Yield what a rigid body lacks, and what is said twice."""

@@ -90,6 +90,11 @@ class Scene(Part):
         """Return whether an end goes where a rigid body or a moved one does."""
         return self.point_of(end) is not None or self.body_point(end) is not None
 
+    @property
+    def steep(self) -> list[str]:
+        """The bodies that start with a pitch that is none in space."""
+        return [n for n, body in self.bodies.items() if isinstance(body, Body) and body.steep]
+
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.
 

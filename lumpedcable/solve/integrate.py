@@ -31,6 +31,7 @@ from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watc
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, rests
+from lumpedcable.solve.upright import upright, uprightest
 from lumpedcable.solve.watching import Watching
 
 __all__ = [
@@ -93,7 +94,8 @@ class Progress(NamedTuple):
     """Where a run is: its state, what its solver keeps between steps, its watches.
 
     `stopped` is when its body came to rest (s), NaN before; `peaks` the largest tensions so far of the
-    segments of inextensible lines (N).
+    segments of inextensible lines (N), `upright` the least |cos(pitch)| so far of bodies that turn in
+    space.
     """
 
     y: State
@@ -102,6 +104,7 @@ class Progress(NamedTuple):
     exhausted: Bool[Array, ""]
     stopped: Float[Array, ""]
     peaks: dict[str, Float[Array, " n"]]
+    upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (as in `Numbers`)
 
 
 class Numbers(NamedTuple):
@@ -168,7 +171,9 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     never = jnp.zeros((), bool)
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
     moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
-    return Progress(y, solver_state, seen, never, moving, y.tension), first
+    standing = upright(model, y)
+    first = first._replace(upright=standing)
+    return Progress(y, solver_state, seen, never, moving, y.tension, standing), first
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
@@ -204,7 +209,9 @@ def _fixed(
         # only an implicit method can fail to find its stages
         failed = result != diffrax.RESULTS.successful if implicit else False
         peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.peaks.items()}
-        after = Progress(y, state, seen, run.exhausted | failed, run.stopped, peaks)
+        standing = uprightest(model, y, run.upright)
+        failed = run.exhausted | failed
+        after = Progress(y, state, seen, failed, run.stopped, peaks, standing)
         return after if plan.stop is None else halted(model, plan, run, after, t0, dt)
 
     if isinstance(numbers.steps, int):
@@ -248,7 +255,8 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     else:
         found, _ = part(found, own.every)
     _, y, seen, taken, failed = found
-    return Progress(y, numbers.every / jnp.maximum(taken, 1), seen, failed, run.stopped, run.peaks)
+    dt, standing = numbers.every / jnp.maximum(taken, 1), uprightest(model, y, run.upright)
+    return Progress(y, dt, seen, failed, run.stopped, run.peaks, standing)
 
 
 def _settled(model: Model, t, y: State, dt) -> State:
@@ -312,7 +320,7 @@ def advance(
 
     def sample_at(run: Progress, t) -> Kept:
         found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
-        return keep(found._replace(stopped=rests(model, plan, run)))
+        return keep(found._replace(stopped=rests(model, plan, run), upright=run.upright))
 
     empty = jax.tree.map(
         lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),

@@ -65,7 +65,7 @@ class Sample(NamedTuple):
 
     `largest` has the largest tension of all segments (N) and the kinetic energy (J), `bodies` the
     coordinates q and their rates of each body, (2, m), `measures` the numbers that the scene asks for,
-    NaN while they do not count.
+    NaN while they do not count; `upright` the least |cos(pitch)| so far of bodies that turn in space.
     """
 
     fields: dict[str, dict[str, Array]]
@@ -79,6 +79,7 @@ class Sample(NamedTuple):
     bodies: dict[str, Float[Array, "2 m"]]
     measures: dict[str, Float[Array, ""]]
     stopped: Bool[Array, ""]
+    upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (a default that nobody changes)
 
 
 def end_tension(

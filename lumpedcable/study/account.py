@@ -9,6 +9,7 @@ import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.seams import parts_of
+from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import Status
@@ -38,6 +39,7 @@ class Account:
         self.measures: dict[str, NDArray[np.float64]] = {}
         self.largest: dict[str, NDArray[np.float64]] = {}
         self.flags = {key: np.zeros(shape, bool) for key in ("finite", "reversed", "exhausted")}
+        self.upended = np.zeros(shape, bool)
         self.courant = np.zeros(shape)
         self.reached = -1
         self.watches: tuple[Any, ...] = ()
@@ -59,6 +61,8 @@ class Account:
             table[:, times] = getattr(samples, key)
         for values in samples.energy.values():  # of places beyond all measure, before all else
             self.flags["finite"][:, times] &= np.isfinite(values)
+        for values in samples.upright.values():
+            self.upended[:, times] |= np.asarray(values) < STEEP
         self.courant[:, times] = samples.courant
         for kept, found in (
             (self.energy, samples.energy),
@@ -97,6 +101,7 @@ def statuses(
     seen = slice(0, account.reached + 1)
     # what is undefined was something else first: of signs at one time, the first named here
     signs = {
+        Status.BODY_UPENDED: account.upended[:, seen],
         Status.STEP_BOUND_BROKEN: account.courant[:, seen] > 1.0,
         Status.TOO_MANY_STEPS: account.flags["exhausted"][:, seen],
         Status.NON_FINITE: ~account.flags["finite"][:, seen],

@@ -44,6 +44,11 @@ ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory
 CALL_TIME = 5.0  # s, by NODE_STEP: what a call takes at most, far less than that most often
 COUNTLESS = 2.0**62  # steps in an output interval: no run gets there, but an integer can hold it
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
+STEEP_START = (
+    "expected a pitch more than 6 degrees off +-90 degrees of a body in space, where roll and yaw "
+    "become one turn: choose other axes of its own (points, size, inertia and attitude go by them), or "
+    "hold its roll or yaw (free)"
+)
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 COURANT = {"corrected": 0.8, "viscous": 0.75}  # by the treatment of waves
 ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
@@ -56,11 +61,15 @@ def structure_of(scene: Scene) -> Structure:
 
 
 def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:
-    """The coordinates of all scenes together; SceneError where there are none."""
+    """The coordinates of all scenes together; SceneError where there are none, or not for a body."""
     try:
-        return coordinates_of(scenes)
+        found = coordinates_of(scenes)
     except ValueError as error:
         raise SceneError([study.fault("dimensions", str(error))]) from None
+    steep = {} if found.dimensions < 3 else {name: None for one in scenes for name in one.steep}
+    if steep:
+        raise SceneError([study.fault(f"bodies.{name}.attitude", STEEP_START) for name in steep])
+    return found
 
 
 def batch_sizes(runs: int) -> tuple[int, ...]:

@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from command_line import say
 from engine_runs import HOOKE, ROPE, run_text
 
+from lumpedcable.scene import SceneError, load_study
+from lumpedcable.scene.bodies import STEEP
 from lumpedcable.status import ADVICE, MEANING, Status
+from lumpedcable.study.plan import common_coordinates
 
 STIFFENS = """
 [materials.steep]
@@ -174,3 +178,67 @@ def test_a_run_does_not_depend_on_its_company(tmp_path):
     np.testing.assert_allclose(alone["position"][0], among["position"][1], rtol=0, atol=1e-11)
     np.testing.assert_allclose(alone["tension"][0], among["tension"][1], rtol=0, atol=1e-7)
     assert alone.outcomes[0].steps == among.outcomes[1].steps
+
+
+PITCHED = """
+{}
+[materials.thread]
+law = "linear"
+EA = "1 N"
+[lines.thread]
+material = "thread"
+length = "10 m"
+segments = 1
+mass = "1 g/m"
+start = {{ fixed = [0, 0, 10] }}
+end = "b"
+[bodies.b]
+mass = "100 kg"
+position = [0, 0, 0]
+inertia = [10, 20, 15]
+{}
+[output]
+duration = "2 s"
+every = "50 ms"
+[solver]
+step = "5 ms"
+"""
+
+
+def test_a_body_in_space_that_pitches_to_90_degrees_says_so(tmp_path):
+    # a moment M about its own y turns it by M t^2 / (2 I): through 90 degrees, given time
+    M, I = 40.0, 20.0
+    text = PITCHED.format("dimensions = 3", f'control.moment = [0, "{M} N m", 0]')
+    ran = run_text(tmp_path, text)
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.BODY_UPENDED
+    reaches = np.sqrt(2.0 * I * np.arccos(STEEP) / M)
+    assert reaches <= outcome.status_time < reaches + 0.05 + 0.005
+    assert "axes" in outcome.message
+    before = ran.time < reaches
+    pitch = ran.bodies["b"]["attitude"][0, before, 1]
+    assert pitch == pytest.approx(M / I * ran.time[before] ** 2 / 2, abs=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("dimensions", "body", "refused"),
+    [
+        ("dimensions = 3", 'attitude = [0, "90 deg", 0]', True),
+        ("dimensions = 3", 'attitude = [0, "-88 deg", "20 deg"]', True),
+        ("dimensions = 3", 'attitude = [0, "80 deg", 0]', False),
+        # these have no roll and yaw to be told apart
+        ("dimensions = 3", 'attitude = [0, "90 deg", 0]\nfree = ["x", "z", "pitch", "yaw"]', False),
+        ("dimensions = 2", 'attitude = [0, "90 deg", 0]\npoints.p = [1, 0, 1]', False),
+    ],
+)
+def test_a_start_at_90_degrees_of_pitch_is_refused_in_space(tmp_path, dimensions, body, refused):
+    path = tmp_path / "scene.toml"
+    path.write_text(PITCHED.format(dimensions, body))
+    study = load_study(path)
+    if not refused:
+        assert common_coordinates(study, list(study.runs)).dimensions == int(dimensions[-1])
+        return
+    with pytest.raises(SceneError, match=r"attitude: expected a pitch more than 6 degrees off"):
+        common_coordinates(study, list(study.runs))
+    checked = say(tmp_path, "check", path)
+    assert (checked.code, "bodies.b.attitude" in checked.err) == (2, True)
