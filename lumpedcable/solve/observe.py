@@ -137,6 +137,8 @@ def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array
 
 def _drag(line: Line, nodes: Frame, node: int, velocity: Float[Array, "d nodes"]):
     """Drag (N) on the node of an end, None without drag."""
+    if nodes.drag_t is None:
+        return None  # not even the velocity is picked
     return end_drag(nodes, line.node(node), pick(velocity, line.node(node)))
 
 
