@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.line import Line
+from lumpedcable.model.passing import on_payout, passing_kinds
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import (
@@ -93,13 +94,15 @@ class Found(dict[str, Any]):
     """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches.
 
     `drawn` is that pull (N), `payouts` what comes of it with the winch's control; `held` the friction
-    on bodies on the bed (N), once a kick has found it.
+    on bodies on the bed (N), once a kick has found it; `passed` the force on the paid-out length (N) of
+    what resists along the line, by winch and kind of work.
     """
 
     pulls: tuple[Pull, ...] = ()
     drawn: dict[str, Float[Array, ""]]
     payouts: dict[str, Float[Array, " m"]]
     held: dict[str, Float[Array, " m"]]
+    passed: dict[str, dict[str, Float[Array, ""]]]
 
     def add_couplings(
         self, model, t, displacement: Values, velocity: Values | None, dt: Array | None = None
@@ -108,7 +111,7 @@ class Found(dict[str, Any]):
 
         With `dt` (s) for a kick of that length, from velocities half a step before its middle.
         """
-        self.held = {}
+        self.held, self.passed = {}, {}
         self.pulls = tuple(
             _pull(model, coupled, t, self, displacement, velocity, dt)
             for coupled in model.couplings
@@ -130,12 +133,29 @@ class Found(dict[str, Any]):
                     length = jnp.sum(e.line.shape.node_length)
                     grown = sum((force.payout for force in pull.taken.values()), pull.kink)
                     self.drawn[winch] = self.drawn[winch] + grown / length
-        self.payouts = {
-            name: model.bodies[name].answer(
-                drawn, None if velocity is None else velocity[body_key(name)]
-            )
-            for name, drawn in self.drawn.items()
-        }
+        self.payouts = {name: _answer(model, name, self, velocity) for name in self.drawn}
+
+    def add_passing(self, model, velocity: Values | None, middle: Values | None) -> None:
+        """Add what drag and friction along a line do to what its winch pays out (see `passing`).
+
+        `velocity` is that of the evaluation, `middle` that at which drag acts; None at rest.
+        """
+        for name in self.drawn:
+            winch = model.bodies[name]
+            line = model.lines[winch.line]
+            if not passing_kinds(line):
+                continue
+            v = None if middle is None else middle[winch.line]
+            held = None if velocity is None else velocity[winch.line][:, winch.node]
+            self.passed[name] = on_payout(line, self[winch.line], v, winch.node, held)
+            self.drawn[name] = sum(self.passed[name].values(), self.drawn[name])
+            self.payouts[name] = _answer(model, name, self, velocity)
+
+
+def _answer(model, name: str, found: Found, velocity: Values | None) -> Float[Array, " m"]:
+    """What comes of the pull at a winch with its control (N)."""
+    rate = None if velocity is None else velocity[body_key(name)]
+    return model.bodies[name].answer(found.drawn[name], rate)
 
 
 def _pull(
@@ -274,7 +294,7 @@ def body_works(model, name: str) -> tuple[str, ...]:
     if isinstance(body, Rider) and body.path is not None:
         kinds.append("hauling")
     if isinstance(body, Winch):
-        kinds.append("payout")
+        kinds += ["payout", *passing_kinds(model.lines[body.line])]
     return tuple(dict.fromkeys(kinds))
 
 
@@ -307,6 +327,9 @@ def body_powers(
         moving = 0.5 * line.mass * squares
         if body.driven:
             total["control"] = body.taken(q, v, gain, found.drawn[name])
+        own = body.resisting(q, v)
+        for kind, force in found.passed.get(name, {}).items():
+            total[kind] = -(force + own[kind][0] if kind in own else force) * v[0]
         total["payout"] = v[0] * (moving + _drum_weight(model, body, displacement))
     return total
 

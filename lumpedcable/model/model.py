@@ -12,7 +12,7 @@ from lumpedcable.model.attached import attached_ends, body_gain, follow, follow_
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.boundary import boundary
 from lumpedcable.model.carried import Measured
-from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered_gain
+from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered_gain, winch_of
 from lumpedcable.model.ends import (
     Driven,
     End,
@@ -26,6 +26,7 @@ from lumpedcable.model.ends import (
 from lumpedcable.model.grip import held_back, joint_held_back
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, LineForces, Workspace
+from lumpedcable.model.passing import drifting
 from lumpedcable.model.places import PlaceMeasured
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
@@ -116,6 +117,9 @@ class Model(eqx.Module):
             workspace = None if over is None else over[name]
             forces = line.forces(u, v, boundaries, dt, ends, workspace)
             nodes = self.frame(line, forces.shape)
+            winch = winch_of(self, name)
+            if winch is not None and line.drag is not None and line.growth is not None:
+                nodes = drifting(nodes, forces.shape, line.growth, winch.node)
             result[name] = Evaluation(forces, nodes, ends, boundaries)
         result.add_couplings(self, t, displacement, velocity, dt)
         return result
@@ -203,6 +207,7 @@ class Model(eqx.Module):
                 end_ = jnp.where(active, end_, pick(after[name], node))
                 middle[name] = place_at_end(middle[name], node, mid)
                 after[name] = place_at_end(after[name], node, end_)
+        found.add_passing(self, before, middle)
         for name in self.bodies:
             key = body_key(name)
             found_gain = body_gain(self, name, t, found, displacement, before, dt)
@@ -284,6 +289,7 @@ class Model(eqx.Module):
                 node = self.lines[name].node(side)
                 gain = jnp.where(active, gain, pick(result[name], node))
                 result[name] = place_at_end(result[name], node, gain)
+        found.add_passing(self, velocity, velocity)
         for name, body in self.bodies.items():
             key = body_key(name)
             found_gain = body_gain(self, name, t, found, displacement, velocity, None)

@@ -17,7 +17,8 @@ from lumpedcable.model.couple import (
     posts_of,
     winch_of,
 )
-from lumpedcable.model.line import LineForces, placed
+from lumpedcable.model.inertia import Frame, frame
+from lumpedcable.model.line import Line, LineForces, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.riders import Rider
@@ -39,9 +40,11 @@ def is_carried(model: Model) -> bool:
 
 
 class _At(NamedTuple):
-    """What couplings ask of an evaluation at rest."""
+    """What couplings and winches ask of an evaluation at rest."""
 
     line: LineForces
+    nodes: Frame
+    grip: None = None
 
 
 class _Unknowns(NamedTuple):
@@ -71,8 +74,10 @@ class _Unknowns(NamedTuple):
         found, parts = Found(), []
         live = {name: live_line(model, name, moved, None) for name in model.lines}
         for name, line in live.items():
-            found[name] = _At(line.forces(moved[name], None))
+            forces = line.forces(moved[name], None)
+            found[name] = _At(forces, frame(line, forces.shape, _height(model, line, forces)))
         found.add_couplings(model, t, moved, None)
+        found.add_passing(model, None, None)
         if self.net is not None:
             own = eqx.tree_at(lambda m: m.lines, model, live)
             force = static_residual(own, {n: moved[n] for n in live}, self.net)
@@ -92,6 +97,13 @@ class _Unknowns(NamedTuple):
             force = force if pull is None else force + pull
             parts.append(force[_index(body)][None])
         return jnp.concatenate(parts)
+
+
+def _height(model: Model, line: Line, forces: LineForces) -> Float[Array, " nodes"] | None:
+    """Heights (m) of the nodes of a line in a current."""
+    if model.up is None or model.base is None or line.current is None:
+        return None
+    return model.base + model.up @ forces.shape.position
 
 
 def _index(body: AbstractBody) -> int:

@@ -1,0 +1,67 @@
+"""What resists along a line that a winch pays out: payout moves the line's substance past the nodes.
+
+All segments grow alike, so that at fixed nodes the substance at the unstretched distance s from the
+still end, the one without the winch, moves by -s r' dL / L with r' = dr/ds. What drags or rubs on the
+nodes with the force f acts on that substance, so by virtual work on the paid-out length as well:
+
+    Q_L = -sum f_i . r'_i s_i / L
+
+With the mean of the line's tensions, which pulls at the winch, this leaves the tension at the winch.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model import inertia
+from lumpedcable.model.line import Line
+from lumpedcable.physics.load import Shape
+from lumpedcable.physics.place import place_at_end
+
+__all__ = ["drifting", "on_payout", "passed", "passing_kinds"]
+
+
+def passing_kinds(line: Line) -> tuple[str, ...]:
+    """The kinds of work of what resists along a line."""
+    present = {"drag": line.drag is not None, "friction": line.grip is not None}
+    return tuple(kind for kind in present if present[kind])
+
+
+def passed(shape: Shape, node: int) -> Float[Array, "d nodes"]:
+    """-s r' at the nodes (m) of a line whose winch is at `node`, 0 or -1."""
+    step = shape.tangent * shape.length
+    size = jnp.broadcast_to(shape.segment_length, shape.strain.shape)
+    inner = (step[:, 1:] + step[:, :-1]) / (size[1:] + size[:-1])
+    slope = jnp.concatenate([step[:, :1] / size[0], inner, step[:, -1:] / size[-1]], axis=1)
+    along = jnp.concatenate([jnp.zeros_like(size[:1]), jnp.cumsum(size)])
+    return -slope * (along - along[-1] if node == 0 else along)
+
+
+def drifting(
+    nodes: inertia.Frame, shape: Shape, growth: Float[Array, ""], node: int
+) -> inertia.Frame:
+    """The frame with the fluid as it flows past the substance: less what that moves past the nodes.
+
+    `growth` is dL/dt over L (1/s).
+    """
+    flow = -growth * passed(shape, node)
+    return nodes._replace(flow=flow if nodes.flow is None else nodes.flow + flow)
+
+
+def on_payout(
+    line: Line, e, velocity: Float[Array, "d nodes"] | None, node: int,
+    held: Float[Array, " d"] | None = None,
+) -> dict[str, Float[Array, ""]]:  # fmt: skip
+    """Q_L (N) by kind of work, at the nodes' velocity (m/s), at rest if None.
+
+    `e` has the line's forces, its frame and its friction; `held` is the velocity of the winch's end.
+    """
+    shape, found = e.line.shape, {}
+    away = passed(shape, node) / jnp.sum(shape.segment_length * jnp.ones_like(shape.strain))
+    if line.drag is not None and not (velocity is None and e.nodes.flow is None):
+        v = jnp.zeros_like(shape.position) if velocity is None else velocity
+        drag = inertia.drag_force(e.nodes, v if held is None else place_at_end(v, node, held))
+        assert drag is not None
+        found["drag"] = jnp.sum(drag * away)
+    if line.grip is not None and e.grip is not None:
+        found["friction"] = jnp.sum(e.grip * away)
+    return found
