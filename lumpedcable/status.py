@@ -51,8 +51,9 @@ ADVICE = {
         "places, masses, stiffness and drag for the units"
     ),
     Status.STEP_BOUND_BROKEN: (
-        "strains left the range that the step was chosen for: raise max_strain of the material, "
-        "or lower solver.courant; of inextensible lines on a bed, lower solver.step"
+        "strains left the range that the step was chosen for, or a winch hauled in so much that "
+        "segments became shorter: raise max_strain of the material, or lower solver.courant; of "
+        "inextensible lines on a bed, lower solver.step"
     ),
     Status.LINE_REVERSED: (
         "what happens after this time is a pile-up that no line model resolves: use the results "

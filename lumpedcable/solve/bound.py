@@ -126,11 +126,12 @@ def courant_number(
 ) -> Float[Array, ""]:
     """Largest sqrt(T'/m) dt / l over the segments (-); leapfrog is stable below 1.
 
-    Of rods, whose step a scene gives, dt over the step that the bed under them allows; 0 above it.
+    l is the length that a segment has by then: a winch that hauls in shortens all of them. Of rods,
+    whose step a scene gives, dt over the step that the bed under them allows; 0 above it.
     """
     if line.inextensible:
         beds = [load for load in line.loads if isinstance(load, AbstractSeabed)]
         lying = sum((jnp.max(bed.contact(shape)) for bed in beds), jnp.zeros_like(dt))
         return lying * dt / line_step_bound(line)
-    stiff = jnp.maximum(jnp.max(stiffness / line.segment_length**2), 0.0)
+    stiff = jnp.maximum(jnp.max(stiffness / shape.segment_length**2), 0.0)
     return jnp.sqrt(stiff / line.mass) * dt

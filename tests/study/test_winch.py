@@ -199,3 +199,27 @@ def test_a_real_winch_needs_a_real_cable(tmp_path):
     found = {fault.key: fault.message for fault in caught.value.faults}
     assert 'expected model = "lumped"' in found["lines.line.end.winch.control"]
     assert 'expected model = "lumped"' in found["lines.line.end.winch.speed"]
+
+
+def test_a_line_that_is_hauled_in_outruns_its_step_and_says_so(tmp_path):
+    # waves of 1000 m/s pass a tenth of the line in the step until less than 10 c dt of it is left
+    text = """
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+[lines.line]
+material = "wire"
+length = "20 m"
+segments = 10
+mass = "1 kg/m"
+start = { winch = { at = [0, 0, 0], tension = "5 kN", damping = "0.5 kN s/m" } }
+end = { motion = { position = [20.1, 0, 0], velocity = [-4, 0, 0], ramp = "0.2 s" } }
+[output]
+duration = "2.7 s"
+every = "9 ms"
+"""
+    outcome = Ran(tmp_path, text).outcome
+    # the winch hauls at 4 m/s with 5 - 0.5 * 4 kN
+    until = (20.1 - 1.003 * 10 * 1000.0 * outcome.solver_step) / 4.0
+    assert outcome.status.name == "STEP_BOUND_BROKEN"
+    assert outcome.status_time == pytest.approx(until, abs=0.03)
