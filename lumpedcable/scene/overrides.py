@@ -50,19 +50,18 @@ def apply(overrides: Iterable[str], data: dict[str, Any], sweep: Iterable[Entry]
             continue
         value = read_value(value_text)
         path, message = resolve(key, value, result.data)
-        if path is not None and _is_text(spot_at(Spot(Scene, result.data), path)):
-            value = (
-                value if isinstance(value, str) else value_text.strip()
-            )  # a title "12" is no number
         if path is None:
             result.faults.append(Fault("", None, "", message, text))
             continue
+        if not isinstance(value, str) and _is_text(spot_at(Spot(Scene, result.data), path)):
+            value = value_text.strip()  # a title "12" is no number
         _set(result, text, path, value)
     return result
 
 
 def _is_text(spot: Spot | None) -> bool:
-    return spot is not None and plain(spot)[0] is str
+    """Whether a text stands there and nothing else could."""
+    return spot is not None and plain(Spot(spot.annotation))[0] is str
 
 
 def _set(result: Overridden, text: str, path: Path, value: Any) -> None:

@@ -148,6 +148,12 @@ def test_a_text_that_looks_like_a_number_stays_a_text(tmp_path):
         assert load_study(path, [f"title={value}"]).scene.title == value.strip('"')
 
 
+def test_what_is_a_text_now_may_become_a_table(tmp_path):
+    path = good_scenes.write(tmp_path, CUT)
+    scene = load_study(path, ["lines.rope.end='free'", "lines.rope.end={fixed=[54, 0, 0]}"]).scene
+    assert scene.lines["rope"].end.fixed == (54.0, 0.0, 0.0)
+
+
 def test_an_item_of_a_list_has_one_number(tmp_path):
     path = good_scenes.write(tmp_path, CUT)
     with pytest.raises(SceneError, match=r'found "lines.rope.end.fixed.00"'):
