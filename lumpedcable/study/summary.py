@@ -301,10 +301,16 @@ def _tensions(
 
 
 def _begins(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64]:
-    """When the break of a recoiling end begins in each run (s)."""
+    """When the break of a recoiling end begins in each run (s): its own, or the first at its joint.
+
+    From a body only the end goes that breaks there.
+    """
     layout, scene = part.structure.layout, part.structure.scene
-    joint = layout.joint_of(recoil.line, recoil.node)
-    members = ((recoil.line, recoil.node),) if joint is None else layout.joints[joint].members
+    index, members = layout.joint_of(recoil.line, recoil.node), ((recoil.line, recoil.node),)
+    joint = None if index is None else layout.joints[index]
+    own = layout.event_at(recoil.line, recoil.node)
+    if joint is not None and (joint.body is None or own is None):
+        members = joint.members
     events = [layout.event_at(*member) for member in members]
     moved = study.runs.numbers(part.runs)
     starts = [

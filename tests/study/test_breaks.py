@@ -210,6 +210,42 @@ def test_a_joint_that_everything_leaves(tmp_path):
         run_text(tmp_path, body + '\n[bodies.bob]\nmass = "5 kg"\n')
 
 
+def test_two_lines_that_break_away_from_a_body_begin_each_by_itself(tmp_path):
+    lines = "".join(
+        f"""
+[lines.{name}]
+material = "m"
+length = 10
+segments = 4
+mass = 1
+start = {{ fixed = {place} }}
+end = "bob"
+"""
+        for name, place in (("a", [-10.1, 0, 0]), ("b", [10.1, 0, 0]), ("c", [0, 0, 10.1]))
+    )
+    ran = run_text(
+        tmp_path,
+        f"""
+gravity = 9.81
+[materials.m]
+law = "linear"
+EA = "1 MN"
+[bodies.bob]
+mass = "1 t"
+{lines}
+[events]
+early = {{ breaks = "a.end", start = "10 ms", time = "2 ms" }}
+late = {{ breaks = "b.end", start = "30 ms", time = "2 ms" }}
+[output]
+duration = "40 ms"
+every = "2 ms"
+""",
+    )
+    found = ran.outcomes[0].recoils
+    assert found["a.end"]["break_start"] == 0.01
+    assert found["b.end"]["break_start"] == 0.03
+
+
 class TestLoadedBeforeItBreaks:
     # pulled from 1 kN to 11 kN by a tug: 1 m in 1 s, waves of 1000 m/s along 100 m
     PULLED = 'end = { motion = { position = [100.1, 0, 0], velocity = [1, 0, 0], ramp = "0.4 s" } }'
