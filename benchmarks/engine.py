@@ -20,7 +20,6 @@ from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepa
 from lumpedcable.study.packed import unpacked
 from lumpedcable.study.plan import (
     courant_of,
-    output_count,
     plan_of,
     rounded_steps,
     structure_of,
@@ -69,7 +68,7 @@ class Runner:
             structure, scene.solver.dtype, coordinates.axes, coordinates.origin, shared, swept
         )
         self.plan = plan_of(scene, structure.layout)
-        self.every, self.count = scene.output.every, output_count(scene)
+        self.every, self.count = scene.output.every, scene.output.count
         # the largest Courant number that is not a fault
         self.limit = 1.0 if stretch is None else stretch
         bound = np.asarray(self.ready.bound)

@@ -16,7 +16,7 @@ from lumpedcable.fitting.language import Sampling
 from lumpedcable.fitting.minimise import loss
 from lumpedcable.fitting.run import Fitted
 from lumpedcable.fitting.transforms import Transform, to_values
-from lumpedcable.fitting.uncertainty import Draws
+from lumpedcable.fitting.uncertainty import Draws, decomposed
 
 __all__ = ["MISSING", "can_sample", "with_sample"]
 
@@ -105,8 +105,7 @@ def _log_slope(t: Transform, z):
 def _root(fitted: Fitted) -> Array:
     """R with R R' the fit's covariance in z, cut short where a number would leave for its bound."""
     slope, t = fitted.sought.best.slope, fitted.sought.arrays.transform
-    _, singular, v = np.linalg.svd(slope, full_matrices=slope.shape[0] < slope.shape[1])
-    singular = np.concatenate([singular, np.zeros(v.shape[0] - singular.size)])
+    v, singular = decomposed(slope)
     s = 1.0 if fitted.problem.known_noise else fitted.certainty.factor
     reach = np.max(np.abs(v) * (t.has_low | t.has_high), axis=1, initial=0.0)
     return v.T * np.minimum(s / np.maximum(singular, 1e-6), WIDEST / np.maximum(reach, 1e-6))

@@ -24,7 +24,6 @@ from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, number, understood
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.plan import (
-    output_count,
     plan_of,
     rounded_steps,
     tolerances,
@@ -165,7 +164,7 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
         what, place = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
     plan = plan_of(scene, layout)
     plan = seen_plan(plan)
-    count, solver = output_count(scene), scene.solver
+    count, solver = scene.output.count, scene.solver
     index = np.repeat(np.arange(count + 1)[:, None], 4, axis=1)
     mix = np.tile([1.0, 0.0, 0.0, 0.0], (count + 1, 1))
     shared = {key: number(x) for key, x in scene.numbers().items()}

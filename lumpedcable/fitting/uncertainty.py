@@ -17,6 +17,7 @@ __all__ = [
     "Profile",
     "certainty_of",
     "criteria_of",
+    "decomposed",
     "effective_of",
     "reach_of",
 ]
@@ -145,18 +146,23 @@ def certainty_of(
 
 
 def _directions(slope: Array) -> tuple[Array, Array]:
-    """Directions (p, p), a row each, and one over their singular values, inf where there is none.
+    """Directions (p, p), a row each, and one over their singular values, inf where there is none."""
+    if not slope.shape[1]:
+        return np.zeros((0, 0)), np.zeros(0)
+    v, singular = decomposed(slope)
+    floor = singular[0] * max(slope.shape) * np.finfo(float).eps
+    with np.errstate(divide="ignore"):
+        return v, np.where(singular > floor, 1.0 / singular, np.inf)
+
+
+def decomposed(slope: Array) -> tuple[Array, Array]:
+    """Directions (p, p), a row each, and their singular values (p,), 0 for what no row of J sees.
 
     The n x n matrix of the other side is never made where n is larger than p.
     """
     rows, count = slope.shape
-    if not count:
-        return np.zeros((0, 0)), np.zeros(0)
     _, singular, v = np.linalg.svd(slope, full_matrices=rows < count)
-    singular = np.concatenate([singular, np.zeros(count - singular.size)])
-    floor = singular[0] * max(rows, count) * np.finfo(float).eps
-    with np.errstate(divide="ignore"):
-        return v, np.where(singular > floor, 1.0 / singular, np.inf)
+    return v, np.concatenate([singular, np.zeros(count - singular.size)])
 
 
 def _spreads(v: Array, inverse: Array) -> Array:

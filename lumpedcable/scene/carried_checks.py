@@ -21,13 +21,12 @@ from lumpedcable.scene.lines import (
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.outcomes import TAKEN
-from lumpedcable.scene.part import Path, Problem, did_you_mean
+from lumpedcable.scene.part import SIDES, Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.units import format_quantity
 
 __all__ = ["carried_problems"]
 
-SIDES = ("start", "end")
 # what an ideal cable has no winch, no trolley and no line for
 REAL = ("speed", "control", "sheave", "inertia", "damping")
 TOUCHING = ("friction", "contact")

@@ -28,7 +28,7 @@ from lumpedcable.scene.lines import (
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.motions import SeaBody, SeaWaves
 from lumpedcable.scene.moved import MovedBody
-from lumpedcable.scene.part import Part, Path, Problem, children, did_you_mean, dotted
+from lumpedcable.scene.part import SIDES, Part, Path, Problem, children, did_you_mean, dotted
 from lumpedcable.scene.placing_checks import below_problems, joined_problems
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
@@ -39,8 +39,6 @@ from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
 from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
-
-SIDES = ("start", "end")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from lumpedcable.scene.motions import FREEDOMS
-from lumpedcable.scene.part import Path, Problem, did_you_mean
+from lumpedcable.scene.part import SIDES, Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 
 TABLE_COLUMNS = ("strain", "tension")
@@ -65,7 +65,7 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], tuple[
         if material.get("law") == "table" and isinstance(material.get("file"), str):
             yield ("materials", name), material, TABLE_COLUMNS
     for name, line in _entries(data, "lines"):
-        for side in ("start", "end"):
+        for side in SIDES:
             end = line.get(side)
             motion = end.get("motion") if isinstance(end, dict) else None
             if isinstance(motion, dict) and isinstance(motion.get("file"), str):

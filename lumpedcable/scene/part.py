@@ -13,6 +13,8 @@ from lumpedcable.scene.units import nearest
 
 Path = tuple[str | int, ...]
 """Where a value stands: ("lines", "rope", "end", "held", "pretension")."""
+SIDES = ("start", "end")
+"""The ends of a line."""
 
 
 class Problem(NamedTuple):

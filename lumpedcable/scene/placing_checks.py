@@ -20,12 +20,11 @@ from lumpedcable.scene.lines import (
     tie_of,
 )
 from lumpedcable.scene.moved import MovedBody
-from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.part import SIDES, Path, Problem
 from lumpedcable.scene.units import format_quantity
 
 __all__ = ["below_problems", "joined_problems"]
 
-SIDES = ("start", "end")
 SAME = 1e-9  # share of a place by which it may differ from itself, by rounding
 Lines = Mapping[str, Line | None]
 

@@ -8,7 +8,7 @@ from typing import Any
 from lumpedcable.scene.lines import MovingEnd, RecordedMotion
 from lumpedcable.scene.motions import RecordedBody
 from lumpedcable.scene.moved import MovedBody
-from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.part import SIDES, Path, Problem
 from lumpedcable.scene.records import gap_fault
 from lumpedcable.scene.units import format_quantity
 
@@ -29,7 +29,7 @@ def record_problems(
             rows = [getattr(motion, freedom) for freedom in motion.names()]
             yield from _covers(("bodies", name, "motion"), motion, rows, duration)
     for name, line in lines.items():
-        for side in ("start", "end") if line is not None else ():
+        for side in SIDES if line is not None else ():
             end = getattr(line, side)
             if isinstance(end, MovingEnd) and isinstance(end.motion, RecordedMotion):
                 path: Path = ("lines", name, side, "motion")

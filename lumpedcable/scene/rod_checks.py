@@ -9,7 +9,7 @@ from typing import Any
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid
 from lumpedcable.scene.lines import FixedEnd, JoinedEnd, Line
-from lumpedcable.scene.part import Problem
+from lumpedcable.scene.part import SIDES, Problem
 from lumpedcable.scene.units import format_quantity
 
 __all__ = ["hull_problems", "rod_problems"]
@@ -37,7 +37,7 @@ def rod_problems(
     for name, line in lines.items():
         if line is None or getattr(materials.get(line.material), "law", None) != "inextensible":
             continue
-        for side in ("start", "end"):
+        for side in SIDES:
             if (name, side) not in told:
                 yield from _too_short(lines, bodies, (name, side), told)
 
@@ -105,7 +105,7 @@ def _joined(lines: Lines, side: Side) -> Side | None:
     """The one end that is joined to an end, None if there is none or more than one."""
     found: set[Side] = set()
     for name, line in lines.items():
-        for which in ("start", "end") if line is not None else ():
+        for which in SIDES if line is not None else ():
             told = _partner(getattr(line, which))
             if told == side:
                 found.add((name, which))

@@ -8,7 +8,7 @@ from typing import Any
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.lines import Line
-from lumpedcable.scene.part import Problem, did_you_mean
+from lumpedcable.scene.part import SIDES, Problem, did_you_mean
 from lumpedcable.scene.run import Output, Solver
 
 __all__ = ["stepping_problems"]
@@ -94,7 +94,7 @@ def stepping_problems(
             )
     for name in rigid:
         line = lines[name]
-        for side in ("start", "end"):
+        for side in SIDES:
             if line is not None and isinstance(getattr(line, side), WinchEnd):
                 yield Problem(
                     ("lines", name, side),

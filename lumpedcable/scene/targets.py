@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from lumpedcable.scene.part import Part, Path, Problem, Text, did_you_mean, either
+from lumpedcable.scene.part import SIDES, Part, Path, Problem, Text, did_you_mean, either
 from lumpedcable.scene.quantities import Length, PositiveForce, PositiveLength, found
 
 MEASURES = ("tension", "x", "y", "z", "sag", "length")
 """What a target may ask for; each is a key of :class:`Target`."""
-SIDES = ("start", "end")
 
 
 class Target(Part):

@@ -17,8 +17,8 @@ from lumpedcable.model.couple import (
     posts_of,
     winch_of,
 )
-from lumpedcable.model.inertia import Frame, frame
-from lumpedcable.model.line import Line, LineForces, placed
+from lumpedcable.model.inertia import Frame
+from lumpedcable.model.line import LineForces, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.riders import Rider
@@ -75,7 +75,7 @@ class _Unknowns(NamedTuple):
         live = {name: live_line(model, name, moved, None) for name in model.lines}
         for name, line in live.items():
             forces = line.forces(moved[name], None)
-            found[name] = _At(forces, frame(line, forces.shape, _height(model, line, forces)))
+            found[name] = _At(forces, model.frame(line, forces.shape))
         found.add_couplings(model, t, moved, None)
         found.add_passing(model, None, None)
         if self.net is not None:
@@ -97,13 +97,6 @@ class _Unknowns(NamedTuple):
             force = force if pull is None else force + pull
             parts.append(force[_index(body)][None])
         return jnp.concatenate(parts)
-
-
-def _height(model: Model, line: Line, forces: LineForces) -> Float[Array, " nodes"] | None:
-    """Heights (m) of the nodes of a line in a current."""
-    if model.up is None or model.base is None or line.current is None:
-        return None
-    return model.base + model.up @ forces.shape.position
 
 
 def _index(body: AbstractBody) -> int:

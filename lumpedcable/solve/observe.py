@@ -23,6 +23,7 @@ from lumpedcable.physics.waves import Boundary
 from lumpedcable.solve.bound import courant_number
 
 __all__ = [
+    "ARRIVAL_DROP",
     "Recoil",
     "Sample",
     "Watch",
@@ -106,17 +107,20 @@ def end_tension(
     """
     segment = line.segment(node)
     pull = jnp.zeros((), tension.dtype)
+
+    def inwards(force: Float[Array, " d"], shape: Shape) -> Float[Array, ""]:
+        along = jnp.dot(force, pick(shape.tangent, segment))
+        return along if node in (0, AFTER) else -along
+
     if shape is not None and (line.loads or drag is not None):
         forces = [pick(load.force(shape), line.node(node)) for load in line.loads]
-        total = sum(forces if drag is None else [*forces, drag])
-        along = jnp.dot(total, pick(shape.tangent, segment))
-        pull = along if node in (0, AFTER) else -along  # on the end node: f l / 2
+        first, *others = forces if drag is None else [*forces, drag]
+        pull = inwards(sum(others, first), shape)  # on the end node: f l / 2
     here = pick(tension, segment)
     if drag is not None and met is not None and met.loaded is not False:
         known = jnp.zeros_like(here)
         if met.force is not None and shape is not None:
-            along = jnp.dot(met.force, pick(shape.tangent, segment))
-            known = -along if node in (0, AFTER) else along
+            known = -inwards(met.force, shape)
         pull = known - here if met.loaded is True else jnp.where(met.loaded, known - here, pull)
     if line.segments == 1:
         return here + pull

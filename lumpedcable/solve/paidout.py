@@ -45,8 +45,7 @@ def swept(model: Model, line: Line, start: Float[Array, " d"], end: Float[Array,
     nodes = start[:, None] + (end - start)[:, None] * jnp.linspace(0.0, 1.0, line.segments + 1)
     there = placed(line, nodes)
     still = jnp.zeros_like(nodes)
-    height = model.base + model.up @ nodes
-    drag = inertia.drag_force(inertia.frame(there, there.shape(still), height), still)
+    drag = inertia.drag_force(model.frame(there, there.shape(still)), still)
     assert drag is not None
     mean = jnp.sum(drag, axis=1) / jnp.sum(line.node_length)
     return eqx.tree_at(lambda x: x.loads, line, (*line.loads, Weight(mean)))

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.status import MEANING, Status
-from lumpedcable.study.plan import output_count
 from lumpedcable.study.summary import Table, message_of
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def endless_words(total: float, step: float) -> str:
 
 def total_steps(scene: Scene, steps: ArrayLike) -> NDArray[np.float64]:
     """Steps of runs of so many `steps` in an output interval: floats, which do not overflow."""
-    return np.asarray(steps, float) * max(output_count(scene), 1)
+    return np.asarray(steps, float) * max(scene.output.count, 1)
 
 
 def mark_endless(

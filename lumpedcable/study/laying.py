@@ -19,7 +19,6 @@ from lumpedcable.study.plan import (
     batch_sizes,
     common_coordinates,
     lane_time,
-    output_count,
     sizes_for,
     structure_of,
 )
@@ -104,7 +103,7 @@ def lay_out(study: Study) -> Laid:
         raise SceneError([Fault(str(study.path), 1, "lines", str(error))]) from None
     coordinates = common_coordinates(study, _placing_scenes(study))
     found = tuple(structures)
-    return Laid(study, found, coordinates, output_count(found[0].scene), segments)
+    return Laid(study, found, coordinates, found[0].scene.output.count, segments)
 
 
 def _segments(study: Study, structure: Structure, runs: NDArray[np.int64]):

@@ -23,7 +23,6 @@ __all__ = [
     "courant_of",
     "lane_time",
     "lanes",
-    "output_count",
     "plan_of",
     "recoils_of",
     "rounded_steps",
@@ -134,7 +133,7 @@ def sizes_for(
 
 def lane_time(scene: Scene, layout: Layout, steps: int) -> float:
     """What a run of so many steps in an output interval takes in a batch (s), roughly."""
-    return NODE_STEP * _nodes(layout) * steps * max(output_count(scene), 1)
+    return NODE_STEP * _nodes(layout) * steps * max(scene.output.count, 1)
 
 
 def steps_at_once(layout: Layout, runs: int) -> int:
@@ -249,8 +248,3 @@ def stepping(
 def tolerances(solver: Solver) -> tuple[float, float]:
     """The relative and the absolute tolerance of adaptive methods."""
     return solver.rtol or DEFAULT_RTOL, solver.atol or DEFAULT_ATOL
-
-
-def output_count(scene: Scene) -> int:
-    """Number of outputs after the start; none of a scene at rest."""
-    return scene.output.count

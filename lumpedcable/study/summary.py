@@ -20,7 +20,7 @@ from lumpedcable.model.seams import at_end, part_length
 from lumpedcable.results.schema import END_SPEED, exact_name
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
-from lumpedcable.solve.observe import Recoil
+from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.account import Account, balance, statuses
 from lumpedcable.study.carried import measure_outcome
@@ -250,7 +250,9 @@ def _recoil(
         watch = account.watches[index]
         arrival = np.asarray(watch.arrival, float)
         # a far end that lost tension before the break lost it to something else
-        full = np.asarray(watch.loaded, float) >= 0.99 * np.asarray(watch.rest, float)
+        full = np.asarray(watch.loaded, float) >= (1.0 - ARRIVAL_DROP) * np.asarray(
+            watch.rest, float
+        )
         felt = np.where(begun & full & ~(arrival >= when), arrival, nan) - begins
         numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
         with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement
@@ -283,7 +285,7 @@ def _still(
         return begins <= 0.0
     watch, kinetic = account.watches[index], account.largest["kinetic"]
     rest = np.asarray(watch.rest, float)
-    kept = np.abs(np.asarray(watch.loaded, float) - rest) <= 0.01 * np.abs(rest)
+    kept = np.abs(np.asarray(watch.loaded, float) - rest) <= ARRIVAL_DROP * np.abs(rest)
     before = np.arange(account.count + 1) * every < begins[:, None] * (1.0 - 1e-9)
     most = np.nanmax(np.where(np.isfinite(kinetic), kinetic, 0.0), axis=1)
     quiet = np.all(~before | (kinetic <= 1e-4 * most[:, None]), axis=1)

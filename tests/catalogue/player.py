@@ -29,7 +29,6 @@ from lumpedcable.solve.observe import watches
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE, number, prepare_batch
 from lumpedcable.study.plan import (
-    output_count,
     plan_of,
     rounded_steps,
     structure_of,
@@ -77,7 +76,7 @@ def setting_of(text: str, *overrides: str) -> Setting:
     """The setting of a scene text; overrides as on the command line, "key=value"."""
     with tempfile.TemporaryDirectory() as folder:
         scene = scene_of(Path(folder), text, *overrides)
-    count = output_count(scene)
+    count = scene.output.count
     layout = structure_of(scene).layout
     plan = plan_of(scene, layout)
     assert count <= plan.outputs  # so that one call of the engine does it all
