@@ -52,10 +52,11 @@ class Still(AbstractMotion):
 
 
 class Harmonic(AbstractMotion):
-    """x(t) = x0 + r(t) [v t + a sin(2 pi t / P + phase)].
+    """x(t) = x0 + v R(t) + r(t) a sin(2 pi t / P + phase), R' = r.
 
     x0 the mean position (m), v a steady velocity (m/s), a the amplitude (m) with period P (s) and
-    phase (rad); what is absent is None. r rises from 0 to 1 as sin^2(pi t / (2 ramp)) over `ramp` (s).
+    phase (rad); what is absent is None. r rises from 0 to 1 as sin^2(pi t / (2 ramp)) over `ramp` (s),
+    so that R = t - ramp / 2 beyond it: the end is never faster than v. Without a ramp r = 1 and R = t.
     """
 
     mean: Float[Array, " d"]
@@ -68,16 +69,24 @@ class Harmonic(AbstractMotion):
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x(t) (m)."""
         offset = jnp.zeros_like(self.mean)
+        share = None
+        if self.ramp is not None:
+            # not `clip`, whose derivative at its bounds is half of that inside: the end starts at rest
+            share = jnp.where(t < self.ramp, t / self.ramp, 1.0)
         if self.velocity is not None:
-            offset += (self.velocity * t).astype(offset.dtype)
+            at_speed = t
+            if self.ramp is not None and share is not None:
+                behind = 0.5 * (share + jnp.sin(jnp.pi * share) / jnp.pi)
+                at_speed = t - self.ramp * behind
+            offset += (self.velocity * at_speed).astype(offset.dtype)
         if self.amplitude is not None:
             assert self.period is not None
             angle = 2.0 * jnp.pi * t / self.period
             angle = angle if self.phase is None else angle + self.phase
-            offset += (self.amplitude * jnp.sin(angle)).astype(offset.dtype)
-        if self.ramp is not None:
-            share = jnp.clip(t / self.ramp, 0.0, 1.0)
-            offset *= (jnp.sin(0.5 * jnp.pi * share) ** 2).astype(offset.dtype)
+            swing = jnp.sin(angle)
+            if share is not None:
+                swing *= jnp.sin(0.5 * jnp.pi * share) ** 2
+            offset += (self.amplitude * swing).astype(offset.dtype)
         return self.mean + offset
 
 

@@ -102,7 +102,7 @@ class HarmonicMotion(Part):
     position: Position
     """Mean place in m at t = 0."""
     velocity: Velocity | None = None
-    """Steady velocity in m/s. Absent: none."""
+    """Steady velocity in m/s, reached at the end of the ramp. Absent: none."""
     amplitude: Position | None = None
     """Amplitude of the oscillation in m. Absent: none."""
     period: PositiveTime | None = None

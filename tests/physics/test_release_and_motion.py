@@ -87,7 +87,16 @@ def test_a_motion_that_grows_starts_at_rest_in_the_middle():
     np.testing.assert_allclose(velocity_of(path, jnp.asarray(0.0)), 0.0, atol=1e-15)
     full = paths()["both"]
     for t in (2.0, 3.3):
-        np.testing.assert_allclose(path.position(jnp.asarray(t)), full.position(jnp.asarray(t)))
+        behind = full.position(jnp.asarray(t)) - path.position(jnp.asarray(t))
+        np.testing.assert_allclose(behind, DRIFT * 1.0)  # half of the ramp of 2 s
+
+
+def test_an_end_that_gathers_way_is_never_faster_than_its_speed():
+    path = Harmonic(MEAN, velocity=DRIFT, ramp=jnp.asarray(2.0))
+    t = jnp.linspace(0.0, 3.0, 61)
+    found = jax.vmap(lambda t: velocity_of(path, t))(t)
+    share = np.sin(0.25 * np.pi * np.minimum(t, 2.0)) ** 2
+    np.testing.assert_allclose(found, share[:, None] * DRIFT, atol=1e-14)
 
 
 class TestRecorded:

@@ -124,8 +124,8 @@ def test_a_moved_end_stays_on_its_path(tmp_path, method):
     # its ramp ends with a step in its acceleration, which once left a velocity behind for good
     ran = run_text(tmp_path, MOVED + f'[solver]\nmethod = "{method}"\n')
     t = np.arange(0.0, 3.01, 0.5)
-    ramp = np.sin(0.5 * np.pi * np.clip(t / 0.4, 0.0, 1.0)) ** 2
-    np.testing.assert_allclose(ran["position"][0, :, -1, 0], 20.0 + 0.02 * t * ramp, rtol=1e-13)
+    way = 0.02 * np.maximum(t - 0.2, 0.0)  # it is as fast as told from 0.4 s on, the mean before is half
+    np.testing.assert_allclose(ran["position"][0, :, -1, 0], 20.0 + way, rtol=1e-13)
     np.testing.assert_allclose(ran["velocity"][0, 1:, -1, 0], 0.02, rtol=1e-13)
 
 
@@ -142,15 +142,15 @@ BREAK = '[events.break]\nbreaks = "rope.end"\nstart = 1\ntime = 2\n'
     ],
 )
 def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, method, place):
-    # slack at the start, stretched by 0.02 m when it breaks, EA 0.02/20 = 1 kN, and slowly: half of it
+    # slack at the start, stretched by 0.016 m when it breaks, EA 0.016/20 = 0.8 kN, and slowly: half of it
     # is left halfway, give or take the wave of the pull, m c v / 2 = 10 N
     text = MOVED + BREAK.replace("rope.end", place) + f'[solver]\nmethod = "{method}"\n'
     ran = run_text(tmp_path, text)
     times = list(np.arange(0.0, 3.01, 0.5))
     line = "rope" if place == "rope.end" else "rope-1"
     tension = ran.lines[line]["tension"][0, :, -1]
-    np.testing.assert_allclose(tension[times.index(1.0)], 1000.0, atol=20.0)
-    np.testing.assert_allclose(tension[times.index(2.0)], 500.0, atol=20.0)
+    np.testing.assert_allclose(tension[times.index(1.0)], 800.0, atol=20.0)
+    np.testing.assert_allclose(tension[times.index(2.0)], 400.0, atol=20.0)
     np.testing.assert_allclose(tension[times.index(3.0)], 0.0, atol=20.0)
 
 

@@ -247,7 +247,7 @@ every = "2 ms"
 
 
 class TestLoadedBeforeItBreaks:
-    # pulled from 1 kN to 11 kN by a tug: 1 m in 1 s, waves of 1000 m/s along 100 m
+    # pulled from 1 kN to 9 kN by a tug: 0.8 m in 1 s, waves of 1000 m/s along 100 m
     PULLED = 'end = { motion = { position = [100.1, 0, 0], velocity = [1, 0, 0], ramp = "0.4 s" } }'
     CHANGES = ("events.break.start=1 s", "events.break.time=20 ms", "output.duration=1.15 s")
 
