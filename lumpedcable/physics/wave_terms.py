@@ -50,7 +50,8 @@ class Given(NamedTuple):
 class Values(NamedTuple):
     """Numbers at each segment: of rate and tension its left neighbour's, its own and its right one's.
 
-    `beside` are the stiffnesses of the two neighbours, None where no fixed step asks for them.
+    `beside` are the stiffnesses of the two neighbours, None where no fixed step asks for them; `at_rest`
+    is the second difference of the tensions at rest (N), None where it is nothing.
     """
 
     rate: tuple[Float[Array, " n"], ...]
@@ -61,6 +62,7 @@ class Values(NamedTuple):
     mass: Float[Array, ""]
     dt: Float[Array, ""] | None
     damping: Float[Array, ""] | None
+    at_rest: Float[Array, " n"] | None = None
 
 
 class _Pieces(NamedTuple):
@@ -158,13 +160,19 @@ def _less_damping(values: Values, pieces: _Pieces):
 
 def _uncut(given: Given, values: Values, pieces: _Pieces):
     """The correction (N) before a line that cannot push cuts it; and what it is with f = 0."""
-    assert values.tension is not None
-    before, tension, after = values.tension
-    whole = (pieces.nu2 - 1.0) * (1.0 / 12.0) * (after - 2.0 * tension + before)
+    whole = (pieces.nu2 - 1.0) * (1.0 / 12.0) * _bend(values)
     correction = (1.0 - pieces.smooth.rough * pieces.smooth.rough) * whole
     for inside in given.off_joint:
         correction = correction if inside is None else jnp.where(inside, correction, 0.0)
     return correction, whole
+
+
+def _bend(values: Values) -> Float[Array, " n"]:
+    """The second difference of the tensions (N), less what it is at rest."""
+    assert values.tension is not None
+    before, tension, after = values.tension
+    bend = after - 2.0 * tension + before
+    return bend if values.at_rest is None else bend - values.at_rest
 
 
 def _assembled(given: Given, values: Values, pieces: _Pieces) -> WaveTensions:
@@ -234,8 +242,10 @@ def _slopes(given: Given, values: Values, pieces: _Pieces, corrected: bool) -> V
     by_b, by_f = mass * jump * f, mass * jump * b
     bend = jnp.zeros_like(f)
     by_tension: Any = None if values.tension is None else (None, None, None)
+    at_rest = None
     if corrected:
         by_tension, straight, bend = _slopes_of_correction(given, values, pieces)
+        at_rest = None if values.at_rest is None else -by_tension[0]
         by_f = by_f - straight
     # phi is not below 0; where it would be above 1, so is the slope of the square of 1 - phi 0
     by_phi = settled(by_f * jnp.where(rough < 1.0, -2.0 * rough * pieces.smooth.inverse, 0.0))
@@ -266,7 +276,7 @@ def _slopes(given: Given, values: Values, pieces: _Pieces, corrected: bool) -> V
         by_mass = by_mass - by_damping * (values.damping / mass)
         by_length = by_length - by_damping * (values.damping / length)
     return Values(
-        by_rate, by_stiffness, beside, by_tension, by_length, by_mass, by_dt, by_damping
+        by_rate, by_stiffness, beside, by_tension, by_length, by_mass, by_dt, by_damping, at_rest
     )  # fmt: skip
 
 
@@ -313,7 +323,7 @@ def _slopes_of_viscosity(values: Values, pieces: _Pieces, eased) -> _OfViscosity
 def _slopes_of_correction(given: Given, values: Values, pieces: _Pieces):
     """dC/dT of the three tensions; C with f = 0 and dC/dnu^2, both 0 where a cut or a joint is."""
     assert values.tension is not None
-    before, tension, after = values.tension
+    tension = values.tension[1]
     correction, straight = _uncut(given, values, pieces)
     rest = 1.0 - pieces.smooth.rough * pieces.smooth.rough
     share = rest * (pieces.nu2 - 1.0) * (1.0 / 12.0)
@@ -328,6 +338,6 @@ def _slopes_of_correction(given: Given, values: Values, pieces: _Pieces):
     share = jnp.where(uncut, -0.5 * own, 0.0)
     for inside in joints:
         uncut = uncut & inside
-    bend = (after - 2.0 * tension + before) * (1.0 / 12.0)
+    bend = _bend(values) * (1.0 / 12.0)
     straight, bend = (jnp.where(uncut, x, 0.0) for x in (straight, rest * bend))
     return (share, own, share), straight, bend

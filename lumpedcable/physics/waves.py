@@ -19,6 +19,7 @@ from lumpedcable.physics.linear import neighbours, pick, sides
 from lumpedcable.physics.place import framed, place_at_end
 from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tips import AFTER, BEFORE, FALLEN
+from lumpedcable.physics.vectors import least, most
 from lumpedcable.physics.wave_terms import SOFT, Given, Values, WaveTensions, slopes, tensions
 
 __all__ = ["Boundary", "Cut", "Ghosted", "ReleaseWaves", "WaveTensions"]
@@ -129,9 +130,12 @@ class ReleaseWaves(eqx.Module):
     For segment j with unstretched length l (m), tension T (N), wave speed c = sqrt(T'(e) / m)
     (m/s), Courant number nu = c dt / l, strain rate g (1/s) and jump of velocity D = g l (m/s):
 
-    - correction C = -(1 - nu^2) / 12 (T_j+1 - 2 T_j + T_j-1) (N): the leading error of leapfrog in
-      space and time together, after the modified equation. Beyond the ends stand the ghost
-      tensions of `Boundary`.
+    - correction C = -(1 - nu^2) / 12 (T_j+1 - 2 T_j + T_j-1 - R_j) (N): the leading error of leapfrog
+      in space and time together, after the modified equation. Beyond the ends stand the ghost
+      tensions of `Boundary`. R is what the second difference is at rest, where loads along the line
+      hold a tension that is no wave: a line at rest stays at rest. None where nothing loads it. In a
+      segment whose end has broken away since it is left out, and where a line may go slack what it
+      makes is no more than T.
     - smoothness phi, the mean of the ratios of the neighbours' g to its own, from 0 to 1; where a
       segment stretches or is slack also at most twice the lesser ratio (monotonised central limiter;
       Christensen's limited viscosity), so that a change of sign is rough. f = (1 - phi)^2: 0 where the
@@ -156,6 +160,23 @@ class ReleaseWaves(eqx.Module):
     """
 
     corrected: bool = eqx.field(static=True)
+    at_rest: Float[Array, " n"] | None = None
+
+    def resting(
+        self,
+        tension: Float[Array, " n"],
+        tangent: Float[Array, "d n"],
+        ends: tuple[Boundary, Boundary],
+        cut: Cut | None = None,
+    ) -> "ReleaseWaves":
+        """The same for a line with these tensions (N) at rest, before anything breaks."""
+        still = jnp.zeros_like(tension)
+        ghosted = self._ghosted(tension, still, still, tangent, ends, False, None)
+        if cut is not None:
+            ghosted = _written_beyond(ghosted, tension, still, still, tangent, cut)
+        assert ghosted.tension is not None
+        before, own, after = neighbours(ghosted.tension)
+        return ReleaseWaves(self.corrected, after - 2.0 * own + before)
 
     def terms(
         self,
@@ -196,8 +217,27 @@ class ReleaseWaves(eqx.Module):
             mass,
             dt,
             damping,
+            self._at_rest(met, tension, tension_only),
         )
         return at_each(tensions, given, values, slopes), ghosted
+
+    def _at_rest(
+        self,
+        met: list[tuple[int | Int[Array, ""], Boundary]],
+        tension: Float[Array, " n"],
+        tension_only: bool,
+    ) -> Float[Array, " n"] | None:
+        """R of the segments as it counts now."""
+        rest = self.at_rest
+        if rest is None:
+            return None
+        # of an end that was loaded from the first it was found as such
+        broken = _at_loads([(k, end) for k, end in met if end.loaded is not True], rest)
+        rest = rest if broken is None else rest * (1.0 - broken)
+        if not tension_only:
+            return rest
+        most_of_it = 12.0 * tension  # which makes a C of T
+        return most(least(rest, most_of_it), -most_of_it)
 
     def _ghosted(
         self,

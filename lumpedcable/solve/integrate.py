@@ -16,13 +16,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from lumpedcable.model.attached import on_paths, start_velocities
+from lumpedcable.model.balance import reactions_at_rest
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.couple import steered
-from lumpedcable.model.ends import Driven, end_name
+from lumpedcable.model.ends import Driven
 from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
-from lumpedcable.physics.linear import pick
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
 from lumpedcable.solve.constrained import Constrained
@@ -134,22 +134,12 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
     velocity = steered(model, t, None, start_velocities(model, velocity))
     work = {name: empty_work(line, stepping) for name, line in model.lines.items()}
     work |= {body_key(n): empty_body_work(model, n) for n in model.bodies}
-    # what breakable ends carry at rest: the force that keeps their node where it is
-    zero = {
-        end_name(name, node): jnp.zeros(model.lines[name].dimensions, displacement[name].dtype)
-        for name, node, _ in model.breakable()
-    }
-    reaction = {}
-    if zero:
-        found = model.evaluate(jnp.full((), -jnp.inf), displacement, None, zero)
-        for name, node, _ in model.breakable():
-            place = model.lines[name].node(node)
-            reaction[end_name(name, node)] = -pick(found[name].force, place)
     tension = {
         name: line.law.tension(line.reference_strain)
         for name, line in model.lines.items()
         if line.inextensible
     }
+    reaction = reactions_at_rest(model, displacement)
     return State(displacement, velocity, work if energy else {}, reaction, tension)
 
 

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.assemble import assemble
+from lumpedcable.model.balance import balanced
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import placed
@@ -48,8 +49,14 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     the scene, what a target asks for included.
     """
     if layout.seams:
-        found = rest_of(scene, layout.whole, coordinates)
-        return found._replace(model=opened(found.model, scene, layout))
+        found = _rest_of(scene, layout.whole, coordinates)
+        found = found._replace(model=opened(found.model, scene, layout))
+    else:
+        found = _rest_of(scene, layout, coordinates)
+    return found._replace(model=balanced(found.model))
+
+
+def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
     if not scene.targets:
         return start_of(scene, layout, coordinates)
 

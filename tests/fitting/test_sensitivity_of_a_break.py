@@ -77,7 +77,7 @@ every = 0.05
 def test_a_line_under_growing_load_carries_more_the_later_it_breaks(tmp_path, method):
     study = study_of(tmp_path, PULLED, f"solver.method={method}")
     found = sensitivity_of(study, read_scalar("last tension at rope.start", study.scene))
-    # slowly, T = EA v (s - ramp/2)/L cos^2(pi x/2), x = (t - s)/time: more is left, and of a larger force
+    # slowly, T = EA v (s - ramp/2)/L cos^2(pi x/2), x = (t - s)/time: more is left, and of more
     start, time, pulled = 1.0003, 2.0, 1.0003 - 0.2
     x = (2.1 - start) / time
     held, rate = np.cos(0.5 * np.pi * x) ** 2, 0.5 * np.pi / time * np.sin(np.pi * x)

@@ -124,7 +124,8 @@ def test_a_moved_end_stays_on_its_path(tmp_path, method):
     # its ramp ends with a step in its acceleration, which once left a velocity behind for good
     ran = run_text(tmp_path, MOVED + f'[solver]\nmethod = "{method}"\n')
     t = np.arange(0.0, 3.01, 0.5)
-    way = 0.02 * np.maximum(t - 0.2, 0.0)  # it is as fast as told from 0.4 s on, the mean before is half
+    # as fast as told from 0.4 s on, half as fast before, on the mean
+    way = 0.02 * np.maximum(t - 0.2, 0.0)
     np.testing.assert_allclose(ran["position"][0, :, -1, 0], 20.0 + way, rtol=1e-13)
     np.testing.assert_allclose(ran["velocity"][0, 1:, -1, 0], 0.02, rtol=1e-13)
 
@@ -142,8 +143,8 @@ BREAK = '[events.break]\nbreaks = "rope.end"\nstart = 1\ntime = 2\n'
     ],
 )
 def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, method, place):
-    # slack at the start, stretched by 0.016 m when it breaks, EA 0.016/20 = 0.8 kN, and slowly: half of it
-    # is left halfway, give or take the wave of the pull, m c v / 2 = 10 N
+    # slack at the start, stretched by 0.016 m when it breaks, EA 0.016/20 = 0.8 kN, and slowly: half
+    # of it is left halfway, give or take the wave of the pull, m c v / 2 = 10 N
     text = MOVED + BREAK.replace("rope.end", place) + f'[solver]\nmethod = "{method}"\n'
     ran = run_text(tmp_path, text)
     times = list(np.arange(0.0, 3.01, 0.5))

@@ -1,0 +1,90 @@
+"""A line stays at rest until it breaks, whatever loads it, and its wave is then its own."""
+
+import numpy as np
+import pytest
+from engine_runs import run_text
+
+WIRE = """
+gravity = 9.80665
+[materials.wire]
+law = "linear"
+EA = "10 MN"
+{cut}
+"""
+LINE = """
+[lines.{name}]
+material = "wire"
+length = {length}
+segments = {segments}
+mass = 20
+diameter = 0.05
+start = {start}
+end = {end}
+{more}
+"""
+BREAK = """
+[events.break]
+breaks = "{place}"
+start = "0.5 s"
+time = "20 ms"
+[output]
+duration = "0.6 s"
+every = "20 ms"
+"""
+TOP, HIGH, HELD = (
+    "{ fixed = [0, 0, 0] }", "{ fixed = [95, 0, 10] }",
+    "{ held = { pretension = 10000, direction = [0, 0, -1] } }",
+)  # fmt: skip
+CURRENT = "[water]\ndensity = 1025\ncurrent = { velocity = [1, 0.3, 0] }\n"
+BED = "[seabed]\nheight = -20\nstiffness = 1e5\ndamping = 1e4\n"
+
+
+def line(start=TOP, end=HIGH, name="line", length=100, segments=20, more=""):
+    return LINE.format(name=name, start=start, end=end, length=length, segments=segments, more=more)
+
+
+SCENES = {
+    "hanging": (line(end=HELD), "line.end"),
+    "sagging": (line(), "line.end"),
+    "pulled aslant": (line(end=HELD.replace("[0, 0, -1]", "[1, 0, 0.2]")), "line.end"),
+    "along it": (line(), "line@35 m"),
+    "graded": (line(more="grading = 4"), "line.end"),
+    "on a bed": (BED + line(end="{ fixed = [85, 0, -20] }"), "line.start"),
+    "in a current": (CURRENT + line(more="drag = { normal = 1.2, tangential = 0.1 }"), "line.end"),
+    "two of them": (
+        line(end='"other.start"', length=60, segments=12)
+        + line('"free"', HIGH, "other", length=40),
+        "other.end",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slack", [True, False], ids=["tension only", "linear"])
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())
+def test_it_stays_at_rest(tmp_path, scene, slack):
+    parts, place = scene
+    text = WIRE.format(cut="tension_only = true" if slack else "") + parts
+    ran = run_text(tmp_path, text + BREAK.format(place=place))
+    assert ran.statuses == ["OK"]
+    broken = ran.time > 0.49
+    for found in ran.lines.values():
+        tension = found["tension"][0]
+        # statics leave some billionths of the largest force
+        np.testing.assert_allclose(tension[~broken], tension[:1].repeat(25, 0), atol=1e-3)
+        assert np.abs(found["velocity"][0][~broken]).max() < 1e-9
+    assert any(np.ptp(found["tension"][0], axis=0).max() > 1e3 for found in ran.lines.values())
+
+
+def test_weight_changes_nothing_of_a_wave_in_a_linear_line(tmp_path):
+    # superposition: what a hanging line's tension has more than at rest is that of one without weight,
+    # through the break, the wall's answer and the end's
+    with_weight = WIRE.format(cut="") + line(end=HELD) + BREAK.format(place="line.end")
+    weightless = with_weight.replace("gravity = 9.80665", "")
+    changes = []
+    for name, text in (("heavy", with_weight), ("light", weightless)):
+        folder = tmp_path / name
+        folder.mkdir()
+        ran = run_text(folder, text)
+        changes.append(ran["tension"][0] - ran["tension"][0, :1])
+    assert np.abs(changes[1]).max() > 9e3
+    np.testing.assert_allclose(changes[0], changes[1], atol=1e-3)
