@@ -100,10 +100,9 @@ def end_tension(
     The end segment's tension is that of its middle. At an end that does not accelerate the slope
     is dT/ds = -f . t, with f the loads and the drag per metre (N/m) and t the tangent; the parabola of
     that slope through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. `drag` is that
-    of the end node (N). An end that moves through a fluid under a known force F, as `met` says, is
-    slowed by its drag: there the end node's balance gives F . u - T_0, u outwards, for l f . t / 2 less
-    what it accelerates. Without `shape` the loads are left out: the waves that are added to them have
-    no slope there.
+    of the end node (N). Without `shape` the loads are left out: the waves that are added to them have
+    no slope there. At an end under a known force F, as `met` says, the tension is F . u, u outwards,
+    however it accelerates.
     """
     segment = line.segment(node)
     pull = jnp.zeros((), tension.dtype)
@@ -117,14 +116,14 @@ def end_tension(
         first, *others = forces if drag is None else [*forces, drag]
         pull = inwards(sum(others, first), shape)  # on the end node: f l / 2
     here = pick(tension, segment)
-    if drag is not None and met is not None and met.loaded is not False:
-        known = jnp.zeros_like(here)
-        if met.force is not None and shape is not None:
-            known = -inwards(met.force, shape)
-        pull = known - here if met.loaded is True else jnp.where(met.loaded, known - here, pull)
     if line.segments == 1:
-        return here + pull
-    return here + (here - pick(tension, line.segment(node, 1))) / 8.0 + 0.75 * pull
+        found = here + pull
+    else:
+        found = here + (here - pick(tension, line.segment(node, 1))) / 8.0 + 0.75 * pull
+    if met is None or shape is None or met.loaded is False:
+        return found
+    known = jnp.zeros_like(here) if met.force is None else -inwards(met.force, shape)
+    return known if met.loaded is True else jnp.where(met.loaded, known, found)
 
 
 def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array, ""]:

@@ -212,3 +212,18 @@ def test_an_end_let_go_in_water_has_no_tension(tmp_path):
     assert end[0] == pytest.approx(20e3, rel=1e-9)
     # well behind the front; half a segment of 2 m is the end node's
     assert np.all(np.abs(end[-2:]) < 0.05 * drag * 1.0)
+
+
+def test_an_end_that_is_let_go_carries_what_still_holds_it(tmp_path):
+    """196 N of weight under 500 N: cos^2 of the force while it breaks, nothing while it falls."""
+    held = "end = { held = { pretension = 500, direction = [0, 0, -1] } }"
+    text = HANGING.replace('end = "free"', held).replace('"line"\nplace = "3.3 m"', '"line.end"')
+    text = text.replace('"20 ms"', '"60 ms"').replace('"10 ms"', '"5 ms"')
+    text += '[events.parts]\nbreaks = "line.end"\ntime = "40 ms"\n'
+    target, _ = ran(tmp_path, text)
+    with open_result(target) as result:
+        time, ends = result.time, result.line("line").field("end_tension")[0]
+        measured = result.measures()["tension"][0][0]
+    left = 500.0 * np.cos(0.5 * np.pi * np.minimum(time / 0.04, 1.0)) ** 2
+    np.testing.assert_allclose(ends, left, atol=1e-9)
+    np.testing.assert_allclose(measured, left, atol=1e-9)
