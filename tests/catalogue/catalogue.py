@@ -30,6 +30,7 @@ def options(case: Case, stepping: str, dtype: str = "float64") -> tuple[str, ...
         # tolerances that the motion of a millimetre, and the precision, can feel
         rtol, atol = (1e-4, 1e-8) if single else (1e-6, 1e-10)
         chosen += [f"solver.method={stepping}", f"solver.rtol={rtol}", f"solver.atol={atol}"]
-        # in an interval: what takes more would not end at all
-        chosen.append("solver.max_steps=20000")
+        # in an interval: what takes more would not end at all; an implicit step is long, and takes long
+        implicit = stepping.startswith("kvaerno")
+        chosen.append(f"solver.max_steps={20_000 if implicit else 200_000}")
     return tuple(chosen)
