@@ -76,8 +76,8 @@ def bent(
 ) -> tuple[Float[Array, ""], tuple[Float[Array, "d 2"], Float[Array, "d 2"]]]:
     """Bending at the node where one line ends and the next one starts, as at an inner node of a line.
 
-    It gives the energy (J), and the forces (N) on the last two nodes of the one before and on the first two of
-    the one after: a couple on either.
+    It gives the energy (J), and the forces (N) on the last two nodes of the one before and on the first
+    two of the one after: a couple on either.
     """
     pull = EI / (pick(before.node_length, -1) + pick(after.node_length, 0))
     u, w = pick(before.tangent, -1), pick(after.tangent, 0)
