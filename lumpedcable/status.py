@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-__all__ = ["ADVICE", "MEANING", "Status"]
+__all__ = ["ADVICE", "MEANING", "SIGNS", "Status"]
 
 
 class Status(IntEnum):
@@ -20,6 +20,16 @@ class Status(IntEnum):
     STILL_MOVING = 9
     BODY_UPENDED = 10
 
+
+SIGNS = (
+    Status.BODY_UPENDED,
+    Status.STEP_BOUND_BROKEN,
+    Status.TOO_MANY_STEPS,
+    Status.NON_FINITE,
+    Status.LINE_REVERSED,
+)
+"""What an output can show to have gone wrong: the first one to show counts, of those that show at one
+time the first one here, since what is undefined was something else first."""
 
 MEANING = {
     Status.OK: "ok",

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.fitting.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
 from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, Watched, look, weights_of
@@ -16,12 +16,13 @@ from lumpedcable.fitting.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
+from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, Progress, begin, cast, interval
 from lumpedcable.solve.observe import Sample, sample
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.targets import rest_of
-from lumpedcable.status import Status
+from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import RUN_ONCE
 
 __all__ = [
@@ -172,7 +173,7 @@ def history(
         values = jnp.stack([pick(run, s, what, weights) for what, weights in watched])
         counts = jnp.array([what.quantity not in (MEASURE, STOP) for what in spec.watched])
         finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
-        return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted])
+        return values, signs(run, s._replace(finite=finite))
 
     def look_at(run: Progress, k):
         t = (k + 1) * numbers.every
@@ -196,13 +197,26 @@ def history(
         # blocks of whole outputs, or where one takes more steps than that, of a part of its steps
         turns = block // spec.steps or spec.count
         _, (values, wrong) = scan_in_blocks(turn, run, spec.count, turns, look_at)
-    now, _ = seen(run, first)
-    finite, step, many = jnp.any(wrong, axis=0)
-    # what is undefined was something else first
-    status = jnp.where(finite, int(Status.NON_FINITE), int(Status.OK))
-    status = jnp.where(many, int(Status.TOO_MANY_STEPS), status)
-    status = jnp.where(step, int(Status.STEP_BOUND_BROKEN), status)
+    now, amiss = seen(run, first)
+    wrong = jnp.concatenate([amiss[None], wrong])
+    begins = jnp.where(jnp.any(wrong, axis=0), jnp.argmax(wrong, axis=0), wrong.shape[0])
+    status = jnp.array(SIGNS)[jnp.argmin(begins)]
+    status = jnp.where(jnp.any(wrong), status, int(Status.OK))
     return jnp.concatenate([now[None], values]), status
+
+
+def signs(run: Progress, s: Sample) -> Bool[Array, " signs"]:
+    """Which of `SIGNS` an output shows."""
+    tipped = [least < STEEP for least in run.upright.values()]
+    upended = jnp.any(jnp.stack(tipped)) if tipped else jnp.zeros((), bool)
+    shown = {
+        Status.BODY_UPENDED: upended,
+        Status.STEP_BOUND_BROKEN: s.courant > 1.0,
+        Status.TOO_MANY_STEPS: s.exhausted,
+        Status.NON_FINITE: ~s.finite,
+        Status.LINE_REVERSED: s.reversed,
+    }
+    return jnp.stack([shown[sign] for sign in SIGNS])
 
 
 def deviations(

@@ -202,7 +202,7 @@ def _loads(
             else None
             for end, mine in zip((part.start, part.end), outer, strict=True)
         ]
-        if segments > 1 or any(clamp is not None for clamp in clamps):
+        if segments > 1 or not all(outer) or any(clamp is not None for clamp in clamps):
             loads.append(Bending(_number(part.bending.EI), *clamps))
     if bed is not None:
         loads.append(bed)

@@ -13,6 +13,7 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.line import Line
 from lumpedcable.model.passing import on_payout, passing_kinds
 from lumpedcable.model.riders import Rider
+from lumpedcable.model.splices import Splice
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import (
     AbstractCoupling,
@@ -95,9 +96,10 @@ class Found(dict[str, Any]):
 
     `drawn` is that pull (N), `payouts` what comes of it with the winch's control; `held` the friction
     on bodies on the bed (N), once a kick has found it; `passed` the force on the paid-out length (N) of
-    what resists along the line, by winch and kind of work.
+    what resists along the line, by winch and kind of work. `splices` are what bends over cuts of lines.
     """
 
+    splices: tuple[Splice, ...] = ()
     pulls: tuple[Pull, ...] = ()
     drawn: dict[str, Float[Array, ""]]
     payouts: dict[str, Float[Array, " m"]]

@@ -17,6 +17,7 @@ from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction
 from lumpedcable.model.rods import line_drag, line_energy
+from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
@@ -136,6 +137,9 @@ def powers(
         if dt is not None:
             power["stepping"] = _stepping(line, e, before[name], after[name], dt)
         result[name] = {kind: power[kind] for kind in kinds}
+    for splice in found.splices:
+        part = next(iter(splice.forces))
+        result[part]["ends"] = result[part]["ends"] + splice.power
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]
@@ -264,6 +268,8 @@ def energies(
         add("strain", line.stored_energy(e.line.shape))
         for load in line.loads:
             add(load.energy_name, load.energy(e.line.shape))
+    for splice in found.splices:
+        add(Bending.energy_name, splice.stored)
     for index, junction in enumerate(model.junctions):
         name, side = model.carrier(index)
         node = model.lines[name].node(side)

@@ -28,6 +28,7 @@ from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, LineForces, Workspace
 from lumpedcable.model.passing import drifting
 from lumpedcable.model.places import PlaceMeasured
+from lumpedcable.model.splices import add_splices
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
@@ -121,6 +122,7 @@ class Model(eqx.Module):
             if winch is not None and line.drag is not None and line.growth is not None:
                 nodes = drifting(nodes, forces.shape, line.growth, winch.node)
             result[name] = Evaluation(forces, nodes, ends, boundaries)
+        add_splices(self, t, result, dt)
         result.add_couplings(self, t, displacement, velocity, dt)
         return result
 

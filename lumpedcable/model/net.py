@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.ends import Attached, Driven, Joined
 from lumpedcable.model.model import Model, Vectors
+from lumpedcable.model.splices import spliced
 from lumpedcable.physics.bending import Bending
 
 __all__ = ["Net", "make_net"]
@@ -97,6 +98,9 @@ def _narrow_order(model: Model, index: dict[str, np.ndarray], count: int) -> tup
             if places.size > reach:
                 rows += [places[:-reach], places[reach:]]
                 columns += [places[reach:], places[:-reach]]
+    for before, after, *_ in spliced(model):
+        rows += [index[before][-2:-1], index[after][1:2]]
+        columns += [index[after][1:2], index[before][-2:-1]]
     row, column = np.concatenate(rows), np.concatenate(columns)
     graph = coo_matrix((np.ones(row.size), (row, column)), shape=(count, count)).tocsr()
     place = np.empty(count, int)

@@ -5,10 +5,11 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import AbstractLoad, Shape, between_nodes
 from lumpedcable.physics.vectors import dot
 
-__all__ = ["Bending"]
+__all__ = ["Bending", "bent"]
 
 
 class Bending(AbstractLoad):
@@ -50,9 +51,7 @@ class Bending(AbstractLoad):
         from_left = jnp.concatenate([first, pull[1:-1] * tangent[:, :-1]], axis=1)
         from_right = jnp.concatenate([pull[1:-1] * tangent[:, 1:], last], axis=1)
         moment = from_left + from_right
-        across = moment - tangent * dot(tangent, moment)
-        # turning a segment towards its neighbours' directions lowers the energy
-        return -across / shape.length
+        return _shear(tangent, moment, shape.length)
 
     def energy(self, shape: Shape) -> Float[Array, ""]:
         """Bending energy of the line (J)."""
@@ -70,3 +69,26 @@ class Bending(AbstractLoad):
     ) -> Float[Array, "..."]:
         """16 EI / (m l^4) (1/s2): the zigzag mode of a beam of lumps; clamps stay below it."""
         return 16.0 * self.EI / (mass * segment_length**4)
+
+
+def bent(
+    EI: Float[Array, ""], before: Shape, after: Shape
+) -> tuple[Float[Array, ""], tuple[Float[Array, "d 2"], Float[Array, "d 2"]]]:
+    """Bending at the node where one line ends and the next one starts, as at an inner node of a line.
+
+    It gives the energy (J), and the forces (N) on the last two nodes of the one before and on the first
+    two of the one after: a couple on either.
+    """
+    pull = EI / (pick(before.node_length, -1) + pick(after.node_length, 0))
+    u, w = pick(before.tangent, -1), pick(after.tangent, 0)
+    last = _shear(u, pull * w, pick(before.length, -1))
+    first = _shear(w, pull * u, pick(after.length, 0))
+    last, first = (jnp.stack([shear, -shear], axis=1) for shear in (last, first))
+    return pull * (1.0 - dot(u, w)), (last, first)
+
+
+def _shear(tangent, moment, length):
+    """Q (N) of segments whose neighbours pull with EI/s times their tangents, summed up to `moment`."""
+    across = moment - tangent * dot(tangent, moment)
+    # turning a segment towards its neighbours' directions lowers the energy
+    return -across / length

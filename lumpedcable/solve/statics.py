@@ -18,6 +18,7 @@ from lumpedcable.model.ends import Attached, Driven, End, Loaded
 from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import Net, junction_forces, make_net
+from lumpedcable.model.splices import splices
 from lumpedcable.physics.weight import Weight
 from lumpedcable.solve.blocks import block_jacobian, solve_blocks
 from lumpedcable.solve.hanging import nodal_weight
@@ -40,7 +41,7 @@ class Equilibrium(NamedTuple):
 
 def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Array, "places d"]:
     """Net force (N) on every node of the net at rest, all breaks still ahead; 0 where held."""
-    whole = {}
+    whole, shapes = {}, {}
     t = jnp.full((), -jnp.inf)
     for name, line in model.lines.items():
         forces = line.forces(displacement[name], None)
@@ -52,7 +53,9 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
         for node, end in zip((0, -1), model.ends[name], strict=True):
             if isinstance(end, Loaded) and end.force is not None:
                 force = force.at[:, node].add(end.external(t))
-        whole[name] = force
+        whole[name], shapes[name] = force, forces.shape
+    for splice in splices(model, t, shapes):
+        whole |= {name: whole[name] + force for name, force in splice.forces.items()}
     total = net.gather(whole)
     extra = junction_forces(model, net)
     total = total if extra is None else total + extra

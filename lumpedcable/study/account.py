@@ -12,7 +12,7 @@ from lumpedcable.model.seams import parts_of
 from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.observe import Sample
-from lumpedcable.status import Status
+from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import Ready
 
 if TYPE_CHECKING:
@@ -99,8 +99,7 @@ def statuses(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """The first thing that went wrong in each run, and when (s); both of shape (runs,)."""
     seen = slice(0, account.reached + 1)
-    # what is undefined was something else first: of signs at one time, the first named here
-    signs = {
+    shown = {
         Status.BODY_UPENDED: account.upended[:, seen],
         Status.STEP_BOUND_BROKEN: account.courant[:, seen] > 1.0,
         Status.TOO_MANY_STEPS: account.flags["exhausted"][:, seen],
@@ -109,7 +108,8 @@ def statuses(
     }
     status = np.full(len(converged), int(Status.OK))
     first = np.full(len(converged), len(times))
-    for sign, flag in signs.items():
+    for sign in SIGNS:
+        flag = shown[sign]
         begins = np.where(flag.any(axis=1), flag.argmax(axis=1), len(times))
         status = np.where(begins < first, int(sign), status)
         first = np.minimum(begins, first)
