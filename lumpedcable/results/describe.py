@@ -65,7 +65,8 @@ def _where(folder: StudyFolder) -> list[tuple[str, str]]:
     if begun:
         rows.append(("begun", f"shards {', '.join(map(str, begun[:_FAILURES_SHOWN]))}"))
     for shard, reason in list(failures.items())[:_FAILURES_SHOWN]:
-        rows.append((f"shard {shard}", f"failed: {reason.splitlines()[0]}"))
+        first = (reason.splitlines() or ["nobody knows why"])[0]
+        rows.append((f"shard {shard}", f"failed: {first}"))
     return rows
 
 

@@ -11,6 +11,10 @@ class OutputError(Exception):
     """The results cannot be written where they were asked for; the message says where and why."""
 
 
+class DiskError(OutputError):
+    """The disk is full or gone: nothing else can be written there either."""
+
+
 class ResultError(Exception):
     """A file cannot be read as a result, or lacks what was asked of it; the message says why."""
 

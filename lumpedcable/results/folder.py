@@ -19,9 +19,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.schema import PARTIAL_SUFFIX
 
@@ -103,8 +105,15 @@ class StudyFolder:
         return sorted(self._there(f".h5{PARTIAL_SUFFIX}"))
 
     def note_failure(self, shard: int, reason: str) -> None:
-        """Keep why a shard could not be computed."""
-        self._reason(shard).write_text(reason + "\n", encoding="utf-8")
+        """Keep why a shard could not be computed.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        note = self._reason(shard)
+        with reported(note):
+            note.parent.mkdir(exist_ok=True)
+            _place(note, reason + "\n")
 
     def forget_failure(self, shard: int) -> None:
         """A shard has been computed after all."""
@@ -117,7 +126,9 @@ class StudyFolder:
 
     def _there(self, ending: str) -> set[int]:
         """Shards of which there is a file whose name ends so."""
-        found = (entry.name for entry in os.scandir(self.path / SHARDS))
+        found: list[str] = []
+        with suppress(FileNotFoundError):  # whoever has deleted the folder has deleted them all
+            found = os.listdir(self.path / SHARDS)
         numbers = (
             name.removeprefix(self.manifest.names).removesuffix(ending)
             for name in found
@@ -133,7 +144,7 @@ class StudyFolder:
         """Open a study folder.
 
         Raises:
-            ResultError: it is none, or it is damaged.
+            ResultError: it is none, or it is damaged, or its scene is not that of its shards.
         """
         try:
             told = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
@@ -142,7 +153,16 @@ class StudyFolder:
             raise ResultError(f"{path} is no study folder (it has no {MANIFEST})") from None
         except (OSError, ValueError, TypeError) as error:
             raise ResultError(f"{path / MANIFEST} is damaged: {error}") from error
-        return cls(path, manifest)
+        for name in ("runs", "shard"):
+            found = told[name]
+            if type(found) is not int or found < 1:
+                raise ResultError(
+                    f"{path / MANIFEST} is damaged: {name}: expected a whole number from 1 on, "
+                    f"found {json.dumps(found)}"
+                )
+        known = cls(path, manifest)
+        known._refuse_changed()
+        return known
 
     @classmethod
     def make(cls, path: Path, text: str, runs: int, shard: int | None, version: str) -> StudyFolder:
@@ -162,8 +182,10 @@ class StudyFolder:
         if (path / MANIFEST).exists():
             known = cls.open(path)
             known._refuse_other(digest, shard, version)
+            with reported(path):
+                (path / SHARDS).mkdir(exist_ok=True)
             return known
-        try:
+        with reported(path):
             if path.exists() and (not path.is_dir() or any(path.iterdir())):
                 raise OutputError(f"cannot write {path}: expected a new or empty folder")
             (path / SHARDS).mkdir(parents=True, exist_ok=True)
@@ -171,9 +193,19 @@ class StudyFolder:
             _place(made.scene, text)
             # last, since it is what makes the folder a study
             _place(path / MANIFEST, json.dumps(asdict(made.manifest), indent=2) + "\n")
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror}") from error
         return made
+
+    def _refuse_changed(self) -> None:
+        """Shards of two scenes would be taken for one study."""
+        try:
+            found = hashlib.sha256(self.scene.read_bytes()).hexdigest()
+        except OSError as error:
+            raise ResultError(f"{self.scene}: cannot be read: {error.strerror or error}") from error
+        if found != self.manifest.digest:
+            raise ResultError(
+                f"{self.scene}: expected the scene that the study was begun with, found a changed "
+                "one: put it back, or give another folder to a study of the new one"
+            )
 
     def _refuse_other(self, digest: str, shard: int | None, version: str) -> None:
         known = self.manifest
@@ -206,5 +238,8 @@ def is_study_folder(path: Path) -> bool:
 def _place(path: Path, text: str) -> None:
     """Write a text file that is there as a whole or not at all."""
     draft = path.with_name(f"{path.name}.{os.getpid()}")
-    draft.write_text(text, encoding="utf-8")
-    os.replace(draft, path)
+    try:
+        draft.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)

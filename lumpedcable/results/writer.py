@@ -13,8 +13,6 @@ import contextlib
 import difflib
 import math
 import os
-import re
-import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -24,7 +22,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumpedcable.results import human
+from lumpedcable.results import disk
 from lumpedcable.results.errors import OutputError
 from lumpedcable.results.joined import joined
 from lumpedcable.results.schema import (
@@ -80,18 +78,20 @@ class ResultWriter:
         self._dims = dict(dims)
         self._variables = {variable.path: variable for variable in variables}
         self._flushed, self._parts = False, tuple(parts)
+        self._lost: OutputError | None = None
         coordinates = _with_defaults(self._dims, coordinates or {})
         self._counted = {
             path: np.zeros(self._dims["run"], np.int32)
             for path, variable in self._variables.items()
             if variable.counted and "run" in self._dims and {"run", "time"} <= set(variable.dims)
         }
-        _prepare(self.target, self.partial, overwrite)
+        disk.prepare(self.target, self.partial, overwrite)
+        with disk.reported(self.partial):
+            self._file = disk.create(self.partial)
         try:
-            with _reported(self.partial):
-                self._file = h5py.File(self.partial, "x")
-                if not self._parts:
-                    _check_room(self.target, sum(map(self._bytes, self._variables.values())))
+            if not self._parts:
+                disk.check_room(self.target, sum(map(self._bytes, self._variables.values())))
+            with self._written():
                 self._lay_out(coordinates, attributes or {})
                 self._sync()
         except BaseException:
@@ -127,7 +127,7 @@ class ResultWriter:
         array = as_dataset(values)
         if array.shape != expected:
             raise ValueError(f"{path}: expected shape {expected}, found {array.shape}")
-        with _reported(self.partial):
+        with self._written():
             dataset[tuple(selection.get(dim, slice(None)) for dim in variable.dims)] = array
             if variable.dtype == "str":
                 self._file.flush()  # text lives in a heap: leave no half-written one behind
@@ -140,7 +140,7 @@ class ResultWriter:
         Raises:
             OutputError: the disk is full or gone.
         """
-        with _reported(self.partial):
+        with self._written():
             if self._counted and not self._parts:
                 self._dataset("written")[...] = np.min(list(self._counted.values()), axis=0)
             self._sync()
@@ -159,29 +159,29 @@ class ResultWriter:
         Raises:
             OutputError: the disk is full or gone; the temporary file stays.
         """
-        for name, value in attributes.items():
-            self._set(name, value)
-        self._set("complete", complete)
+        with self._written():
+            for name, value in attributes.items():
+                self._set(name, value)
+            self._set("complete", complete)
         self.flush()
-        self._file.close()
-        with _reported(self.target):
+        disk.close(self._file)
+        with disk.reported(self.target):
             os.replace(self.partial, self.target)
-            _sync_folder(self.target.parent)
+            disk.sync_folder(self.target.parent)
         return self.target
 
     def keep(self) -> Path:
         """Flush and close, leaving the temporary file as it is: incomplete but readable."""
-        self.flush()
-        self._file.close()
+        try:
+            self.flush()
+        finally:
+            disk.close(self._file)
         return self.partial
 
     def abandon(self) -> None:
         """Close and delete the temporary file."""
-        file = getattr(self, "_file", None)
-        if file is not None:
-            with contextlib.suppress(OSError, RuntimeError):
-                file.close()
-            self.partial.unlink(missing_ok=True)
+        disk.close(self._file)
+        self.partial.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
         return self
@@ -201,6 +201,19 @@ class ResultWriter:
                 self.keep()
         else:
             self.abandon()
+
+    @contextlib.contextmanager
+    def _written(self) -> Iterator[None]:
+        """Whatever changes the file; once that has failed, nothing more is written to it."""
+        if self._lost is not None:
+            raise self._lost
+        try:
+            with disk.reported(self.partial):
+                yield
+        except OutputError as error:
+            self._lost = error
+            disk.sink(self._file)
+            raise
 
     def _bytes(self, variable: Variable) -> int:
         """Size of a variable on the disk; text has none of a size known before."""
@@ -337,55 +350,3 @@ def _describe(
     for name, value in attributes.items():
         if value is not None:
             dataset.attrs[name] = attribute(value)
-
-
-def _prepare(target: Path, partial: Path, overwrite: bool) -> None:
-    """Make the folder and clear the temporary name, or say why that cannot be."""
-    with _reported(target):
-        if target.is_dir():
-            raise OutputError(f"cannot write {target}: it is a folder")
-        if target.exists() and not overwrite:
-            raise OutputError(f"cannot write {target}: it exists already")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if partial.exists():
-            try:
-                h5py.File(partial, "r").close()
-            except BlockingIOError:
-                raise OutputError(f"cannot write {target}: another run is writing it") from None
-            except OSError:
-                pass  # an unreadable leftover
-            partial.unlink()
-
-
-def _check_room(target: Path, needed: int) -> None:
-    """Refuse what the disk cannot hold, before the disk is filled to find out."""
-    free = shutil.disk_usage(target.parent).free
-    if needed > free:
-        sizes = f"{human.size(needed)}, {human.size(free)} are free"
-        raise OutputError(f"cannot write {target}: the results take {sizes}")
-
-
-@contextlib.contextmanager
-def _reported(path: Path) -> Iterator[None]:
-    """Turn a failure of the file system into one line for the user."""
-    try:
-        yield
-    except (OSError, ValueError, RuntimeError) as error:
-        # HDF5 raises one of the three, by the call, and buries the system's reason in its own trace
-        number = getattr(error, "errno", None)
-        found = re.search(r"errno = (\d+)", str(error))
-        number = number or (int(found[1]) if found else None)
-        if number is None and not isinstance(error, OSError):
-            raise
-        reason = os.strerror(number) if number else str(error).splitlines()[0]
-        raise OutputError(f"cannot write {path}: {reason}") from error
-
-
-def _sync_folder(folder: Path) -> None:
-    """Make the renaming itself durable, where the system can open folders."""
-    if hasattr(os, "O_DIRECTORY"):
-        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)

@@ -17,7 +17,7 @@ from distributed import Client, LocalCluster, as_completed
 from distributed.scheduler import KilledWorker
 
 from lumpedcable.results import StudyFolder
-from lumpedcable.results.errors import OutputError
+from lumpedcable.results.errors import DiskError, OutputError
 from lumpedcable.scene import load_study
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.shards import Share, apart, compute_shard, show_all
@@ -53,7 +53,7 @@ def run_on_cluster(
         The shards that failed.
 
     Raises:
-        OutputError: no scheduler answers at the address.
+        OutputError: no scheduler answers at the address, or the disk is full or gone.
         KeyboardInterrupt: interrupted; finished shards stay.
     """
     missing = share.missing(folder, laid)
@@ -73,6 +73,8 @@ def run_on_cluster(
         for task in as_completed(tasks):
             shard = tasks[task]
             error = task.exception()
+            if isinstance(error, DiskError):
+                raise error
             if error is not None:
                 if isinstance(error, KilledWorker):
                     error = f"{ALLOWED_DEATHS} workers died while they computed it"

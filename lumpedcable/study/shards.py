@@ -13,7 +13,7 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.results import StudyFolder
-from lumpedcable.results.errors import OutputError
+from lumpedcable.results.errors import DiskError, OutputError
 from lumpedcable.scene import Study, load_study
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
@@ -71,8 +71,10 @@ def show_all(folder: StudyFolder, laid: Laid) -> None:
     try:
         with contents.open(folder.view, folder.parts()) as writer:
             writer.finish(complete=not missing)
-    except OutputError:
-        if not folder.view.exists():  # another process writes the same one now
+    except OutputError as error:
+        # one that is there says the same, or another process writes it now; but a full disk is told
+        # before anything is computed
+        if not folder.view.exists() or (missing and isinstance(error, DiskError)):
             raise
 
 
@@ -100,7 +102,8 @@ def run_here(
 ) -> list[int]:
     """Compute the missing shards of a share in this process, `AT_ONCE` of them under way.
 
-    A shard that fails as a whole leaves its reason in the folder, and the rest goes on.
+    A shard that fails as a whole leaves its reason in the folder, and the rest goes on; but not on a
+    disk that is full, where all others would fail.
 
     Args:
         folder, laid: the study.
@@ -112,17 +115,23 @@ def run_here(
         The shards that failed.
 
     Raises:
+        DiskError: the disk is full or gone; finished shards stay.
         KeyboardInterrupt: interrupted; finished shards stay.
     """
-    missing, failed = share.missing(folder, laid), []
+    missing, failed, spent = share.missing(folder, laid), [], []
     outputs = {shard: len(folder.runs(shard)) * laid.count for shard in missing}
     together = _Together(outputs, on_progress)
     together.tell()
 
     def compute(shard: int) -> None:
         try:
+            together.tell()  # nobody begins once another has ended all
             try:
                 compute_shard(folder, laid, shard, lambda done, _: together.tell(shard, done))
+            except DiskError as error:
+                spent.append(error)
+                together.stop()
+                raise
             except Exception as error:
                 folder.note_failure(shard, f"{type(error).__name__}: {error}")
                 failed.append(shard)
@@ -142,6 +151,8 @@ def run_here(
         except BaseException:
             together.stop()
             pool.shutdown(cancel_futures=True)
+            if spent:  # the others were interrupted because of it
+                raise spent[0] from None
             raise
     show_all(folder, laid)
     return sorted(failed)

@@ -124,6 +124,48 @@ def test_a_full_disk_shows_before_anything_is_computed(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+FULL = """
+    import os, sys
+    import numpy as np
+    from lumpedcable.results import OutputError, ResultWriter, Variable, disk
+    create, stage = disk.create, sys.argv[2]
+    def fill(file):  # every further write: no space left on device
+        os.dup2(os.open("/dev/full", os.O_RDWR), file.id.get_vfd_handle())
+        return file
+    if stage == "laid out":
+        disk.create = lambda path: fill(create(path))
+    def study():
+        variables = [Variable("energy/kinetic", ("run", "time")),
+                     Variable("status_message", ("run",), "str")]
+        with ResultWriter(sys.argv[1], dims={"run": 50, "time": 4}, variables=variables) as writer:
+            writer.write("energy/kinetic", np.ones((50, 4)))
+            if stage == "kept":
+                writer.flush()
+            fill(writer._file)
+            writer.write("energy/kinetic", np.ones((50, 2)), time=slice(2, 4))
+            writer.write("status_message", ["fine"] * 50)
+    try:
+        study()
+    except OutputError as error:
+        print(error)
+"""
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="/dev/full is Linux's")
+@pytest.mark.parametrize("stage", ["laid out", "written", "kept"])
+def test_a_disk_that_fills_up_is_told_and_the_process_goes_on(tmp_path, stage):
+    script = [sys.executable, "-c", textwrap.dedent(FULL), str(tmp_path / "a.h5"), stage]
+    ended = subprocess.run(
+        script, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
+    )
+    told = f"cannot write {tmp_path}/a.h5.partial: No space left on device\n"
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, told, "")
+    assert [p.name for p in tmp_path.iterdir()] == (["a.h5.partial"] if stage == "kept" else [])
+    if stage == "kept":
+        with open_result(tmp_path / "a.h5.partial") as result:
+            assert not result.complete
+
+
 def test_the_target_appears_only_when_finished(tmp_path, small):
     target = tmp_path / "new" / "folder" / "a.h5"
     writer = ResultWriter(target, **small)

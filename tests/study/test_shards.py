@@ -191,6 +191,7 @@ def test_a_folder_that_says_nothing_of_names_has_shards_of_numbers_alone(whole, 
     del told["names"]
     (tmp_path / "shards").mkdir()
     (tmp_path / "study.json").write_text(json.dumps(told))
+    shutil.copy(whole.scene, tmp_path)
     for name in ("000001.h5", "000002.h5.partial", f"{whole.manifest.names}000000.h5"):
         (tmp_path / "shards" / name).touch()
     folder = StudyFolder.open(tmp_path)

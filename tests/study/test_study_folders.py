@@ -1,0 +1,134 @@
+"""Folders of studies that somebody has changed, that lack a part, or whose disk is full."""
+
+import json
+import os
+
+import good_scenes
+import pytest
+from command_line import say
+
+from lumpedcable.results import ResultError, StudyFolder, disk, errors
+from lumpedcable.scene import load_study
+from lumpedcable.study import shards
+from lumpedcable.study.shards import Share, open_study, run_here
+
+REFERENCE = good_scenes.ROPE.index("[references.paper]")
+# 8 short runs of one structure
+SMALL = (
+    good_scenes.ROPE[:REFERENCE]
+    .replace("segments = 200", "segments = 12")
+    .replace('"200 ms"', '"2 ms"')
+    .replace('every = "1 ms"', 'every = "1 ms"\nkeep = "summaries"')
+    .replace('["45 kN", "180 kN"]', '{ from = "45 kN", to = "180 kN", count = 8 }')
+)
+TEXT = "title = 'x'\n"
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return good_scenes.write(tmp_path, SMALL)
+
+
+@pytest.fixture
+def bare(tmp_path):
+    """The folder of a study of six runs, two in a shard, of which none is there."""
+    return StudyFolder.make(tmp_path / "s", TEXT, 6, 2, "1")
+
+
+def nothing(done, total):
+    pass
+
+
+# --- a full disk ---------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="/dev/full is Linux's")
+@pytest.mark.parametrize("at_once", [1, 2])
+def test_a_full_disk_ends_a_study_and_keeps_what_is_finished(scene, tmp_path, monkeypatch, at_once):
+    monkeypatch.setattr(shards, "_at_once", lambda: at_once)
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 1)
+    create, tried = disk.create, []
+
+    def filling(path):
+        file = create(path)
+        tried.append(path)
+        if len(tried) > 3:
+            with open("/dev/full", "r+b", buffering=0) as full:
+                os.dup2(full.fileno(), file.id.get_vfd_handle(), inheritable=False)
+        return file
+
+    monkeypatch.setattr(disk, "create", filling)
+    with pytest.raises(errors.DiskError, match=r"cannot write .*\.partial: No space left"):
+        run_here(folder, laid, Share(), nothing)
+    assert len(tried) <= 3 + at_once
+    assert folder.missing() == [3, 4, 5, 6, 7]
+    assert (folder.failures(), folder.begun()) == ({}, [])
+    monkeypatch.undo()
+    assert run_here(folder, laid, Share(), nothing) == []
+    assert folder.missing() == []
+
+
+def test_a_reason_that_finds_no_room_is_told_in_one_line(bare, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(errors.DiskError, match=r"cannot write .*000001\.txt: No space left"):
+        bare.note_failure(1, "no memory")
+    assert list((bare.path / "shards").iterdir()) == []
+
+
+# --- what somebody has changed -------------------------------------------------------------------
+
+
+def test_a_reason_may_be_empty(scene, tmp_path):
+    folder, _ = open_study(load_study(scene), tmp_path / "s", 2)
+    folder.note_failure(1, "")
+    folder.file(2).with_suffix(".txt").touch()
+    said = say(tmp_path, "info", "s")
+    assert said.code == 0
+    assert said.out.count("failed: nobody knows why") == 2
+
+
+def test_a_scene_that_is_changed_inside_the_folder_is_told(scene, tmp_path):
+    folder, _ = open_study(load_study(scene), tmp_path / "s", 2)
+    text = folder.scene.read_text()
+    assert text.count("60.0") == 1
+    folder.scene.write_text(text.replace("60.0", "61.0"))
+    for command in (["info", "s"], ["study", scene, "-o", "s"]):
+        said = say(tmp_path, *command)
+        assert said.code == 2
+        assert "study.toml: expected the scene that the study was begun with" in said.err
+        assert said.err.count("\n") == 1
+    folder.scene.unlink()
+    with pytest.raises(ResultError, match=r"study\.toml: cannot be read: No such file"):
+        StudyFolder.open(folder.path)
+    folder.scene.write_text(text)
+    assert say(tmp_path, "info", "s").code == 0
+
+
+@pytest.mark.parametrize("name", ["runs", "shard"])
+@pytest.mark.parametrize("value", [0, -1, 2.5, "2", None, True])
+def test_a_manifest_of_no_runs_is_damaged(bare, name, value):
+    path = bare.path / "study.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), name: value}))
+    with pytest.raises(
+        ResultError, match=f"study.json is damaged: {name}: expected a whole number"
+    ):
+        StudyFolder.open(bare.path)
+
+
+def test_a_folder_whose_shards_were_deleted_goes_on(scene, tmp_path):
+    folder, _ = open_study(load_study(scene), tmp_path / "s", 4)
+    (folder.path / "shards").rmdir()
+    assert (folder.missing(), folder.begun(), folder.failures()) == ([0, 1], [], {})
+    said = say(tmp_path, "info", "s")
+    assert said.code == 0
+    assert "0 of 2 shards, 0 of 8 runs" in said.out
+    folder.note_failure(1, "no memory")
+    assert folder.failures() == {1: "no memory"}
+    folder.forget_failure(1)
+    (folder.path / "shards").rmdir()
+    said = say(tmp_path, "study", scene, "-o", "s")
+    assert said.code == 0
+    assert "complete: 2 of 2 shards, 8 of 8 runs" in said.out
