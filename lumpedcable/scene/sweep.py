@@ -209,7 +209,9 @@ class _Reader:
             self._tell((*place, "to"), f"expected more than from, found {found(raw['to'])}")
             return None
         if not math.isfinite(high - low):
-            words = f"expected a way from {found(raw['from'])} that is finite, found {found(raw['to'])}"
+            words = (
+                f"expected a way from {found(raw['from'])} that is finite, found {found(raw['to'])}"
+            )
             self._tell((*place, "to"), words)
             return None
         spacing = raw.get("spacing", "linear")

@@ -250,6 +250,9 @@ def test_a_number_that_moves_others_moves_them_in_the_columns(tmp_path):
          "expected keys with values in at least one case, found names alone"),
         (f'[[sweep.cases]]\nname = "x"\n[[sweep.cases]]\nname = "x"\n"{PRETENSION}" = 9',
          "sweep.cases.1.name", 'expected each name once, found "x" again'),
+        (f'[[sweep.cases]]\nname = "a\\u0000b"\n"{PRETENSION}" = 9', "sweep.cases.0.name",
+         "expected text of one line without control characters, found U+0000"),
+        (f'[[sweep.cases]]\nname = "a\\nb"\n"{PRETENSION}" = 9', "sweep.cases.0.name", "found U+000A"),
         (f'[sweep.sample]\ncount = 4\nmethod = "sobel"\n"{TIME}" = {{ from = 0, to = 1 }}',
          "sweep.sample.method", 'did you mean "sobol"'),
         (f'[sweep.sample]\n"{TIME}" = {{ from = 0, to = 1 }}', "sweep.sample", "expected count"),
@@ -283,6 +286,12 @@ def test_a_wrong_sweep_is_told(tmp_path, sweep, key, words):
     told = faults(tmp_path, sweep)
     assert [k for k, _ in told] == [key]
     assert words in told[0][1]
+
+
+def test_a_key_of_very_many_dots_is_refused(tmp_path):
+    ((key, message),) = faults(tmp_path, f"[sweep]\n{'.'.join(3000 * 'a')} = [1, 2]\n")
+    assert key.startswith("sweep.a.a")
+    assert message.startswith("expected the full path of a number of the scene, found")
 
 
 KEYS = ("lines.rope.length", "events.break.time", "lines.rope.mass")
