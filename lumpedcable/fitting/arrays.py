@@ -298,7 +298,7 @@ def _refuse_endless(member: Member, duration: float, step: float) -> None:
     total = duration / step if step else math.inf
     if not member.plan.adaptive and total > MOST_STEPS:
         where = f'experiment "{member.record.name}", at the start values'
-        words = f"{where}: {endless_words(total, step)}"
+        words = f"{where}: {endless_words(member.scene, duration, step)}"
         raise SceneError([Fault(str(member.record.study.path), None, "", words)])
 
 

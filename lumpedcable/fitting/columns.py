@@ -19,6 +19,8 @@ from lumpedcable.scene.units import UnitError, describe, format_quantity, unit_o
 
 __all__ = ["Columns", "check_times", "noise_of", "read_data"]
 
+NOISES = (1e-12, 1e6)
+"""Least and largest noise over the largest value: beyond, the data tell nothing, or more than digits."""
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]")
 
 
@@ -152,19 +154,28 @@ def noise_of(
     """The standard deviation in SI that a fit file gives, None where it gives none."""
     if raw is None:
         return None, None
-    quantity = Quantity(unit, "positive")
+    quantity, top = Quantity(unit, "positive"), float(np.max(np.abs(values)))
     try:
         if isinstance(raw, str) and raw.rstrip().endswith("%"):
             share = Quantity("", "positive").read(raw)
-            top = float(np.max(np.abs(values)))
             if share * top == 0.0:
                 message = (
                     f"expected a value other than 0 in column {column.column}, of whose largest "
                     f"{raw} is meant, found zeros alone; give the noise with a unit there"
                 )
                 return None, Problem(path, message)
-            return share * top, None
-        return quantity.read(raw), None
+            noise = share * top
+        else:
+            noise = quantity.read(raw)
     except PydanticCustomError:
         message = f"expected {quantity.expected} or a percentage, found {found(raw)}"
         return None, Problem(path, message)
+    low, high = (share * top for share in NOISES)
+    if top > 0.0 and not low <= noise <= high:
+        low, high, told = (format_quantity(value, unit) for value in (low, high, noise))
+        message = (
+            f"expected a noise from {low} to {high}, since column {column.column} goes up to "
+            f"{format_quantity(top, unit)}, found {told}"
+        )
+        return None, Problem(path, message)
+    return noise, None

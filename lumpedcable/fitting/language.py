@@ -141,8 +141,12 @@ class FitMethod(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield a certainty, which no interval has."""
-        if self.confidence >= 1.0:
-            yield Problem(("confidence",), f"expected less than 1, found {self.confidence:g}")
+        if (
+            0.5 + 0.5 * self.confidence >= 1.0
+        ):  # the end of the interval, of which there is no quantile
+            told = ", which is 1 to rounding" if self.confidence < 1.0 else ""
+            message = f"expected less than 1, found {self.confidence:.17g}{told}"
+            yield Problem(("confidence",), message)
 
 
 class Sampling(Part):

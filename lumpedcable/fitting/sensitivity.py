@@ -24,6 +24,7 @@ from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, number, understood
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.plan import (
+    asked_step,
     plan_of,
     rounded_steps,
     tolerances,
@@ -182,9 +183,11 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
         return spec, arrays
     at = np.array([scene.numbers()[key] for key in keys])
     _, bound, _ = group_start(spec, arrays, at)
-    steps = int(rounded_steps(scene, np.asarray(bound))[0])
-    if (total := float(total_steps(scene, steps))) > MOST_STEPS:
-        raise EndlessError(endless_words(total, scene.output.every / steps))
+    bound = np.asarray(bound)
+    steps = int(rounded_steps(scene, bound)[0])
+    if total_steps(scene, steps) > MOST_STEPS:
+        step = float(asked_step(scene, bound)[0])
+        raise EndlessError(endless_words(scene, scene.output.duration, step))
     if back:
         return GroupSpec(structure, plan, (what,), count, free, steps), arrays
     # more than that are taken by nobody: the run itself takes so many

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.carried_checks import carried_problems
-from lumpedcable.scene.environment import Seabed
+from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
     FixedEnd,
@@ -230,6 +230,18 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
         yield Problem(
             (*path, "diameter"),
             f"expected a positive length (m) for {' and '.join(effects)}, found nothing",
+        )
+    fluid = draft.others.get(draft.fluid)
+    if (
+        effects
+        and isinstance(fluid, Fluid)
+        and line.diameter is not None
+        and not isfinite(fluid.density * line.diameter * line.diameter)
+    ):
+        yield Problem(
+            (*path, "diameter"),
+            f"expected a diameter with which a line displaces a finite mass of {draft.fluid}, "
+            f"found {format_quantity(line.diameter, 'm')}",
         )
 
 

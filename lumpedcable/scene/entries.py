@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lumpedcable.scene.part import Path, Problem
+from lumpedcable.scene.part import Path, Problem, control_character
 from lumpedcable.scene.quantities import found
 
 GROUPS = ("cases", "zip", "sample")
@@ -91,15 +91,14 @@ def _is_table(raw: Any) -> bool:
 def _flattened(path: Path, table: dict[str, Any]) -> Iterator[tuple[Path, str, Any]]:
     """Yield (path in the file, key, value) of what stands below a table of the sweep."""
 
-    def walk(here: Path, words: Path, table: dict[str, Any]):
-        for key, value in table.items():
-            place, own = (*here, key), (*words, key)
-            if _is_table(value) and not is_spec(value):
-                yield from walk(place, own, value)
-            else:
-                yield place, ".".join(map(str, own)), value
-
-    yield from walk(path, (), table)
+    # not by recursion: a key may have more dots than calls may be nested
+    left: list[tuple[Path, Any]] = [((), table)]
+    while left:
+        words, value = left.pop()
+        if not words or (_is_table(value) and not is_spec(value)):
+            left += [((*words, key), below) for key, below in reversed(value.items())]
+        else:
+            yield (*path, *words), ".".join(map(str, words)), value
 
 
 def is_spec(raw: Any) -> bool:
@@ -119,6 +118,9 @@ def _cases(
         name = table.get("name", "")
         if not isinstance(name, str):
             problems.append(Problem((*place, i, "name"), f"expected a text, found {found(name)}"))
+        elif (odd := control_character(name)) is not None:
+            words = f"expected text of one line without control characters, found {odd}"
+            problems.append(Problem((*place, i, "name"), words))
         elif name and name in names:
             words = f"expected each name once, found {found(name)} again"
             problems.append(Problem((*place, i, "name"), words))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
@@ -18,6 +19,7 @@ from lumpedcable.scene.quantities import found
 
 TABLE_COLUMNS = ("strain", "tension")
 MOTION_COLUMNS = ("t", "x", "y", "z")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 HDF5 = b"\x89HDF\r\n\x1a\n"  # how such a file begins
 
 
@@ -152,9 +154,8 @@ def read_text(path: FilePath) -> str:
 
 def read_header(path: FilePath) -> list[str]:
     """Return the names of the columns of a CSV file; none of an empty one. Raises FileError."""
-    lines = (line for line in read_text(path).splitlines() if line.strip())
-    first = next((line for line in lines if not line.lstrip().startswith("#")), "")
-    return [word.strip() for word in next(csv.reader([first]), [])]
+    first = next(_lines(path), None)
+    return [] if first is None else _cells(path, *first)
 
 
 def read_columns(path: FilePath, columns: tuple[str, ...]) -> list[tuple[float, ...]]:
@@ -173,12 +174,11 @@ def read_rows(path: FilePath, columns: tuple[str, ...]) -> list[tuple[int, tuple
         FileError: no file, a column that is missing or there twice, a row with more cells than the
             header, or something that is not a finite number.
     """
-    lines = enumerate(read_text(path).splitlines(), start=1)
-    kept = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    kept = list(_lines(path))
     expected = f"expected the columns {', '.join(columns)}"
     if not kept:
         raise FileError(f"{expected}, found nothing in {path.name}")
-    header = [word.strip() for word in next(csv.reader([kept[0][1]]))]
+    header = _cells(path, *kept[0])
     for column in columns:
         if column not in header:
             raise FileError(
@@ -193,11 +193,28 @@ def read_rows(path: FilePath, columns: tuple[str, ...]) -> list[tuple[int, tuple
     return [(number, _row(path, number, line, columns, header)) for number, line in kept[1:]]
 
 
+def _lines(path: FilePath) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a CSV file that hold anything, each after its number."""
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
+        if line.strip() and not line.lstrip().startswith("#"):
+            yield number, line
+
+
+def _cells(path: FilePath, number: int, line: str) -> list[str]:
+    try:
+        return [word.strip() for word in next(csv.reader([line], strict=True))]
+    except csv.Error:
+        raise FileError(
+            f"expected cells of at most {csv.field_size_limit()} characters, every quote closed, "
+            f"found {found(line.strip())} in {path.name}:{number}"
+        ) from None
+
+
 def _row(
     path: FilePath, number: int, line: str, columns: tuple[str, ...], header: list[str]
 ) -> tuple[float, ...]:
-    words = next(csv.reader([line]))
-    if any(word.strip() for word in words[len(header) :]):
+    words = _cells(path, number, line)
+    if any(words[len(header) :]):
         # read on, a cell cut in two would be taken for a number a thousand times too small
         raise FileError(
             f"expected {len(header)} cells, as in the header, found {len(words)} "
@@ -207,11 +224,8 @@ def _row(
     row = []
     for column in columns:
         place = header.index(column)
-        word = words[place].strip() if place < len(words) else ""
-        try:
-            value = float(word)
-        except ValueError:
-            value = math.nan
+        word = words[place] if place < len(words) else ""
+        value = float(word) if NUMBER.fullmatch(word) else math.nan
         if not math.isfinite(value):
             given = found(word) if word else "nothing"
             raise FileError(

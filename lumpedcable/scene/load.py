@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -215,11 +216,17 @@ def read_toml(file: FilePath, holds: str = SCENE) -> tuple[str, dict[str, Any]]:
 
 
 _OTHERS = (".csv", ".json")  # data and numbers that commands take or write, but not as a scene
+_LONG = re.compile(rf"(?<![\w.])[+-]?\d(?:_?\d){{{sys.get_int_max_str_digits()},}}(?![\w.])")
 _UNQUOTED = re.compile(r"\s*([\w.\"-]+\s*=)\s*([+-]?[\d.]+\s*[A-Za-z%°µ][^#\"]*?)\s*(?:#.*)?")
 
 
 def _syntax_fault(file: FilePath, text: str, reason: str) -> Fault:
     """Return the fault of a text that is not TOML; a number with its unit gets its quotes."""
+    if (long := _LONG.search(text)) is not None and "digits" in reason:
+        digits = sum(map(str.isdecimal, long[0]))
+        line = text.count("\n", 0, long.start()) + 1
+        message = f"expected numbers of fewer digits, found one of {digits}"
+        return Fault(str(file), line, "", message)
     place = re.search(r"\s*\(at (?:line (\d+), column \d+|end of document)\)", reason)
     lines = text.splitlines()
     line = int(place.group(1)) if place and place.group(1) else max(1, len(lines))

@@ -101,7 +101,9 @@ def read_value(text: str) -> Any:
     """
     text = text.strip()
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        table = tomllib.loads(f"value = {text}")
+        if len(table) == 1:  # else another line follows the value, which is no part of it
+            return table["value"]
     except (ValueError, KeyError, RecursionError):
         pass
     if text.startswith("[") and text.endswith("]") and not any(c in text[1:-1] for c in "[]{}\"'"):

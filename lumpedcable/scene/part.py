@@ -5,8 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
+from unicodedata import category
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, StringConstraints
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    StringConstraints,
+)
 
 from lumpedcable.scene.quantities import NAME_PATTERN, fault, found
 from lumpedcable.scene.units import nearest
@@ -148,4 +156,17 @@ def did_you_mean_key(table: dict[str, Any], known: Iterable[str]) -> str:
 Name = Annotated[str, StringConstraints(strict=True, pattern=rf"^{NAME_PATTERN}$")]
 """A name given by the user: letters, digits, _ and -, starting with a letter."""
 
-Text = Annotated[str, StringConstraints(strict=True)]
+
+def control_character(text: str, but: str = "") -> str | None:
+    """Return "U+0000" for the first character that neither tables nor files can hold, else None."""
+    odd = (c for c in text if category(c) == "Cc" and c not in but)
+    return next((f"U+{ord(c):04X}" for c in odd), None)
+
+
+def _printable(text: str) -> str:
+    if (odd := control_character(text, but="\n\t")) is not None:
+        raise fault(f"expected text without control characters, found {odd}")
+    return text
+
+
+Text = Annotated[str, StringConstraints(strict=True), AfterValidator(_printable)]

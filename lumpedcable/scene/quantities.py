@@ -27,6 +27,7 @@ from lumpedcable.scene.units import (
 NAME_PATTERN = r"[A-Za-z][A-Za-z0-9_-]*"
 MAX_COUNT = 1_000_000
 """Largest count a scene may ask for (segments, iterations are bounded by it)."""
+_SHOWN = 60  # characters of a wrong value that are told
 
 
 def fault(text: str, key: str | None = None) -> PydanticCustomError:
@@ -43,7 +44,11 @@ def found(value: Any) -> str:
         case bool():
             return str(value).lower()
         case str():
-            return f'"{value}"' if len(value) <= 60 else f'"{value[:57]}..."'
+            return f'"{value}"' if len(value) <= _SHOWN else f'"{value[: _SHOWN - 3]}..."'
+        case int() if (
+            abs(value) >= 10**_SHOWN
+        ):  # Python writes no number out of thousands of digits
+            return f"a whole number of more than {_SHOWN} digits"
         case int() | float():
             return str(value)
         case list() | tuple():
@@ -108,7 +113,7 @@ class Quantity:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number):
-            raise fault(f"expected {self.expected}, found {value}, which is not finite")
+            raise fault(f"expected {self.expected}, found {found(value)}, which is not finite")
         return number
 
     def __get_pydantic_core_schema__(
@@ -192,7 +197,7 @@ class Count:
         if isinstance(value, bool) or not isinstance(value, int):
             raise fault(f"expected {self.expected}, found {found(value)}")
         if not self.minimum <= value <= self.maximum:
-            raise fault(f"expected {self.expected}, found {value}")
+            raise fault(f"expected {self.expected}, found {found(value)}")
         return value
 
     def __get_pydantic_core_schema__(

@@ -145,7 +145,7 @@ def _along(target: Target, first, last) -> tuple[float, float]:
 
 def _section(line: Line) -> float:
     """Return the area of the cross-section (m2), 0 where the scene does not give it."""
-    return 0.0 if line.diameter is None else 0.25 * math.pi * line.diameter**2
+    return 0.0 if line.diameter is None else 0.25 * math.pi * line.diameter * line.diameter
 
 
 def _strain(material: Any, tension: float) -> float:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from lumpedcable.scene.draws import METHODS, spread, unit_draws
+from lumpedcable.scene.draws import METHODS, cut_off, spread, unit_draws
 from lumpedcable.scene.entries import DRAW, RANGE, Entry
 from lumpedcable.scene.labels import label_of
 from lumpedcable.scene.part import Path, Problem, did_you_mean, either
@@ -208,6 +208,12 @@ class _Reader:
         if not low < high:
             self._tell((*place, "to"), f"expected more than from, found {found(raw['to'])}")
             return None
+        if not math.isfinite(high - low):
+            words = (
+                f"expected a way from {found(raw['from'])} that is finite, found {found(raw['to'])}"
+            )
+            self._tell((*place, "to"), words)
+            return None
         spacing = raw.get("spacing", "linear")
         if spacing not in ("linear", "log"):
             self._tell((*place, "spacing"), f'expected "linear" or "log", found {found(spacing)}')
@@ -244,10 +250,12 @@ class _Reader:
             step = self._read(of_step, (*place, "step"), raw["step"])
             if step is None:
                 return None
-            count = math.floor((high - low) / step * (1 + 1e-9)) + 1
-            if count > MAX_RUNS:
-                self._tell((*place, "step"), f"expected at most {MAX_RUNS} values, found {count}")
+            steps = (high - low) / step * (1 + 1e-9)
+            if steps >= MAX_RUNS:
+                many = math.floor(steps) + 1 if math.isfinite(steps) else "more than can be counted"
+                self._tell((*place, "step"), f"expected at most {MAX_RUNS} values, found {many}")
                 return None
+            count = math.floor(steps) + 1
             values = low + step * np.arange(count)
         else:
             count = self._read(Count(2, MAX_RUNS), (*place, "count"), raw["count"])
@@ -315,6 +323,14 @@ class _Reader:
             return None
         if not law.get("from", -math.inf) < law.get("to", math.inf):
             self._tell((*place, "to"), f"expected more than from, found {found(raw['to'])}")
+            return None
+        if (off := cut_off(law)) is not None:
+            apart = f" and {off[1]:.3g} apart" if math.isfinite(off[1]) else ""
+            self._tell(
+                place,
+                "expected from and to that leave numbers to draw, found cuts that lie "
+                f"{off[0]:.3g} deviations from the mean{apart}",
+            )
             return None
         return law
 

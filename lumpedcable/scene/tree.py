@@ -100,8 +100,13 @@ def _value_at(value: Any, key: str | int) -> Any:
     if isinstance(value, dict):
         return value.get(key, Absent)
     word = str(key)
-    # a number of an item is written in one way only: "0", not "00"
-    if isinstance(value, list) and word.isdecimal() and word == str(int(word)):
+    # a number of an item is written in one way only, "0", not "00", and is no longer than their count
+    if (
+        isinstance(value, list)
+        and len(word) <= len(str(len(value)))
+        and word.isdecimal()
+        and word == str(int(word))
+    ):
         return value[int(word)] if int(word) < len(value) else Absent
     return Absent
 

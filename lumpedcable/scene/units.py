@@ -164,7 +164,15 @@ def unit_of(text: str) -> tuple[float, Dimension]:
     if not tokens:
         return 1.0, _NUMBER
     reader = _UnitReader(text, tokens)
-    unit = reader.product()
+    try:
+        unit = reader.product()
+        within = math.isfinite(unit.factor) and math.isfinite(1.0 / unit.factor)
+    except ArithmeticError:
+        within = False
+    except RecursionError:
+        raise UnitError("a unit of more brackets in brackets than can be read") from None
+    if not within:
+        raise UnitError(f'"{text}", a unit whose size is beyond arithmetic')
     if reader.at != len(tokens):
         raise UnitError(f'"{text}", which is not a unit')
     return unit.factor, unit.dimension
@@ -196,11 +204,13 @@ class _UnitReader:
     def power(self) -> _Unit:
         base = self.symbol()
         if self.at < len(self.tokens) and self.tokens[self.at].group(2):
-            exponent = int(self.tokens[self.at].group(2))
+            written = self.tokens[self.at].group(2)
             self.at += 1
-            if not 1 <= abs(exponent) <= 9:
+            digit = written.lstrip("+-0")
+            if len(digit) != 1:
                 raise UnitError(f'"{self.text}", which has a power outside 1 to 9')
-            return _combine(_Unit(1.0, _NUMBER), base, exponent)
+            power = -int(digit) if written.startswith("-") else int(digit)
+            return _combine(_Unit(1.0, _NUMBER), base, power)
         return base
 
     def symbol(self) -> _Unit:

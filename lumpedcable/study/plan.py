@@ -18,6 +18,7 @@ from lumpedcable.study.compiled import Structure
 __all__ = [
     "COMPILING",
     "LANES",
+    "asked_step",
     "batch_sizes",
     "common_coordinates",
     "courant_of",
@@ -206,6 +207,16 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
 
+def asked_step(
+    scene: Scene, bound: np.ndarray, swept: Mapping[str, np.ndarray] = MappingProxyType({})
+) -> np.ndarray:
+    """The step (s) that each run asks for: its own, or a share of the largest stable one, `bound`."""
+    step = swept.get("solver.step", scene.solver.step)
+    if step is None:
+        step = swept.get("solver.courant", courant_of(scene)) * bound
+    return np.broadcast_to(step, bound.shape)
+
+
 def rounded_steps(
     scene: Scene, bound: np.ndarray, swept: Mapping[str, np.ndarray] = MappingProxyType({})
 ) -> np.ndarray:
@@ -218,11 +229,8 @@ def rounded_steps(
     """
     if scene.output.static:
         return np.ones(bound.shape, int)
-    step = swept.get("solver.step", scene.solver.step)
-    if step is None:
-        step = swept.get("solver.courant", courant_of(scene)) * bound
     with np.errstate(divide="ignore", over="ignore"):
-        count = np.ceil(scene.output.every / np.broadcast_to(step, bound.shape) * (1.0 - 1e-9))
+        count = np.ceil(scene.output.every / asked_step(scene, bound, swept) * (1.0 - 1e-9))
     count = np.where(np.isnan(count), 1.0, np.clip(count, 1.0, COUNTLESS))
     unit = 2.0 ** np.maximum(np.floor(np.log2(count)) - 4.0, 0.0)
     return (np.ceil(count / unit) * unit).astype(int)

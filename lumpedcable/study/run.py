@@ -217,7 +217,7 @@ def _prepared(
     timings.mark("statics")
     swept = laid.study.runs.columns(block[rows])
     stepped = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
-    kept = np.flatnonzero(~mark_endless(scene, ready, stepped[:, 0], rows, table))
+    kept = np.flatnonzero(~mark_endless(scene, ready, swept, stepped[:, 0], rows, table))
     cuts = cuts_in(ready.model)
     ways = np.column_stack([stepped, *cuts.values()])
     groups = [kept[some] for some in equal_rows(ways[kept])] if len(kept) else []

@@ -22,6 +22,7 @@ from lumpedcable.view import style
 Array = NDArray[Any]
 
 MOST_PANELS = 12
+NEAREST = 1e-12  # distance of two points of a profile over the largest, below which they are one
 SHOWN_NUMBERS = 12  # parameters up to which a correlation is written into its square
 
 
@@ -253,14 +254,25 @@ def law_figure(pictures: FitPictures) -> Figure:
     return figure
 
 
+def _drawn(profile: Profile) -> Profile:
+    """A profile with the points that are finite and far enough apart to be drawn as several."""
+    good = np.isfinite(profile.x) & np.isfinite(profile.root)
+    x, root = profile.x[good], profile.root[good]
+    numbers = np.finfo(float)
+    # below the last of these slopes overflow
+    least = max(NEAREST * style.largest(x), float(numbers.tiny / numbers.eps))
+    apart = np.diff(x, prepend=-np.inf) > least
+    return profile._replace(x=x[apart], root=root[apart])
+
+
 def _drawable(profile: Profile) -> bool:
     """Whether there is more than the best value itself, from which runs may fail either way."""
-    return len(profile.x) > 1
+    return len(_drawn(profile).x) > 1
 
 
 def profile_figure(pictures: FitPictures) -> Figure:
     """A panel a number: the rise of the sum of squares as it is held elsewhere, with its interval."""
-    shown = list(filter(_drawable, pictures.profiles))[:MOST_PANELS]
+    shown = list(map(_drawn, filter(_drawable, pictures.profiles)))[:MOST_PANELS]
     figure, axes = style.panel_figure(
         [p.title for p in shown], f"Profiles: {pictures.heading}", height=2.4
     )

@@ -18,6 +18,8 @@ from lumpedcable.view.groups import Group
 __all__ = ["MOST_BARS", "bars_figure", "measure_figure"]
 
 MOST_BARS = 40  # runs in one figure
+LONG_LABEL = 16  # letters beyond which labels stand in lines beside their bars
+LABEL_WIDTH, LABEL_SIZE, ROW = 2.8, 7, 0.13  # of such labels: inches, points, inches a line
 
 
 def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
@@ -51,28 +53,43 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
     told = result.summary_attributes("run", name)
     values = result.summary()["run"][name]
     heading = "\n".join(filter(None, [str(result.attributes.get("title", "")), name]))
-    figure, (ax,) = style.panel_figure([""], heading, height=3.0)
-    places = np.arange(result.runs)
     labels = result.cases or [result.label(run) or f"run {run}" for run in range(result.runs)]
-    ax.bar(places, values, color=style.COLOURS[0], width=0.7)
-    ax.grid(False, axis="x")
-    ax.set_xticks(places, labels, rotation=90 if max(map(len, labels)) > 3 else 0)
+    lying = max(map(len, labels)) > LONG_LABEL
+    if lying:
+        labels = [style.wrapped(label, LABEL_WIDTH, LABEL_SIZE) for label in labels]
+    rows = sum(label.count("\n") + 2 for label in labels) if lying else 0
+    figure, (ax,) = style.panel_figure([""], heading, height=max(3.0, ROW * rows))
+    places = np.arange(result.runs)
     drawn, entries = [values, np.zeros(1)], []
-    _draw_limit(ax, told.get("limit"), entries, drawn)
-    ax.set_ylim(style.limits(np.concatenate(drawn)))
+    _draw_limit(ax, told.get("limit"), entries, drawn, upright=lying)
+    ends = style.limits(np.concatenate(drawn))
     words, unit = str(told.get("long_name", name)), str(told.get("units", "1"))
-    ax.set_ylabel(style.wrapped(style.with_unit(words, unit), 2.0))
+    words = style.with_unit(words, unit)
+    if lying:
+        ax.barh(places, values, color=style.COLOURS[0], height=0.7)
+        ax.set_yticks(places, labels)
+        ax.invert_yaxis()  # the first run on top, as in a table
+        ax.set_xlim(ends)
+        ax.set_xlabel(style.wrapped(words, style.WIDTH - LABEL_WIDTH - 1.0))
+    else:
+        ax.bar(places, values, color=style.COLOURS[0], width=0.7)
+        ax.set_xticks(places, labels, rotation=90 if max(map(len, labels)) > 3 else 0)
+        ax.set_ylim(ends)
+        ax.set_ylabel(style.wrapped(words, 2.0))
+    ax.grid(False, axis="y" if lying else "x")
     failed = sum(word != "ok" for word in result.status)
     note = f"{failed} of {result.runs} runs went wrong; what they came to before counts."
     style.foot(figure, note if failed else "", entries)
     return figure
 
 
-def _draw_limit(ax: Axes, limit: Any, entries: list[Line2D], drawn: list[NDArray[Any]]) -> None:
+def _draw_limit(
+    ax: Axes, limit: Any, entries: list[Line2D], drawn: list[NDArray[Any]], upright: bool = False
+) -> None:
     """A line at the limit of a measure, if it has one, with its legend entry and its place."""
     if limit is None:
         return
     look = {"color": style.NEUTRAL, "linewidth": 0.8}
-    ax.axhline(float(limit), **look)
+    (ax.axvline if upright else ax.axhline)(float(limit), **look)
     entries.append(Line2D([], [], label="limit", **look))
     drawn.append(np.asarray([float(limit)]))

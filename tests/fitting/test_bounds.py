@@ -91,6 +91,11 @@ def test_a_profile_of_the_best_value_alone_is_not_drawn(tmp_path):
     fitted = replace(fitted, profiles=(alone,))
     made = plot_fit(pictures_from(pictures_of(fitted)), tmp_path, ("svg",))
     assert "profiles.svg" not in [path.name for path in made]
+    # points that are no numbers, or coincide, or are too small to have others between them
+    for x in ([best[0], best[0]], [best[0], np.inf], [1e-310, 2e-310]):
+        odd = replace(fitted, profiles=(alone._replace(x=np.array(x), root=np.array([0.0, 1.0])),))
+        made = plot_fit(pictures_from(pictures_of(odd)), tmp_path, ("svg",))
+        assert "profiles.svg" not in [path.name for path in made]
     assert sum("Runs fail with nylon EA" in words for words in remarks_of(fitted)) == 2
 
 

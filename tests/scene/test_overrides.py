@@ -28,6 +28,14 @@ def test_override_of_a_swept_key_takes_its_axis_away():
     assert {run.lines["rope"].end.held.pretension for run in study.runs} == {180e3}
 
 
+def test_an_override_of_several_lines_is_one_value(rope):
+    study = load_study(rope, ["fixed=[0,  # no way along\n 0,\n 5 ]", 'title="""a\nb"""'])
+    assert study.scene.lines["rope"].start == FixedEnd(fixed=(0.0, 0.0, 5.0))
+    assert study.scene.title == "a\nb"
+    again = load_study(good_scenes.write(rope.parent, study.effective_text))
+    assert again.scene.title == study.scene.title
+
+
 @pytest.mark.parametrize("value", ['["90 kN", 100e3]', "[90 kN, 100 kN]", "[90e3, 100e3]"])
 def test_override_with_a_list_is_an_axis(value):
     study = load_study(SNAPBACK, [f"pretension={value}"])

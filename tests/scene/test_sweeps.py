@@ -12,6 +12,7 @@ from lumpedcable.scene.draws import spread, unit_draws
 
 PRETENSION = "lines.rope.end.held.pretension"
 TIME = "events.break.time"
+HOLD = "lines.rope.start.fixed.2"
 LIST = f'[sweep]\n"{PRETENSION}" = ["45 kN", "180 kN"]\n'
 REFERENCE = good_scenes.ROPE.index("[references.paper]")
 
@@ -114,11 +115,20 @@ seed = 7
         ({"mean": 3.0, "deviation": 0.5}, norm(3.0, 0.5)),
         ({"mean": 3.0, "deviation": 2.0, "from": 2.5}, truncnorm(-0.25, math.inf, 3.0, 2.0)),
         ({"mean": 0.0, "deviation": 1.0, "from": -1.0, "to": 2.0}, truncnorm(-1.0, 2.0)),
+        ({"mean": 1.0, "deviation": 0.1, "from": 2.0, "to": 2.5}, truncnorm(10, 15, 1.0, 0.1)),
+        ({"mean": 0.0, "deviation": 1.0, "from": 30.0}, truncnorm(30.0, math.inf)),
+        ({"mean": 0.0, "deviation": 1.0, "to": -30.0}, truncnorm(-math.inf, -30.0)),
     ],
 )
 def test_spread_is_the_distribution_of_scipy(how, law):
     u = unit_draws("latin-hypercube", 1000, 1, 3)[:, 0]
     np.testing.assert_allclose(spread(u, how), law.ppf(u), rtol=1e-9, atol=1e-12)
+
+
+def test_a_log_spread_may_be_wider_than_its_ratio():
+    u = unit_draws("random", 100, 1, 5)[:, 0]
+    x = spread(u, {"from": 1e-200, "to": 1e200, "spacing": "log"})
+    np.testing.assert_allclose(np.log10(x), -200.0 + 400.0 * u, rtol=1e-12, atol=1e-12)
 
 
 def test_a_log_spread_is_uniform_in_the_logarithm():
@@ -240,6 +250,9 @@ def test_a_number_that_moves_others_moves_them_in_the_columns(tmp_path):
          "expected keys with values in at least one case, found names alone"),
         (f'[[sweep.cases]]\nname = "x"\n[[sweep.cases]]\nname = "x"\n"{PRETENSION}" = 9',
          "sweep.cases.1.name", 'expected each name once, found "x" again'),
+        (f'[[sweep.cases]]\nname = "a\\u0000b"\n"{PRETENSION}" = 9', "sweep.cases.0.name",
+         "expected text of one line without control characters, found U+0000"),
+        (f'[[sweep.cases]]\nname = "a\\nb"\n"{PRETENSION}" = 9', "sweep.cases.0.name", "found U+000A"),
         (f'[sweep.sample]\ncount = 4\nmethod = "sobel"\n"{TIME}" = {{ from = 0, to = 1 }}',
          "sweep.sample.method", 'did you mean "sobol"'),
         (f'[sweep.sample]\n"{TIME}" = {{ from = 0, to = 1 }}', "sweep.sample", "expected count"),
@@ -250,6 +263,21 @@ def test_a_number_that_moves_others_moves_them_in_the_columns(tmp_path):
          "expected a table with from and to"),
         (f'[sweep.sample]\ncount = 4\n"{TIME}" = {{ mean = 1 }}', f'sweep.sample."{TIME}"',
          "expected mean and deviation"),
+        *((f'[sweep.sample]\ncount = 4\n"{TIME}" = {{ mean = {m}, deviation = 1e-3, {cuts} }}',
+           f'sweep.sample."{TIME}"', f"found cuts that lie {off}")
+          for m, cuts, off in [
+              (1, "from = 1e5, to = 2e5", "1e+08 deviations from the mean and 1e+08 apart"),
+              (1, "from = 1e5", "1e+08 deviations from the mean"),
+              (2, "to = 1", "1e+03 deviations from the mean"),
+              (1, "from = 1, to = 1.000000000001", "0 deviations from the mean and 1e-09 apart")]),
+        (f'[sweep.sample]\ncount = 4\n"{HOLD}" = {{ from = -1e308, to = 1.7e308 }}',
+         f'sweep.sample."{HOLD}".to', "expected a way from -1e+308 that is finite, found 1.7e+308"),
+        (f'[sweep.sample]\ncount = 4\n"{HOLD}" = {{ mean = 0, deviation = 1.7e308, to = 1.7e308 }}',
+         f'sweep.sample."{HOLD}"', "found -inf, which is not finite in draw"),
+        (f'[sweep]\n"{HOLD}" = {{ from = -1e308, to = 1e308, count = 3 }}',
+         f'sweep."{HOLD}".to', "expected a way from -1e+308 that is finite, found 1e+308"),
+        (f'[sweep]\n"{HOLD}" = {{ from = 0, to = 1, step = 1e-310 }}', f'sweep."{HOLD}".step',
+         "expected at most 10000000 values, found more than can be counted"),
         ('[sweep.sample]\ncount = 4\n"lines.rope.segments" = { from = 1, to = 9 }',
          'sweep.sample."lines.rope.segments"', "sweep a count by a list"),
     ],
@@ -258,6 +286,12 @@ def test_a_wrong_sweep_is_told(tmp_path, sweep, key, words):
     told = faults(tmp_path, sweep)
     assert [k for k, _ in told] == [key]
     assert words in told[0][1]
+
+
+def test_a_key_of_very_many_dots_is_refused(tmp_path):
+    ((key, message),) = faults(tmp_path, f"[sweep]\n{'.'.join(3000 * 'a')} = [1, 2]\n")
+    assert key.startswith("sweep.a.a")
+    assert message.startswith("expected the full path of a number of the scene, found")
 
 
 KEYS = ("lines.rope.length", "events.break.time", "lines.rope.mass")

@@ -112,6 +112,14 @@ def test_quantities_are_read_into_si(text, unit, value):
         ("1 m^0", "", "power outside 1 to 9"),
         ("1 m99", "m", "power outside 1 to 9"),
         ("1 m$", "m", "which is not a unit"),
+        ("1 ((km9)9)9", "m", "a unit whose size is beyond arithmetic"),
+        ("1 ((mm9)9)9", "m", "a unit whose size is beyond arithmetic"),
+        ("1 1/((km9)9)9", "m", "which is not a unit"),
+        ("1 m/((km9)9)9", "m", "a unit whose size is beyond arithmetic"),
+        ("1 " + "km9 " * 20, "m", "a unit whose size is beyond arithmetic"),
+        pytest.param("1 " + "(" * 3000 + "m" + ")" * 3000, "m", "more brackets", id="brackets"),
+        pytest.param("1 m^" + "9" * 5000, "m", "power outside 1 to 9", id="power"),
+        pytest.param("1 m^" + "0" * 5000 + "2", "m", "an area (m2)", id="zeros"),
     ],
 )
 def test_what_is_no_such_quantity_is_refused(text, unit, words):

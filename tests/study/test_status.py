@@ -121,6 +121,7 @@ def test_a_solver_that_runs_out_of_steps(tmp_path):
         ("lines.rope.mass=1e-30",),  # 1e18 m/s
         ("materials.hooke.EA=1e60",),  # 1e30 m/s: more steps than an integer holds
         ("solver.step=1e-300",),
+        ("solver.step=1e-320",),
     ],
 )
 def test_a_run_that_would_never_end_is_not_begun(tmp_path, change):
@@ -130,6 +131,23 @@ def test_a_run_that_would_never_end_is_not_begun(tmp_path, change):
     assert "output.duration" in outcome.message
     assert np.isnan(outcome.energy_closure)
     assert np.all(np.isnan(ran["position"]))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("solver.step=1e-300", "1e+299 of 1e-300 s (solver.step), at most 1e+10 are taken; raise "
+         "solver.step, or lower output.duration"),
+        ("solver.step=[1e-300]", "1e+299 of 1e-300 s (solver.step)"),
+        ("solver.courant=1e-300", "5e+301 of 2e-303 s (solver.courant, 1e-300, of the largest stable "
+         "one), at most 1e+10 are taken; raise solver.courant, check stiffness"),
+        ("solver.courant=[1e-300]", "(solver.courant, 1e-300, of the largest stable one)"),
+        ("grading=1e-300", "take longer segments (lines.rope.grading shortens them)"),
+    ],
+)  # fmt: skip
+def test_what_set_a_step_that_is_too_short_is_named(tmp_path, change, words):
+    (outcome,) = run_text(tmp_path, HOOKE, change).outcomes
+    assert words in outcome.message
 
 
 def test_the_others_go_on_beside_a_run_that_would_never_end(tmp_path):

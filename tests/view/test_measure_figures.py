@@ -43,6 +43,25 @@ def test_bars_are_the_numbers_of_the_runs(file):
     assert "least height (m)" in ax.get_ylabel()
 
 
+def test_long_names_stand_beside_their_bars(file, tmp_path):
+    words = ["supply heave amplitude 170 mm", "receiver heave amplitude 220 mm", "roll 0.368 deg"]
+    names = [", ".join([f"case {k}", *words, *words]) for k in range(3)]
+    with h5py.File(file, "r+") as made:
+        made["case"][:] = np.array(names, object)
+    figure = figures_of(file)["bars_h_d"]
+    (ax,) = figure.axes
+    assert [bar.get_width() for bar in ax.patches] == pytest.approx(HEIGHTS)
+    assert [t.get_text().replace("\n", " ") for t in ax.get_yticklabels()] == names
+    (limit,) = ax.lines
+    assert list(limit.get_xdata()) == [3.0, 3.0]
+    # all text lies within the figure, and none on another
+    figure.savefig(tmp_path / "bars.png")
+    boxes = [label.get_window_extent() for label in ax.get_yticklabels()]
+    assert min(box.x0 for box in boxes) >= 0.0
+    assert all(a.y0 >= b.y1 for a, b in zip(boxes, boxes[1:], strict=False))
+    assert ax.get_window_extent().width > 2.0 * figure.dpi
+
+
 def test_curves_are_called_by_the_names_of_cases(file, tmp_path):
     figure = figures_of(file)["measure_h_d"]
     texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
