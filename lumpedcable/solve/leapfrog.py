@@ -1,4 +1,7 @@
-"""Leapfrog for cables, as a diffrax solver: one evaluation a step, drag at mid-step, second order."""
+"""Leapfrog for cables, as a diffrax solver: one evaluation a step, drag at mid-step, second order.
+
+What damping of the material and of the bed do is of first order: it lags by half a step.
+"""
 
 from typing import Any, ClassVar
 
