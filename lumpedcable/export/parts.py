@@ -57,7 +57,11 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
         }
         found.append(LineOfRun(name, position, nodes, segments))
     if not found:
-        raise ResultError(f"{result.path} holds no positions to export")
+        raise ResultError(
+            f"{result.path} holds no positions of lines, and so no positions to export: an ideal cable "
+            'has none, and other lines need "position" in output.quantities and output.keep = "fields"; '
+            "csv takes what else the file holds"
+        )
     return found
 
 

@@ -166,13 +166,12 @@ def unit_of(text: str) -> tuple[float, Dimension]:
     reader = _UnitReader(text, tokens)
     try:
         unit = reader.product()
-        within = math.isfinite(unit.factor) and math.isfinite(1.0 / unit.factor)
+        if not (math.isfinite(unit.factor) and math.isfinite(1.0 / unit.factor)):
+            raise OverflowError
     except ArithmeticError:
-        within = False
+        raise UnitError(f'"{text}", a unit whose size is beyond arithmetic') from None
     except RecursionError:
         raise UnitError("a unit of more brackets in brackets than can be read") from None
-    if not within:
-        raise UnitError(f'"{text}", a unit whose size is beyond arithmetic')
     if reader.at != len(tokens):
         raise UnitError(f'"{text}", which is not a unit')
     return unit.factor, unit.dimension

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
+from lumpedcable.results.human import scale
 from lumpedcable.scene import Axis, Study, format_quantity
 from lumpedcable.status import Status
 from lumpedcable.study.run import Timings, run_study
@@ -124,8 +125,9 @@ def _table(
             column(name, style="dim")
         if quantity in EXACT and "exact" in beside:
             column("exact*", style="cyan")
-    for name, part in study.scene.measures.items():
-        column(name, part.UNIT)
+    measured = _measured(study, outcomes)
+    for name, (_, unit) in measured.items():
+        column(name, unit)
     if study.scene.output.stop is not None:
         column("stops\nafter", "s")
         column("gone by\nthen", "m")
@@ -133,8 +135,19 @@ def _table(
     column("status", justify="left")
     rows = [(outcome, end) for outcome in outcomes for end in ends or [""]]
     for outcome, end in rows[:MOST_ROWS]:
-        table.add_row(*_row(study, outcome, end, ends, beside))
+        table.add_row(*_row(study, outcome, end, ends, beside, measured))
     return table
+
+
+def _measured(study: Study, outcomes: Sequence[Outcome]) -> dict[str, tuple[float, str]]:
+    """By measure: the unit of its column, larger than SI's where its numbers would be long, and the
+    factor to it."""
+    found = {}
+    for name, part in study.scene.measures.items():
+        values = np.abs([outcome.measures.get(name, np.nan) for outcome in outcomes])
+        top = float(np.max(values, where=np.isfinite(values), initial=1.0))
+        found[name] = scale(top, part.UNIT)
+    return found
 
 
 def _shown_axes(study: Study) -> list[Axis]:
@@ -152,7 +165,12 @@ def _told(study: Study, quantity: str) -> list[str]:
 
 
 def _row(
-    study: Study, outcome: Outcome, end: str, ends: Sequence[str], beside: Sequence[str]
+    study: Study,
+    outcome: Outcome,
+    end: str,
+    ends: Sequence[str],
+    beside: Sequence[str],
+    measured: Mapping[str, tuple[float, str]],
 ) -> list[Text]:
     values = study.runs.values(outcome.run)
     cells = [str(outcome.run)]
@@ -169,7 +187,9 @@ def _row(
             cells.append(_cell(told, factor, "{:.4g}"))
         if quantity in EXACT and "exact" in beside:
             cells.append(_cell(numbers.get(f"exact_{quantity}"), factor, form))
-    cells += [_cell(outcome.measures.get(name), 1.0, "{:.3f}") for name in study.scene.measures]
+    cells += [
+        _cell(outcome.measures.get(n), factor, "{:.3f}") for n, (factor, _) in measured.items()
+    ]
     if study.scene.output.stop is not None:
         cells.append(_cell(outcome.stop_time, 1.0, "{:.3f}"))
         cells.append(_cell(outcome.stop_distance, 1.0, "{:.3f}"))

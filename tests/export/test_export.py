@@ -173,7 +173,9 @@ def test_what_cannot_be_exported_is_told(file, tmp_path):
         tmp_path, "export", file, "--to", "csv", "-o", file
     )
     blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("tension",))
-    assert "no positions to export" in refused(tmp_path, "export", blind, "--to", "vtkhdf")
+    told = refused(tmp_path, "export", blind, "--to", "vtkhdf")
+    assert "no positions to export: an ideal cable has none" in told
+    assert "output.quantities" in told
 
 
 FULL = """

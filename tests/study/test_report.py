@@ -2,6 +2,7 @@
 
 import re
 from contextlib import redirect_stdout
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -74,6 +75,19 @@ def test_no_measure_can_take_the_name_of_a_number_in_the_summary():
         SimpleNamespace(scene=bare, ends=(), exact=False, rigid=(), energy=False), 1
     )
     assert {path[8:] for path in table if path.startswith("summary/")} <= TAKEN
+
+
+def test_measures_have_a_unit_in_which_they_are_short(monkeypatch):
+    measures = {"h_d": SimpleNamespace(UNIT="m"), "pull": SimpleNamespace(UNIT="N")}
+    study = load_study(SNAPBACK)
+    scene = study.scene.model_copy(update={"measures": measures})
+    numbers = {"h_d": 0.2, "pull": 111281.961}
+    outcomes = [replace(outcome(0), measures=numbers), replace(outcome(1), measures={})]
+    text = printed(monkeypatch, 200, replace(study, scene=scene), outcomes)
+    heading, row = text[: text.index("─")], text[text.index("─") :].splitlines()[1]
+    assert "(kN)" in heading
+    assert "(m)" in heading
+    assert {"0.200", "111.282"} <= set(row.split())
 
 
 def test_references_say_what_they_belong_to(monkeypatch):

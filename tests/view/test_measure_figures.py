@@ -1,5 +1,7 @@
 """Bars and curves of the numbers that a scene asks for, from a file made by hand."""
 
+from itertools import pairwise
+
 import h5py
 import numpy as np
 import pytest
@@ -58,7 +60,7 @@ def test_long_names_stand_beside_their_bars(file, tmp_path):
     figure.savefig(tmp_path / "bars.png")
     boxes = [label.get_window_extent() for label in ax.get_yticklabels()]
     assert min(box.x0 for box in boxes) >= 0.0
-    assert all(a.y0 >= b.y1 for a, b in zip(boxes, boxes[1:], strict=False))
+    assert all(a.y0 >= b.y1 for a, b in pairwise(boxes))
     assert ax.get_window_extent().width > 2.0 * figure.dpi
 
 
