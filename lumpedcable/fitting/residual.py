@@ -172,7 +172,7 @@ def history(
         values = jnp.stack([pick(run, s, what, weights) for what, weights in watched])
         counts = jnp.array([what.quantity not in (MEASURE, STOP) for what in spec.watched])
         finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
-        return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted])
+        return values, jnp.stack([~finite, s.courant > 1.0, s.exhausted, run.lost])
 
     def look_at(run: Progress, k):
         t = (k + 1) * numbers.every
@@ -197,11 +197,12 @@ def history(
         turns = block // spec.steps or spec.count
         _, (values, wrong) = scan_in_blocks(turn, run, spec.count, turns, look_at)
     now, _ = seen(run, first)
-    finite, step, many = jnp.any(wrong, axis=0)
+    finite, step, many, lost = jnp.any(wrong, axis=0)
     # what is undefined was something else first
     status = jnp.where(finite, int(Status.NON_FINITE), int(Status.OK))
     status = jnp.where(many, int(Status.TOO_MANY_STEPS), status)
     status = jnp.where(step, int(Status.STEP_BOUND_BROKEN), status)
+    status = jnp.where(lost, int(Status.LENGTH_LOST), status)
     return jnp.concatenate([now[None], values]), status
 
 

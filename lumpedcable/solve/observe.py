@@ -84,6 +84,7 @@ class Sample(NamedTuple):
     bodies: dict[str, Float[Array, "2 m"]]
     measures: dict[str, Float[Array, ""]]
     stopped: Bool[Array, ""]
+    lost: Bool[Array, ""]
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (a default that nobody changes)
 
 
@@ -278,10 +279,11 @@ def sample(
         finite &= jnp.all(jnp.isfinite(bodies[name]))
     seen = Seen(place, y.velocity, tensions, ends | whole_ends)
     measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
-    stopped = jnp.zeros((), bool)
+    not_yet = jnp.zeros((), bool)
     return Sample(
-        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures, stopped
-    )
+        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures,
+        stopped=not_yet, lost=not_yet,
+    )  # fmt: skip
 
 
 def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]:
