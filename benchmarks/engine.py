@@ -170,6 +170,7 @@ class Runner:
 
 # what ends a run, in the order in which one thing causes the next
 _SIGNS: dict[Status, Any] = {
+    Status.LENGTH_LOST: lambda s, _: np.asarray(s.lost),
     Status.STEP_BOUND_BROKEN: lambda s, limit: np.asarray(s.courant) > limit,
     Status.TOO_MANY_STEPS: lambda s, _: np.asarray(s.exhausted),
     Status.NON_FINITE: lambda s, _: ~np.asarray(s.finite),

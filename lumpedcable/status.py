@@ -19,10 +19,12 @@ class Status(IntEnum):
     SCENE_IMPOSSIBLE = 8
     STILL_MOVING = 9
     BODY_UPENDED = 10
+    LENGTH_LOST = 11
 
 
 SIGNS = (
     Status.BODY_UPENDED,
+    Status.LENGTH_LOST,
     Status.STEP_BOUND_BROKEN,
     Status.TOO_MANY_STEPS,
     Status.NON_FINITE,
@@ -47,6 +49,9 @@ MEANING = {
         "a body in space pitched up or down to 90 degrees, where its roll and yaw cannot be told apart"
     ),
     Status.STILL_MOVING: "the body that should come to rest was still moving at the end",
+    Status.LENGTH_LOST: (
+        "an inextensible line lost its length, since the step is too long for how it is pulled"
+    ),
 }
 
 ADVICE = {
@@ -81,4 +86,5 @@ ADVICE = {
         "yaws where it pitched: its points, size, inertia and attitude go by them"
     ),
     Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
+    Status.LENGTH_LOST: "lower solver.step; the run ends before that step, and is right until then",
 }

@@ -211,6 +211,7 @@ def signs(run: Progress, s: Sample) -> Bool[Array, " signs"]:
     upended = jnp.any(jnp.stack(tipped)) if tipped else jnp.zeros((), bool)
     shown = {
         Status.BODY_UPENDED: upended,
+        Status.LENGTH_LOST: run.lost,
         Status.STEP_BOUND_BROKEN: s.courant > 1.0,
         Status.TOO_MANY_STEPS: s.exhausted,
         Status.NON_FINITE: ~s.finite,

@@ -117,8 +117,8 @@ class Body(Part):
     free: tuple[Freedom, ...] | None = None
     """How a rigid body can move. Absent: in every way."""
     friction: NonNegativeNumber | None = None
-    """Coulomb's coefficient where it rests on the bed, for a body whose height is not free. Absent:
-    none."""
+    """Coulomb's coefficient where it rests on the bed, for a body whose height is not free; the bottom
+    of its size, if it has one, within a tenth of its height of the bed. Absent: none."""
     drag: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
     """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
     control: BodyControl | None = None

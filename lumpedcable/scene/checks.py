@@ -29,7 +29,7 @@ from lumpedcable.scene.materials import Material
 from lumpedcable.scene.motions import SeaBody, SeaWaves
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Part, Path, Problem, children, did_you_mean, dotted
-from lumpedcable.scene.placing_checks import below_problems, joined_problems
+from lumpedcable.scene.placing_checks import below_problems, joined_problems, lying_problems
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
 from lumpedcable.scene.record_checks import record_problems
@@ -132,6 +132,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     seabed = draft.others.get("seabed")
     if isinstance(seabed, Seabed) and next(inside(seabed, (), draft.sound), None) is None:
         yield from below_problems(draft.lines, draft.bodies, seabed)
+        yield from lying_problems(draft.bodies, seabed)
     yield from _events(draft)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
     yield from reach_problems(

@@ -144,6 +144,7 @@ class LineMeasure(Part):
 class TensionMeasure(LineMeasure):
     """The largest tension at a place of a line, linear between the middles of segments.
 
+    As of all measures, of the output times alone: a snap between two of them is not seen.
     ``tension = "rope@30 m"`` is short for ``tension = "rope"`` with ``place = "30 m"``.
     """
 

@@ -23,9 +23,10 @@ from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["below_problems", "joined_problems"]
+__all__ = ["below_problems", "joined_problems", "lying_problems"]
 
 SAME = 1e-9  # share of a place by which it may differ from itself, by rounding
+LIES = 0.1  # share of its height that a body on the bed may be above or in it
 Lines = Mapping[str, Line | None]
 
 
@@ -47,6 +48,26 @@ def below_problems(lines: Lines, bodies: Mapping[str, Any], seabed: Seabed) -> I
                 (*path, 2),
                 f"expected {format_quantity(bed, 'm')} or more, the height of the "
                 f"seabed, found {format_quantity(place[2], 'm')}",
+            )
+
+
+def lying_problems(bodies: Mapping[str, Any], seabed: Seabed) -> Iterator[Problem]:
+    """Yield boxes with friction that are neither on the bed nor a little above or in it."""
+    for name, body in bodies.items():
+        if not isinstance(body, Body) or body.friction is None:
+            continue
+        if body.size is None or body.position is None:
+            continue
+        if any(body.attitude or ()):
+            continue  # what is then its lowest edge is nobody's business here
+        bed, half = seabed.height_at(body.position[0]), 0.5 * body.size[2]
+        bottom = body.position[2] - half
+        if abs(bottom - bed) > LIES * body.size[2]:
+            yield Problem(
+                ("bodies", name, "position", 2),
+                "expected a body with friction to lie on the bed, its bottom (position less half its "
+                f"height) at {format_quantity(bed, 'm')}, found that at {format_quantity(bottom, 'm')}; "
+                f"change position to {format_quantity(bed + half, 'm')} or seabed.height",
             )
 
 

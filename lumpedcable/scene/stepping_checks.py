@@ -26,7 +26,9 @@ def stepping_problems(
     """Yield what is asked for and not found; None stands for the unreadable."""
     solver, output = others.get("solver", Solver()), others.get("output")
     if isinstance(output, Output) and output.stop is not None:
-        moving = [n for n, b in bodies.items() if b is None or getattr(b, "velocity", None)]
+        moving = [
+            n for n, b in bodies.items() if b is None or any(getattr(b, "velocity", None) or ())
+        ]
         if output.stop not in moving:
             told = did_you_mean(output.stop, moving) or f"; known: {', '.join(moving) or 'none'}"
             yield Problem(

@@ -9,12 +9,14 @@ after the next step of positions (SHAKE: Ryckaert, Ciccotti & Berendsen, J. Comp
 u the rods' directions now. Linearised about what the last iterate would lead to, (a_j, T_j-1) of one
 place and the next make a block tridiagonal system, O(N) (Newton's method; the second iterate is left
 with an error of the fourth order in dt). Forces that depend on velocity are taken at the middle of the
-kick, (v_n+1/2 + v_n+3/2) / 2, from the iterate before, so that the step is of second order. Coulomb's
+kick, (v_n+1/2 + v_n+3/2) / 2, from the iterate before, so that the step is of second order. Where the
+step is too long for what pulls at a light joint, the iterates no longer find the lengths: a step that
+leads to rods that have lost theirs has failed. Coulomb's
 friction of a body picks one of two systems: stuck, where its coordinate is pinned, or sliding. That of
 lines is in `solve.grips`.
 """
 
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import diffrax
 import jax
@@ -61,6 +63,9 @@ __all__ = ["Constrained"]
 ITERATES = 2
 GRIPPED_ITERATES = 3
 FIRST_ITERATES = 6
+# share of its length that a rod may be off: what is resolved keeps a millionth and better, what blows up
+# passes this some ten steps before its energies run away
+LOST = 1e-4
 
 
 class Grip(NamedTuple):
@@ -93,11 +98,11 @@ class Constrained(diffrax.AbstractSolver):
         t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
         kicked = kick(args, t0, y0.displacement, y0.velocity, None, 0.5 * dt, dt)
         work = _worked(args, t0, y0, y0.displacement, y0.velocity, kicked, 0.5 * dt)
-        return kicked.after, work, dt, kicked.memory
+        return kicked.after, work, dt, kicked.memory, kicked.tension
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
-        """One step from t0 to t1 (s)."""
-        before, work, dt, memory = solver_state
+        """One step from t0 to t1 (s); it diverges where rods have lost their lengths."""
+        before, work, dt, memory, pulled = solver_state
         t1 = jnp.asarray(t1)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = args.followed(t1, place)
@@ -109,12 +114,27 @@ class Constrained(diffrax.AbstractSolver):
             after = jax.tree.map(lambda w, p: w + p, work, whole)
         y1 = State(place, kicked.middle, now, y0.reaction, kicked.tension)
         dense = {"y0": y0, "y1": y1}
-        state = kicked.after, after, dt, kicked.memory
-        return y1, None, dense, state, diffrax.RESULTS.successful
+        state = kicked.after, after, dt, kicked.memory, kicked.tension
+        kinds: Any = diffrax.RESULTS
+        lost = lengths_lost(args, place, pulled)
+        result = kinds.where(lost, kinds.nonlinear_divergence, kinds.successful)
+        return y1, None, dense, state, result
 
     def func(self, terms, t0, y0, args):
         """Rates at an instant: what a solver of diffrax may be asked for; no step uses it."""
         raise NotImplementedError("rods have no rates without a step")
+
+
+def lengths_lost(model: Model, displacement, tension: dict[str, Array]) -> Bool[Array, ""]:
+    """Whether a rod is not as long as the tension (N) makes it that was found for this place (m)."""
+    lost = jnp.zeros((), bool)
+    for name, line in model.lines.items():
+        kept = line.kept
+        if line.give is not None:
+            kept = kept * (1.0 + line.give * tension[name])
+        off = jnp.abs(line.shape(displacement[name]).length - kept)
+        lost |= ~jnp.all(off <= LOST * kept)  # also where nothing is known
+    return lost
 
 
 class Kicked(NamedTuple):

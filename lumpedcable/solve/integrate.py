@@ -30,7 +30,7 @@ from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watched, watches
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
-from lumpedcable.solve.stop import halted, rests
+from lumpedcable.solve.stop import halted, held, rests
 from lumpedcable.solve.upright import upright, uprightest
 from lumpedcable.solve.watching import Watching
 
@@ -95,7 +95,7 @@ class Progress(NamedTuple):
 
     `stopped` is when its body came to rest (s), NaN before; `peaks` the largest tensions so far of the
     segments of inextensible lines (N), `upright` the least |cos(pitch)| so far of bodies that turn in
-    space.
+    space. A run whose rods have `lost` their lengths stays as it was before that step.
     """
 
     y: State
@@ -104,6 +104,7 @@ class Progress(NamedTuple):
     exhausted: Bool[Array, ""]
     stopped: Float[Array, ""]
     peaks: dict[str, Float[Array, " n"]]
+    lost: Bool[Array, ""]
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (as in `Numbers`)
 
 
@@ -163,7 +164,7 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
     standing = upright(model, y)
     first = first._replace(largest=first.largest | watched(seen), upright=standing)
-    return Progress(y, solver_state, seen, never, moving, y.tension, standing), first
+    return Progress(y, solver_state, seen, never, moving, y.tension, never, standing), first
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
@@ -201,7 +202,9 @@ def _fixed(
         peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.peaks.items()}
         standing = uprightest(model, y, run.upright)
         failed = run.exhausted | failed
-        after = Progress(y, state, seen, failed, run.stopped, peaks, standing)
+        after = Progress(y, state, seen, failed, run.stopped, peaks, run.lost, standing)
+        if isinstance(solver, Constrained):
+            after = held(run, after, result != diffrax.RESULTS.successful)
         return after if plan.stop is None else halted(model, plan, run, after, t0, dt)
 
     if isinstance(numbers.steps, int):
@@ -246,7 +249,7 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
         found, _ = part(found, own.every)
     _, y, seen, taken, failed = found
     dt, standing = numbers.every / jnp.maximum(taken, 1), uprightest(model, y, run.upright)
-    return Progress(y, dt, seen, failed, run.stopped, run.peaks, standing)
+    return Progress(y, dt, seen, failed, run.stopped, run.peaks, run.lost, standing)
 
 
 def _settled(model: Model, t, y: State, dt) -> State:
@@ -311,7 +314,7 @@ def advance(
     def sample_at(run: Progress, t) -> Kept:
         found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
         more = {"largest": found.largest | watched(run.seen), "upright": run.upright}
-        return keep(found._replace(stopped=rests(model, plan, run), **more))
+        return keep(found._replace(stopped=rests(model, plan, run), lost=run.lost, **more))
 
     empty = jax.tree.map(
         lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),

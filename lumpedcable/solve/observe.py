@@ -84,6 +84,7 @@ class Sample(NamedTuple):
     bodies: dict[str, Float[Array, "2 m"]]
     measures: dict[str, Float[Array, ""]]
     stopped: Bool[Array, ""]
+    lost: Bool[Array, ""]
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (a default that nobody changes)
 
 
@@ -256,7 +257,7 @@ def sample(
         finite &= jnp.all(jnp.isfinite(every["position"])) & jnp.all(
             jnp.isfinite(every["velocity"])
         )
-        back |= _reversed(line, e.shape.strain, e.shape.tangent)
+        back |= _reversed(line, e.shape)
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
     stored = energies(model, found, y.displacement, y.velocity)
@@ -277,10 +278,11 @@ def sample(
         finite &= jnp.all(jnp.isfinite(bodies[name]))
     seen = Seen(place, y.velocity, tensions, ends | whole_ends)
     measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
-    stopped = jnp.zeros((), bool)
+    not_yet = jnp.zeros((), bool)
     return Sample(
-        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures, stopped
-    )
+        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures,
+        stopped=not_yet, lost=not_yet,
+    )  # fmt: skip
 
 
 def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]:
@@ -300,8 +302,20 @@ def parts(line: Line, fields: dict[str, Array]) -> tuple[dict[str, Array], dict[
     return first, last
 
 
-def _reversed(line: Line, strain, tangent) -> Bool[Array, ""]:
-    """Whether a segment points back at its neighbour: the mesh no longer resolves the line."""
+def _reversed(line: Line, shape: Shape) -> Bool[Array, ""]:
+    """Whether a segment points back at its neighbour: the mesh no longer resolves the line.
+
+    Not where it does so at rest, as in the bottom of a narrow U, nor across a cut.
+    """
     if line.dimensions == 1:
-        return jnp.any(strain <= -1.0)
-    return jnp.any(dot(tangent[:, 1:], tangent[:, :-1]) < 0.0)
+        return jnp.any(shape.strain <= -1.0)
+    turned = _turned(shape.tangent) & ~_turned(line.reference_step)
+    if line.seam is not None:
+        gap = line.seam.gap(line.segments)
+        turned &= ~(gap[1:] | gap[:-1])
+    return jnp.any(turned)
+
+
+def _turned(steps: Float[Array, "d n"]) -> Bool[Array, " n-1"]:
+    """Which segments point back at the one before."""
+    return dot(steps[:, 1:], steps[:, :-1]) < 0.0

@@ -1,4 +1,4 @@
-"""The end of a run whose body comes to rest before its time is over."""
+"""The end of a run before its time is over: its body comes to rest, or its rods lose their lengths."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lumpedcable.model.state import State
 if TYPE_CHECKING:
     from lumpedcable.solve.integrate import Plan, Progress
 
-__all__ = ["halted", "rests"]
+__all__ = ["halted", "held", "rests"]
 
 HALF_STEPS = ("leapfrog", "constrained")  # they keep velocities in the middle of steps
 ROUNDING = 1e3  # times eps: a share of the first speed that is none
@@ -39,15 +39,22 @@ def halted(model: Model, plan: Plan, run: Progress, after: Progress, t0, dt) -> 
     return kept._replace(stopped=jnp.where(stops, when, run.stopped))
 
 
+def held(run: Progress, after: Progress, fails: Bool[Array, ""]) -> Progress:
+    """A run after a step, or from a step on that fails before it."""
+    lost = run.lost | fails
+    kept = jax.tree.map(lambda old, new: jnp.where(lost, old, new), run, after)
+    return kept._replace(lost=lost)
+
+
 def rests(model: Model, plan: Plan, run: Progress) -> Bool[Array, ""]:
-    """Whether a run has come to its end; without derivatives, at the first step without speed."""
+    """Whether a run that may stop has come to its end; without derivatives, without any speed."""
     if plan.stop is None:
         return jnp.zeros((), bool)
     along = model.bodies[plan.stop].start_velocity
     assert along is not None
     speed = jnp.dot(run.y.velocity[body_key(plan.stop)], along)
     still = plan.sloped | (speed <= _nothing(along))
-    return ~jnp.isnan(run.stopped) & still
+    return (~jnp.isnan(run.stopped) & still) | run.lost
 
 
 def _nothing(along: Float[Array, " m"]) -> Float[Array, ""]:

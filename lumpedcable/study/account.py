@@ -29,6 +29,9 @@ GIVERS = ("lost_control", "lost_drag", "lost_hull")
 ENERGY_LIMIT = 0.05
 
 
+FLAGS = ("finite", "reversed", "exhausted", "lost")
+
+
 class Account:
     """What is kept of a part's runs for their summaries: histories of scalars and of the ends."""
 
@@ -38,7 +41,7 @@ class Account:
         self.energy: dict[str, NDArray[np.float64]] = {}
         self.measures: dict[str, NDArray[np.float64]] = {}
         self.largest: dict[str, NDArray[np.float64]] = {}
-        self.flags = {key: np.zeros(shape, bool) for key in ("finite", "reversed", "exhausted")}
+        self.flags = {key: np.zeros(shape, bool) for key in FLAGS}
         self.upended = np.zeros(shape, bool)
         self.courant = np.zeros(shape)
         self.reached = -1
@@ -101,6 +104,7 @@ def statuses(
     seen = slice(0, account.reached + 1)
     shown = {
         Status.BODY_UPENDED: account.upended[:, seen],
+        Status.LENGTH_LOST: account.flags["lost"][:, seen],
         Status.STEP_BOUND_BROKEN: account.courant[:, seen] > 1.0,
         Status.TOO_MANY_STEPS: account.flags["exhausted"][:, seen],
         Status.NON_FINITE: ~account.flags["finite"][:, seen],

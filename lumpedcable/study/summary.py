@@ -56,6 +56,9 @@ EXACT = {
         "instantaneous break, no drag, no weight"),
 }  # fmt: skip
 
+# ends of a run of which all steps that were taken are right
+SOUND = (Status.OK, Status.STILL_MOVING, Status.LENGTH_LOST)
+
 Table = dict[str, "NDArray[Any]"]
 """Numbers of runs by their place in the file, each with the runs first."""
 
@@ -179,7 +182,10 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         status[moving], when[moving] = Status.STILL_MOVING, times[-1]
         d = contents.laid.coordinates.dimensions
         moved = account.displacement[body_key(part.plan.stop)][:, :d]
-        gone = np.where(np.isnan(account.stopped), np.nan, np.linalg.norm(moved, axis=1))
+        with np.errstate(over="ignore"):  # of a run that has blown up
+            gone = np.linalg.norm(moved, axis=1)
+    # a run that has stopped well stays as it is: a stop of one that went wrong came after that
+    stops = ~np.isnan(account.stopped) & (status == Status.OK)
     table["status"][rows], table["status_time"][rows] = status, when
     table["status_message"][rows] = [
         message_of(Status(int(s)), float(t)) for s, t in zip(status, when, strict=True)
@@ -187,15 +193,16 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     begun = status != Status.STATICS_NOT_CONVERGED
     good = begun[:, None] & ~(times >= when[:, None])
     good[:, 0] = begun
+    sound = np.isin(status, SOUND)
     numbers = {
         "solver_steps": np.full(lived, part.steps * account.count),
         "solver_step": np.full(lived, np.nan if part.plan.adaptive else every / part.steps),
         "energy_closure": energy.closure,
         "released_energy": energy.released,
         "static_imbalance": np.asarray(ready.imbalance, float)[:lived],
-        "peak_tension": _peak_tension(account, good),
-        "stop_time": account.stopped,
-        "stop_distance": gone,
+        "peak_tension": _peak_tension(account, good, sound),
+        "stop_time": np.where(stops, account.stopped, np.nan),
+        "stop_distance": np.where(stops, gone, np.nan),
         "peak_kinetic_energy": _largest(account.largest["kinetic"], good),
     }
     for name, history in account.measures.items():
@@ -203,7 +210,8 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
     for line, peaks in account.peaks.items():
-        table[f"lines/{line}/peak_tension"][rows, : peaks.shape[1]] = peaks
+        kept = np.where(sound[:, None], peaks, np.nan)
+        table[f"lines/{line}/peak_tension"][rows, : peaks.shape[1]] = kept
     if contents.energy:
         table["energy/residual"][rows] = energy.residual
     for index, recoil in enumerate(part.plan.recoils):
@@ -212,13 +220,15 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
             table[f"summary/{recoil_name(recoil)}/{name}"][rows] = values
 
 
-def _peak_tension(account: Account, good: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """The largest tension (N) of each run: at any step, if it was looked at and the run went well."""
+def _peak_tension(
+    account: Account, good: NDArray[np.bool_], sound: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """The largest tension (N) of each run: at any step, if it was looked at and all were sound."""
     peak = _largest(account.largest["tension"], good)
     if not account.complete or not account.peaks:
         return peak
     steps = np.max([np.max(tension, axis=1) for tension in account.peaks.values()], axis=0)
-    return np.where(good.all(axis=1), np.fmax(peak, steps), peak)
+    return np.where(sound, np.fmax(peak, steps), peak)
 
 
 def _largest(history: NDArray[np.float64], good: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile, open_result
+from lumpedcable.results.sound import SoundFile
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
 from lumpedcable.view.sampling import node_count, side_view
@@ -41,7 +42,7 @@ def animate_result(
     fps: int = 15,
     beside: Callable[[ResultFile, int], Beside] | None = None,
 ) -> Path:
-    """Write a run as a GIF, or as an MP4 with the extra `video`.
+    """Write a run as a GIF, or as an MP4 with the extra `video`; one that went wrong until then.
 
     Args:
         path: the results file, finished or not.
@@ -67,7 +68,7 @@ def animate_result(
     if not (seconds > 0.0 and fps > 0):
         raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
     keep_others(target, target.suffix)
-    with open_result(path) as result, style.styled():
+    with SoundFile.of(open_result(path)) as result, style.styled():
         result.hold(run)
         more = beside(result, run) if beside is not None else ({}, (), ())
         film = _Film(result, run, seconds, more)
@@ -97,7 +98,7 @@ def _writer(target: Path, fps: int) -> AbstractMovieWriter:
 
 
 def _write(film: _Film, writer: AbstractMovieWriter, target: Path, frames: int) -> None:
-    times = film.result.time
+    times = film.times
     wanted = np.linspace(times[0], times[-1], frames)
     nearest = np.abs(times[None, :] - wanted[:, None]).argmin(axis=1)
     with writer.saving(film.figure, str(target), _DPI):
@@ -109,8 +110,9 @@ def _write(film: _Film, writer: AbstractMovieWriter, target: Path, frames: int) 
 class _Film:
     """The figure, and how to bring it to a saved time."""
 
-    def __init__(self, result: ResultFile, run: int, seconds: float, more: Beside) -> None:
+    def __init__(self, result: SoundFile, run: int, seconds: float, more: Beside) -> None:
         self.result, self.run = result, run
+        self.times = result.time[result.good[run]]
         others, self.balls, self.faces = more
         stored = {name: result.line(name) for name in result.lines}
         shown = {
@@ -136,7 +138,7 @@ class _Film:
         self.factor, self.unit = scale(style.largest(everything), "N")
         self.limits = style.limits(everything * self.factor, zero=True)
         self.to_time, self.time_unit = scale(float(result.time[-1]), "s")
-        span = float(result.time[-1] - result.time[0])
+        span = float(self.times[-1] - self.times[0])
         self.pace = _pace(span / seconds)
         self.figure, (self.top, self.bottom) = self._laid_out()
         self.solids = [self.top.add_collection(_solid(), autolim=False) for _ in self.faces]

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.reader import ResultFile, open_result
+from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
 from lumpedcable.view.bodies import body_figure
 from lumpedcable.view.energy import energy_figure
@@ -38,8 +39,9 @@ def plot_result(
     Where a line parts: tension and velocity along it, the speed of the broken end, and the x-t
     diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Energies
     always. Of a scene at rest: the shape of each cable with its numbers. Figures whose fields the file
-    does not hold are left out. Where several numbers are swept there is one set of figures
-    for each value of the last, and its name ends in that value: tension_break_time_5ms.png. Where
+    does not hold are left out. A run that went wrong is drawn until then. Where several numbers are
+    swept there is one set of figures for each value of the last, and its name ends in that value:
+    tension_break_time_5ms.png. Where
     two or more of them take three values or more, or of enough draws: maps of the numbers of the
     runs over every pair.
 
@@ -61,7 +63,7 @@ def plot_result(
             raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
     folder = Path(outdir)
     made: list[Path] = []
-    with open_result(path) as result:
+    with SoundFile.of(open_result(path)) as result:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -86,7 +88,7 @@ def figures_of(path: str | Path) -> dict[str, Figure]:
         ResultError: the file cannot be read, or holds nothing to draw.
     """
     made: dict[str, Figure] = {}
-    with open_result(path) as result, style.styled():
+    with SoundFile.of(open_result(path)) as result, style.styled():
         for name, draw in _whole_figures(result):
             made[name] = draw()
         for group in groups(result) if _has_histories(result) else ():

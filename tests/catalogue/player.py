@@ -205,8 +205,9 @@ def begun(model, plan: Plan, numbers: Numbers, shift, speed) -> Progress:
     if not plan.adaptive:
         state = METHODS[plan.method]().init(CableTerm(jnp.zeros(())), jnp.zeros(()), dt, y, model)
     return Progress(
-        y, state, watches(model, y, plan.recoils), jnp.zeros((), bool), jnp.full((), jnp.nan), {}
-    )
+        y, state, watches(model, y, plan.recoils), jnp.zeros((), bool), jnp.full((), jnp.nan), {},
+        jnp.zeros((), bool),
+    )  # fmt: skip
 
 
 @partial(jax.jit, static_argnames=("plan",), compiler_options=RUN_ONCE)

@@ -18,6 +18,49 @@ def test_single_precision_is_refused():
     assert told == {("solver.dtype", words)}
 
 
+@pytest.fixture
+def first_case(tmp_path):
+    """The file's scene without its cases."""
+    path, text = tmp_path / "first.toml", RESTRAINT.read_text()
+    path.write_text(text[: text.index("[[sweep.cases]]")])
+    return path
+
+
+def faults_of(path, *overrides):
+    with pytest.raises(SceneError) as caught:
+        load_study(path, overrides)
+    return {fault.key: fault.message for fault in caught.value.faults}
+
+
+def test_a_stop_of_a_body_that_does_not_move_is_refused(first_case):
+    words = 'expected a body that starts with a velocity, found "ship"'
+    assert words in faults_of(first_case, "bodies.ship.velocity.0=0 m/s")["output.stop"]
+    # also in one run of a sweep alone, which is told
+    text = first_case.read_text() + '[sweep]\n"bodies.ship.velocity.0" = [3, 0, 4]\n'
+    first_case.write_text(text)
+    told = faults_of(first_case)["output.stop"]
+    assert words in told
+    assert "(in the run with bodies.ship.velocity.0 = 0 m/s)" in told
+
+
+@pytest.mark.parametrize(
+    ("change", "heights"),
+    [
+        ("seabed.height=-20 m", ("-20 m", "-6.0312 m", "-18.95 m")),  # hangs over the bed
+        ("bodies.anchor.position.2=-5.5 m", ("-6.0312 m", "-6.55 m", "-4.9812 m")),  # buried
+    ],
+)
+def test_a_body_with_friction_that_is_not_on_the_bed_is_refused(first_case, change, heights):
+    told = faults_of(first_case, change)["bodies.anchor.position.2"]
+    for words in (*heights, "seabed.height"):
+        assert words in told
+
+
+@pytest.mark.parametrize("height", ["-4.85 m", "-5.1 m"])  # of a body 2.1 m high
+def test_a_body_with_friction_may_lie_a_little_above_the_bed_or_in_it(first_case, height):
+    load_study(first_case, [f"bodies.anchor.position.2={height}"])
+
+
 BARGE = """\
 gravity = "9.81 m/s2"
 [water]

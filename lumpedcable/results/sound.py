@@ -1,0 +1,73 @@
+"""A results file as far as its runs went well."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from lumpedcable.results.reader import OK, Index, LineData, ResultFile
+
+__all__ = ["SoundFile"]
+
+Array = NDArray[Any]
+WELL = (OK, "still_moving", "interrupted")  # ends up to which a run is right
+
+
+class SoundFile(ResultFile):
+    """A results file of whose runs all that came after they had gone wrong reads NaN.
+
+    What follows may be of any size, and would hide beside it what came before.
+    """
+
+    @classmethod
+    def of(cls, result: ResultFile) -> Self:
+        """The same open file."""
+        return cls(result.path, result._file)
+
+    @cached_property
+    def good(self) -> NDArray[np.bool_]:
+        """At which saved times each run was still right, (run, time); at its start it always is."""
+        failed = np.array([status not in WELL for status in self.status])
+        good = ~(failed[:, None] & (self.time >= self.status_time[:, None]))
+        good[:, 0] = True
+        return good
+
+    def line(self, name: str) -> LineData:
+        """The fields of one line."""
+        return _SoundLine(super().line(name)._group, name, self.good)
+
+    def body(self, name: str, quantity: str, run: Index = None) -> Array:
+        """As of the whole file."""
+        return _masked(super().body(name, quantity, run), self.good, run)
+
+    def measures(self) -> dict[str, tuple[Array, dict[str, Any]]]:
+        """As of the whole file."""
+        return {n: (_masked(v, self.good), told) for n, (v, told) in super().measures().items()}
+
+    def energy(self, term: str, run: Index = None) -> Array:
+        """As of the whole file."""
+        return _masked(super().energy(term, run), self.good, run)
+
+
+class _SoundLine(LineData):
+    """The fields of one line, as far as its runs went well."""
+
+    def __init__(self, group: h5py.Group, name: str, good: NDArray[np.bool_]) -> None:
+        super().__init__(group, name)
+        self._good = good
+
+    def field(self, name: str, run: Index = None, time: Index = None) -> Array:
+        """As of the whole file."""
+        return _masked(super().field(name, run, time), self._good, run, time)
+
+
+def _masked(values: Array, good: NDArray[np.bool_], run: Index = None, time: Index = None) -> Array:
+    """Values (run, time, ...), or of some, with NaN for what is not good."""
+    good = good[tuple(slice(None) if index is None else index for index in (run, time))]
+    if good.all():
+        return values
+    return np.where(good.reshape(good.shape + (1,) * (values.ndim - good.ndim)), values, np.nan)

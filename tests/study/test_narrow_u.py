@@ -1,0 +1,39 @@
+"""Lines that are folded at rest already, where the mesh has no more to say: only new folds are told."""
+
+import pytest
+from engine_runs import run_text
+
+# 6 m over 0.5 m: the bottom of the U turns by more than 90 degrees at one joint or two
+NARROW = """
+gravity = 9.81
+[materials.steel]
+law = "linear"
+EA = "100 kN"
+[lines.chain]
+material = "steel"
+length = "6 m"
+segments = 12
+mass = "1 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { fixed = [0.5, 0, 0] }
+[output]
+duration = "0.1 s"
+every = "10 ms"
+"""
+
+
+@pytest.mark.parametrize("segments", [3, 4, 12])
+def test_a_chain_at_rest_in_a_narrow_u_is_not_reversed(tmp_path, segments):
+    ran = run_text(tmp_path, NARROW, f"lines.chain.segments={segments}")
+    assert ran.statuses == ["OK"]
+    assert abs(ran["velocity"]).max() < 1e-6
+
+
+def test_one_that_folds_elsewhere_is_told(tmp_path):
+    # its end is thrown down beside itself, faster than it falls: there it doubles back
+    thrown = "{ motion = { position = [0.5, 0, 0], velocity = [2, 0, -10] } }"
+    ran = run_text(
+        tmp_path, NARROW.replace("{ fixed = [0.5, 0, 0] }", thrown), "output.duration=0.3 s"
+    )
+    assert ran.statuses == ["LINE_REVERSED"]
+    assert 0.0 < ran.outcomes[0].status_time < 0.3
