@@ -56,10 +56,8 @@ def lying_problems(bodies: Mapping[str, Any], seabed: Seabed) -> Iterator[Proble
     for name, body in bodies.items():
         if not isinstance(body, Body) or body.friction is None:
             continue
-        if body.size is None or body.position is None:
-            continue
-        if any(body.attitude or ()):
-            continue  # what is then its lowest edge is nobody's business here
+        if body.size is None or body.position is None or any(body.attitude or ()):
+            continue  # its bottom is not known, or of one that is turned no plane
         bed, half = seabed.height_at(body.position[0]), 0.5 * body.size[2]
         bottom = body.position[2] - half
         if abs(bottom - bed) > LIES * body.size[2]:

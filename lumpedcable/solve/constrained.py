@@ -117,7 +117,7 @@ class Constrained(diffrax.AbstractSolver):
         state = kicked.after, after, dt, kicked.memory, kicked.tension
         kinds: Any = diffrax.RESULTS
         lost = lengths_lost(args, place, pulled)
-        result = kinds.where(lost, kinds.nonlinear_divergence, kinds.successful)
+        result = kinds.where(lost, kinds.nonlinear_divergence, kinds.successful)  # pyright: ignore[reportArgumentType]
         return y1, None, dense, state, result
 
     def func(self, terms, t0, y0, args):

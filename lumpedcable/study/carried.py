@@ -21,8 +21,12 @@ __all__ = [
     "carried_histories",
     "carried_variables",
     "measure_outcome",
+    "missed_extremes",
     "rider_fields",
 ]
+
+
+ROUGH = 0.1  # share of an extreme by which it may stand out from its neighbours and be resolved
 
 
 def carried_bodies(scene: Scene) -> list[str]:
@@ -77,6 +81,30 @@ def measure_outcome(scene: Scene, name: str, history: NDArray[np.float64]) -> ND
     kept = np.where(np.isfinite(history), history, none)
     best = kept.min(axis=1) if least else kept.max(axis=1)
     return np.where(np.isfinite(best), best, np.nan)
+
+
+def missed_extremes(
+    scene: Scene, histories: dict[str, NDArray[np.float64]], runs: int
+) -> list[str]:
+    """Of each run which extremes with a limit may lie between two of the times (runs, times), in words.
+
+    An extreme beside which the next value before or after differs by more than a tenth of it: what is
+    resolved changes less from one output time to the next.
+    """
+    found: list[list[str]] = [[] for _ in range(runs)]
+    for name, history in histories.items():
+        part, last = scene.measures[name], history.shape[1] - 1
+        if part.limit is None:
+            continue
+        least = -1.0 if part.LEAST else 1.0
+        at = np.where(np.isfinite(history), least * history, -np.inf).argmax(axis=1)
+        for run, k in enumerate(at):
+            beside = history[run, [j for j in (k - 1, k + 1) if 0 <= j <= last]]
+            apart = np.abs(beside - history[run, k])  # NaN beside what alone counts
+            if 0 < k < last and np.any(~(apart <= ROUGH * np.abs(history[run, k]))):
+                found[run].append(name)
+    words = "the extreme of {} may lie between output times: lower output.every"
+    return [words.format(", ".join(names)) if names else "" for names in found]
 
 
 def rider_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from lumpedcable.results.human import scale
 from lumpedcable.scene import Axis, Study, format_quantity
-from lumpedcable.status import Status
+from lumpedcable.status import MEANING, Status
 from lumpedcable.study.run import Timings, run_study
 from lumpedcable.study.summary import EXACT, Outcome
 
@@ -82,6 +82,7 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
     for note in _notes(study, ends, beside, rows):
         console.print(Text(note, "dim"))
     _failures(console, outcomes)
+    _remarks(console, outcomes)
     console.print(f"written: {target}", soft_wrap=True)
 
 
@@ -221,6 +222,17 @@ def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) 
         changed = " These numbers belong to the scene without --set." if study.overrides else ""
         notes.append(f"{name}: {reference.source}.{note}{changed}")
     return notes
+
+
+def _remarks(console: Console, outcomes: Sequence[Outcome]) -> None:
+    """What is to be said of runs that went well."""
+    plain = MEANING[Status.OK]
+    said = [o for o in outcomes if o.status is Status.OK and o.message != plain]
+    for outcome in said[:MOST_FAILURES]:
+        words = outcome.message.removeprefix(f"{plain}; ")
+        console.print(Text(f"run {outcome.run}: {words}", "dim"))
+    if len(said) > MOST_FAILURES:
+        console.print(Text(f"and {len(said) - MOST_FAILURES} more runs with such a remark", "dim"))
 
 
 def _failures(console: Console, outcomes: Sequence[Outcome]) -> None:

@@ -23,7 +23,7 @@ from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
 from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.account import Account, balance, statuses
-from lumpedcable.study.carried import measure_outcome
+from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
 
@@ -152,10 +152,10 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
     return found
 
 
-def message_of(status: Status, when: float) -> str:
-    """What happened at a time (s), and what to do about it."""
+def message_of(status: Status, when: float, remark: str = "") -> str:
+    """What happened at a time (s), and what to do about it; of a run that went well, a remark."""
     if status is Status.OK:
-        return MEANING[status]
+        return "; ".join(filter(None, [MEANING[status], remark]))
     at = "" if not np.isfinite(when) else f" at {1e3 * when:.6g} ms"
     return f"{MEANING[status]}{at}; {ADVICE[status]}"
 
@@ -187,9 +187,6 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     # a run that has stopped well stays as it is: a stop of one that went wrong came after that
     stops = ~np.isnan(account.stopped) & (status == Status.OK)
     table["status"][rows], table["status_time"][rows] = status, when
-    table["status_message"][rows] = [
-        message_of(Status(int(s)), float(t)) for s, t in zip(status, when, strict=True)
-    ]
     begun = status != Status.STATICS_NOT_CONVERGED
     good = begun[:, None] & ~(times >= when[:, None])
     good[:, 0] = begun
@@ -205,8 +202,14 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         "stop_distance": np.where(stops, gone, np.nan),
         "peak_kinetic_energy": _largest(account.largest["kinetic"], good),
     }
-    for name, history in account.measures.items():
-        numbers[name] = measure_outcome(contents.scene, name, np.where(good, history, np.nan))
+    measured = {n: np.where(good, history, np.nan) for n, history in account.measures.items()}
+    for name, history in measured.items():
+        numbers[name] = measure_outcome(contents.scene, name, history)
+    missed = missed_extremes(contents.scene, measured, lived)
+    table["status_message"][rows] = [
+        message_of(Status(int(s)), float(t), remark)
+        for s, t, remark in zip(status, when, missed, strict=True)
+    ]
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
     for line, peaks in account.peaks.items():
