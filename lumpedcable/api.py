@@ -17,7 +17,7 @@ import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -34,12 +34,25 @@ if TYPE_CHECKING:
 __all__ = ["Figures", "OutputError", "Page", "Result", "ResultError", "SceneError", "open", "run"]
 
 
+class _Temporary:
+    """A folder that goes with the last of the results that share it."""
+
+    def __init__(self, folder: str) -> None:
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> _Temporary:
+        return self
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a result in a temporary folder cannot be pickled: save() it first")
+
+
 class Result(Drawn):
     """A results file.
 
     Attributes:
         path: where it lies, of a study's folder its study.h5; in a temporary folder, gone with this
-            object, where none was asked for.
+            object and its copies, where none was asked for.
     """
 
     def __init__(self, path: str | Path, folder: str | None = None) -> None:
@@ -48,8 +61,7 @@ class Result(Drawn):
         Raises:
             ResultError: there is none, or it is not a results file.
         """
-        if folder is not None:
-            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        self._folder = None if folder is None else _Temporary(folder)
         with open_result(path) as file:
             self.path: Path = file.path  # of a study's folder the file that shows all its runs
             self._lines, self._labels = file.lines, [file.label(k) for k in range(file.runs)]
@@ -196,7 +208,7 @@ class Result(Drawn):
                 copy_whole(self.path, partial)
         except OSError as error:
             raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
-        self.path = target
+        self.path, self._folder = target, None
         return target
 
     def __repr__(self) -> str:
@@ -302,14 +314,16 @@ def _text(value: Any) -> str:
     """A value as `--set` takes it."""
     if isinstance(value, str):
         return value
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
     return _toml(value)
 
 
 def _toml(value: Any) -> str:
+    if hasattr(
+        value, "__array__"
+    ):  # of NumPy, jax or whoever makes arrays and numbers of their types
+        value = np.asarray(value).tolist()
     if isinstance(value, bool | str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, Mapping):
@@ -317,9 +331,7 @@ def _toml(value: Any) -> str:
     if isinstance(value, int):
         return repr(value)
     if isinstance(value, float):
-        return repr(float(value))  # a NumPy number writes its type as well
-    if isinstance(value, Sequence | np.ndarray):
+        return repr(value)
+    if isinstance(value, Sequence):
         return f"[{', '.join(_toml(item) for item in value)}]"
-    if isinstance(value, np.generic):
-        return repr(value.item())
     raise TypeError(f"expected a number, a text, a list or a table, found {type(value).__name__}")

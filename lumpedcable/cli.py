@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import gc
 import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
 from lumpedcable.commands import fit, show
-from lumpedcable.commands.console import Set, bare_name, fail, interrupted, share_cores, study_of
+from lumpedcable.commands.console import (
+    Set,
+    bare_name,
+    fail,
+    interrupted,
+    share_cores,
+    spoken,
+    study_of,
+)
 from lumpedcable.commands.console import told as _told
+from lumpedcable.commands.interrupts import interruptible, stopped
 
 __all__ = ["app", "main"]
 
@@ -28,38 +32,10 @@ app = App(
     name="lumpedcable",
     help="Cable dynamics for violent, short, nonlinear events, from a TOML file to HDF5 and plots.",
     version=lumpedcable.__version__,
+    suppress_keyboard_interrupt=False,  # `main` tells of it
 )
 
 CHECKED_RUNS = 1000  # of a sweep are laid out by `check`
-
-
-@contextmanager
-def _interrupts() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C has been pressed, besides the exception that it raises.
-
-    Where it comes while a library runs a callback of the garbage collector, Python reports that
-    exception and drops it, and the run would go on.
-    """
-    seen, report = threading.Event(), sys.unraisablehook
-    if threading.current_thread() is not threading.main_thread():
-        yield seen.is_set  # signals are the main thread's
-        return
-
-    def remember(number: int, frame: FrameType | None) -> None:
-        seen.set()
-        raise KeyboardInterrupt
-
-    def hush(dropped: sys.UnraisableHookArgs) -> None:
-        if dropped.exc_type is not KeyboardInterrupt:
-            report(dropped)
-
-    before = signal.signal(signal.SIGINT, remember)
-    sys.unraisablehook = hush
-    try:
-        yield seen.is_set
-    finally:
-        sys.unraisablehook = report
-        signal.signal(signal.SIGINT, before)
 
 
 @app.command
@@ -97,7 +73,7 @@ def run(
     _check_target(target, scene)
 
     try:
-        with _told(), _interrupts() as stopped:
+        with _told():
             from lumpedcable.study.report import results_table, run_with_progress
 
             outcomes, clock = run_with_progress(study, target, stopped)
@@ -193,7 +169,7 @@ def study(
     if executor == "here":
         share_cores(1 if cores is None and share[1] > 1 else cores)
     try:
-        with _told(), _interrupts() as stopped:
+        with _told():
             from lumpedcable.study.shards_report import study_with_progress
 
             complete = study_with_progress(
@@ -359,15 +335,13 @@ def schema() -> None:
 
 
 def main() -> None:
-    """Entry point: bad arguments end in one message and exit code 2."""
+    """Entry point: bad arguments, a missing device or a lost output end in one message and a code."""
     # jax builds a program from a million small objects that all stay: to search them for garbage as
     # often as Python does by default takes a sixth of a short run
     gc.set_threshold(50_000, 50, 100)
     try:
-        try:
+        with interruptible(), spoken():
             app(sys.argv[1:], exit_on_error=False, print_error=False)
-        finally:
-            sys.stdout.flush()
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or [])
         fail(f"expected nothing more, found {extra!r}; see lumpedcable --help")
@@ -375,7 +349,11 @@ def main() -> None:
         fail(f"{str(error).strip()} See lumpedcable --help.")
     except KeyboardInterrupt:
         interrupted("interrupted")
-    except BrokenPipeError:
-        # whoever reads the output (head, less) has seen enough; leave without another complaint
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(128 + 13) from None
+    except Exception as error:
+        from lumpedcable.status import PlatformError
+
+        if stopped():  # an import that Ctrl-C has cut short fails in its own words
+            interrupted("interrupted")
+        if isinstance(error, PlatformError):
+            fail(str(error))
+        raise

@@ -1,8 +1,12 @@
-"""How a run ended: a code, what it means, and what to do about it."""
+"""How a run ended: a code, what it means, and what to do about it; and why none can begin."""
 
 from enum import IntEnum
 
-__all__ = ["ADVICE", "MEANING", "SIGNS", "Status"]
+__all__ = ["ADVICE", "MEANING", "SIGNS", "PlatformError", "Status"]
+
+
+class PlatformError(Exception):
+    """This computer, or jax on it, lacks the device that is asked for; the message says which it has."""
 
 
 class Status(IntEnum):

@@ -1,7 +1,9 @@
 """The package from Python: what the command line does, as objects."""
 
+import copy
 import json
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import pytest
 from command_line import ROOT, SMALL
 
 import lumpedcable as lc
+from lumpedcable import api
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +82,35 @@ def test_a_saved_result_stays(scene, tmp_path):
     assert repr(again).endswith("2 runs, 2 ok; lines ['rope'])")
     del made
     assert not first.exists()
+
+
+def test_arrays_and_numbers_of_any_library_are_values():
+    jnp = pytest.importorskip("jax.numpy")
+    for values in (np.array([45e3, 50e3]), jnp.array([45e3, 50e3]), [np.array(45e3), 50e3],
+                   (jnp.float64(45e3), np.float64(50e3))):  # fmt: skip
+        assert api._text(values) == "[45000.0, 50000.0]"
+    for value in (np.float64(45e3), jnp.float64(45e3), np.array(45e3), 45e3):
+        assert api._text(value) == "45000.0"
+    assert api._text({"a": jnp.arange(2), "b": np.bool_(True)}) == "{ a = [0, 1], b = true }"
+    assert api._text(np.str_("5 ms")) == "5 ms"
+
+
+def test_copies_share_a_temporary_folder_and_only_what_is_saved_is_pickled(result, tmp_path):
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    shutil.copy(result.path, folder / "r.h5")
+    made = lc.Result(folder / "r.h5", str(folder))
+    copies = [copy.copy(made), copy.deepcopy(made)]
+    del made
+    with pytest.raises(TypeError, match=r"save\(\) it first"):
+        pickle.dumps(copies[0])
+    assert copies[1].dataset.held_pretension.values.tolist() == [45e3, 90e3]
+    copies[0].save(tmp_path / "kept.h5")
+    again = pickle.loads(pickle.dumps(copies[0]))
+    assert folder.exists()
+    copies.clear()
+    assert not folder.exists()
+    assert again.dataset.held_pretension.values.tolist() == [45e3, 90e3]
 
 
 def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):

@@ -12,7 +12,7 @@ from typing import Annotated, NoReturn
 
 from cyclopts import Parameter
 
-__all__ = ["Set", "bare_name", "fail", "interrupted", "share_cores", "study_of", "told"]
+__all__ = ["Set", "bare_name", "fail", "interrupted", "share_cores", "spoken", "study_of", "told"]
 
 Set = Annotated[
     list[str] | None,
@@ -64,6 +64,42 @@ def share_cores(cores: int | None) -> None:
         return
     mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     os.environ["XLA_FLAGS"] = f"{flags} {name}={cores or mine or 1}".strip()
+
+
+@contextmanager
+def spoken() -> Iterator[None]:
+    """What is printed meanwhile reaches its reader, or the command ends with a line that says so."""
+    closed = sys.stdout is None
+    if closed:
+        # first of all, or the first file that is opened takes its place
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    try:
+        try:
+            yield
+        except SystemExit as left:
+            if left.code or not closed:
+                raise
+        finally:
+            sys.stdout.flush()
+    except OSError as error:
+        if not _mute():
+            raise
+        # leave without another complaint
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise SystemExit(128 + 13) from None  # the reader (head, less) has seen enough
+        fail(f"cannot print to standard output: {error.strerror}", 1)
+    if closed:
+        fail("cannot print to standard output: it is closed", 1)
+
+
+def _mute() -> bool:
+    """Whether nothing can be printed; a line of its own, since what failed may be gone by now."""
+    try:
+        print(flush=True)
+    except OSError:
+        return True
+    return False
 
 
 @contextmanager

@@ -107,7 +107,8 @@ def export(
     result
         Results file (HDF5), finished or .partial, or the folder of a study.
     to
-        vtkhdf (ParaView), gltf (Blender, browsers), csv (histories), moordyn (text tables).
+        vtkhdf (ParaView), gltf (Blender, browsers), csv (histories; where none are kept, the numbers
+        that sum up each run), moordyn (text tables).
     output
         File to write; the results' name with the format's own end if not given.
     run_

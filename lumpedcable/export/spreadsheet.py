@@ -1,41 +1,70 @@
-"""CSV of histories: every number against time, one row for each run and saved time."""
+"""CSV: every number against time, a row for each run and saved time; or what sums up each run."""
 
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from lumpedcable.export.parts import replacing
 from lumpedcable.results import ResultFile
 
 __all__ = ["write_csv"]
 
+BLOCK = 4096  # runs whose numbers are read at once
+
 
 def write_csv(result: ResultFile, target: Path, run: int | None) -> list[Path]:
-    """Write all histories of one run or of all.
+    """Write all histories of one run or of all; without histories the numbers that sum each up.
 
-    Columns: run, the swept numbers, time, then every history by its path in the file; units stand in
-    brackets in the heading, numbers are SI with all the digits that they have.
+    Columns: run, the swept numbers, time, then every history by its path in the file. Of a file
+    without histories: run, the swept numbers, status, then every number by its path. Units stand in
+    brackets in the heading; numbers are SI with all the digits that they have.
     """
-    histories = result.series.histories
-    axes = result.axes
-    head = ["run", *(_named(axis.key, axis.unit) for axis in axes), "time [s]"]
-    head += [_named(path, unit) for path, (_, unit) in histories.items()]
-    runs = range(result.runs) if run is None else [run]
+    status = (
+        result.status
+    )  # it tells of a shard that is damaged, which reads as not written elsewhere
+    histories = {path: unit for path, (_, unit) in result.series.histories.items()}
+    runs = range(result.runs) if run is None else range(run, run + 1)
+    if histories:
+        columns, rows = {"time": "s", **histories}, _in_time(result, histories, runs)
+        heads = _named(columns)
+    else:
+        numbers = result.series.numbers
+        heads, rows = ["status", *_named(numbers)], _summed_up(result, numbers, status, runs)
     with (
         replacing(target, "CSV") as partial,
         partial.open("w", newline="", encoding="utf-8") as file,
     ):
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
-        for number in runs:
-            swept = [float(axis.values[number]) for axis in axes]
-            columns = [result.series.read(path, number) for path in histories]
-            for k, time in enumerate(result.time):
-                row = [number, *swept, float(time), *(float(column[k]) for column in columns)]
-                writer.writerow(row)
+        writer.writerow(["run", *_named({axis.key: axis.unit for axis in result.axes}), *heads])
+        writer.writerows(rows)
     return [target]
 
 
-def _named(name: str, unit: str) -> str:
-    return f"{name} [{unit or '-'}]"
+def _in_time(result: ResultFile, histories: Iterable[str], runs: range) -> Iterator[list[Any]]:
+    axes = result.axes
+    for number in runs:
+        swept = [float(axis.values[number]) for axis in axes]
+        columns = [result.series.read(path, number) for path in histories]
+        for k, time in enumerate(result.time):
+            yield [number, *swept, float(time), *(float(column[k]) for column in columns)]
+
+
+def _summed_up(
+    result: ResultFile, numbers: Iterable[str], status: list[str], runs: range
+) -> Iterator[list[Any]]:
+    axes = result.axes
+    for first in range(runs.start, runs.stop, BLOCK):
+        block = range(first, min(first + BLOCK, runs.stop))
+        some = slice(block.start, block.stop)
+        columns = [axis.values[some].tolist() for axis in axes]
+        columns += [status[some]]
+        columns += [result.series.read(path, some).tolist() for path in numbers]
+        for number, *row in zip(block, *columns, strict=True):
+            yield [number, *row]
+
+
+def _named(units: Mapping[str, str]) -> list[str]:
+    return [f"{name} [{unit or '-'}]" for name, unit in units.items()]

@@ -54,7 +54,10 @@ def application(page: str, answers: Mapping[str, Answer] | None = None) -> Starl
     def answering(answer: Answer) -> Callable[[Request], Any]:
         async def reply(request: Request) -> Response:
             try:
-                asked = await request.json()
+                try:
+                    asked = await request.json()
+                except RecursionError:
+                    return JSONResponse({"fault": "expected plain JSON, found it too deep"}, 400)
                 return JSONResponse(await run_in_threadpool(answer, asked))
             except ValueError as error:
                 return JSONResponse({"fault": str(error)})

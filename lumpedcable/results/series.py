@@ -35,8 +35,24 @@ class Series:
         self._file.visititems(look)
         return found
 
-    def read(self, path: str, run: int) -> Array:
-        """One run of a dataset whose first dimension is run.
+    @property
+    def numbers(self) -> dict[str, str]:
+        """The SI unit ("" if none) of every number that sums up a run, a dataset of shape (run,)."""
+        found: dict[str, str] = {}
+
+        def look(path: str, item: Any) -> None:
+            # in groups; what stands at the root tells of the runs themselves
+            if not isinstance(item, h5py.Dataset) or item.ndim != 1 or "/" not in path:
+                return
+            if "run" in item.dims[0] and item.dtype.kind in "fiu":
+                unit = _text(item.attrs.get("units", ""))
+                found[path] = "" if unit == "1" else unit
+
+        self._file.visititems(look)
+        return found
+
+    def read(self, path: str, run: int | slice) -> Array:
+        """One run, or some, of a dataset whose first dimension is run.
 
         Raises:
             ResultError: the file does not hold it, or it cannot be read.

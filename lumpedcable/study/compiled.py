@@ -30,7 +30,7 @@ from lumpedcable.solve.integrate import Numbers, Plan, advance, begin, cast
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.targets import rest_of
-from lumpedcable.study.devices import shared_out
+from lumpedcable.study.devices import platform, shared_out
 from lumpedcable.study.lanes import across
 from lumpedcable.study.packed import Packed, pack
 
@@ -79,7 +79,7 @@ def configure() -> None:
 
 configure()
 
-ON_CPU = jax.default_backend() == "cpu"
+ON_CPU = platform() == "cpu"
 
 
 def understood(options: dict[str, Any]) -> dict[str, Any] | None:

@@ -6,10 +6,33 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.extend.backend
 import numpy as np
 from jax.sharding import Mesh, PartitionSpec
 
-__all__ = ["shared_out"]
+from lumpedcable.status import PlatformError
+
+__all__ = ["platform", "shared_out"]
+
+
+def platform() -> str:
+    """What jax computes on: "cpu", "gpu" or "tpu".
+
+    Raises:
+        PlatformError: JAX_PLATFORMS asks for what is not there.
+    """
+    try:
+        return jax.default_backend()
+    except (RuntimeError, AssertionError) as error:  # the second where jax has no words for it
+        asked = jax.config.read("jax_platforms")
+        jax.config.update("jax_platforms", None)
+        there = sorted({"cpu", jax.default_backend()})
+        # whoever tries again is told again
+        jax.config.update("jax_platforms", asked)
+        jax.extend.backend.clear_backends()
+        raise PlatformError(
+            f"JAX_PLATFORMS: expected {' or '.join(there)}, which jax finds here, found {asked!r}"
+        ) from error
 
 
 def shared_out(

@@ -133,6 +133,31 @@ def test_csv_holds_all_histories_of_all_runs(file, tmp_path):
     assert (tmp_path / "one.csv").read_text().count("\n") == 202
 
 
+def test_csv_holds_what_sums_up_each_run_where_no_histories_are(tmp_path):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4)
+    with h5py.File(path, "r+") as file:
+        for name in ("lines", "energy"):
+            del file[name]
+        file["status"][2] = 2
+    (made,) = export_result(path, "csv", tmp_path / "r.csv")
+    with made.open(newline="") as text:
+        head, *rows = list(csv.reader(text))
+    assert head[:5] == ["run", "lines.rope.end.held.pretension [N]", "events.break.time [s]",
+                        "status", "summary/energy_closure [-]"]  # fmt: skip
+    assert [row[0] for row in rows] == list("01234567")
+    assert [row[3] for row in rows] == ["ok", "ok", "diverged", *["ok"] * 5]
+    with open_result(path) as result:
+        for end, numbers in result.summary().items():
+            for name, values in numbers.items():
+                key = f"summary/{name}" if end == "run" else f"summary/{end}/{name}"
+                unit = result.summary_attributes(end, name)["units"].replace("1", "-")
+                column = head.index(f"{key} [{unit}]")
+                found = np.array([row[column] for row in rows], float)
+                np.testing.assert_array_equal(found, values)
+    export_result(path, "csv", tmp_path / "one.csv", RUN)
+    assert (tmp_path / "one.csv").read_text().splitlines()[1:] == [",".join(rows[RUN])]
+
+
 def test_moordyn_tables_have_its_channels(file, fields, tmp_path):
     main, line = export_result(file, "moordyn", tmp_path / "r.out", RUN)
     assert (main.name, line.name) == ("r.out", "r_Line1.out")

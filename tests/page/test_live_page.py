@@ -1,5 +1,6 @@
 """The live page without a browser: sliders, answers, faults, and the scene that is given back."""
 
+import asyncio
 import json
 import re
 
@@ -12,6 +13,7 @@ from page.test_bodies_on_the_page import TRANSFER
 from lumpedcable.exact import STAGES, IdealHighline, elastic_catenary, loaded_from_tension
 from lumpedcable.page.elastic import elastic_model
 from lumpedcable.page.live import live_page
+from lumpedcable.page.server import application
 from lumpedcable.page.stages import highline_of
 from lumpedcable.scene import load_study
 from lumpedcable.study import resting
@@ -255,6 +257,31 @@ def test_a_scene_is_given_back_with_what_was_changed(catenary, tmp_path):
 def test_what_cannot_be_asked_is_told(catenary, asked, told):
     with pytest.raises(ValueError, match=re.escape(told)):
         catenary.answers["/solve"](asked)
+
+
+def posted(answers, body):
+    """Status and JSON of what the server answers to bytes posted at /solve."""
+    pytest.importorskip("starlette")
+    app, said = application("", answers), []
+
+    async def receive():
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    async def send(message):
+        said.append(message)
+
+    scope = {"type": "http", "http_version": "1.1", "method": "POST", "path": "/solve",
+             "query_string": b"", "headers": [(b"host", b"127.0.0.1")]}  # fmt: skip
+    asyncio.run(app(scope, receive, send))
+    return said[0]["status"], json.loads(said[1]["body"])
+
+
+def test_what_is_posted_too_deep_is_refused():
+    answers = {"/solve": lambda asked: {"found": asked}}
+    assert posted(answers, b"[1, 2]") == (200, {"found": [1, 2]})
+    assert posted(answers, b"[1, 2")[0] == 200  # a fault of the page itself, told there
+    deep = b"[" * 100_000
+    assert posted(answers, deep) == (400, {"fault": "expected plain JSON, found it too deep"})
 
 
 # --- the command ---------------------------------------------------------------------------------

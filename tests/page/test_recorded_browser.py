@@ -66,6 +66,15 @@ def test_the_room_stands_on_a_bed_with_a_profile(browser, tmp_path):
     assert at["50"][1] - at["10"][1] == pytest.approx(12.0 * metre, rel=0.05)
 
 
+@pytest.mark.parametrize("view", ["zzz", "constructor"])
+def test_an_address_with_a_view_that_there_is_not_shows_the_scene(browser, tmp_path, view):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4)
+    page_of = write_recorded(path, tmp_path / "page.html").as_uri()
+    with visit(browser, f"{page_of}#t=0&view={view}") as page:
+        page.wait_for_timeout(300)  # it is ready and has complained of nothing
+        assert any(label.is_visible() for label in page.locator(".labels span").all())
+
+
 def test_a_scene_at_rest_has_no_time_to_run_through(browser, tmp_path):
     path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, times=np.zeros(1))
     with visit(browser, write_recorded(path, tmp_path / "page.html").as_uri()) as page:

@@ -118,6 +118,20 @@ def test_a_manifest_of_no_runs_is_damaged(bare, name, value):
         StudyFolder.open(bare.path)
 
 
+def test_a_table_of_a_study_tells_of_a_damaged_shard(scene, tmp_path):
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 4)
+    run_here(folder, laid, Share(), nothing)
+    assert say(tmp_path, "export", "s", "--to", "csv", "-o", "s.csv").code == 0
+    head, *rows = (tmp_path / "s.csv").read_text().splitlines()
+    assert "summary/rope.end/reach [m]" in head.split(",")
+    assert [row.split(",")[2] for row in rows] == ["ok"] * 8
+    with folder.file(1).open("r+b") as file:
+        file.truncate(3000)
+    said = say(tmp_path, "export", "s", "--to", "csv", "-o", "s.csv")
+    assert said.code == 2
+    assert f"{folder.name(1)} is damaged" in said.err
+
+
 def test_a_folder_whose_shards_were_deleted_goes_on(scene, tmp_path):
     folder, _ = open_study(load_study(scene), tmp_path / "s", 4)
     (folder.path / "shards").rmdir()

@@ -35,7 +35,7 @@ class Recorded {
     this.shell.onTheme.push(() => this.moved());
     this.shell.stage.setRoom(this.scenery.box(head.runs.map((_, k) => k)), head.surroundings);
     this.pick();
-    this.shell.stage.look(asked.get("view") ?? "corner");
+    this.shell.stage.look(asked.get("view"));
     const at = Number(asked.get("t"));
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches || asked.has("t");
     this.clock.go(Number.isFinite(at) ? at : 0);

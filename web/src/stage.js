@@ -105,7 +105,9 @@ export class Stage {
 
   // --- camera -------------------------------------------------------------------------------------
 
-  look(view) {
+  // an address can ask for any view: one that there is not is the corner
+  look(asked) {
+    const view = Object.hasOwn(VIEWS, asked) ? asked : "corner";
     this.view = view;
     const { low, high } = this.box;
     const middle = new Vector3(...low.map((a, k) => ((a + high[k]) / 2) * (k === 2 ? this.rise : 1)));

@@ -1,0 +1,158 @@
+"""How commands end when somebody interrupts them, or when what they print or compute on is not there."""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import time
+from unittest import mock
+
+import good_scenes
+import pytest
+from command_line import ROOT, SMALL, files, process, say
+
+from lumpedcable.commands import console
+from lumpedcable.commands.interrupts import interruptible, stopped
+from lumpedcable.results import describe
+
+PYTHON = {"env": {**os.environ, "PYTHONPATH": str(ROOT)}, "text": True}
+
+
+def press(*_, **__):
+    signal.raise_signal(signal.SIGINT)
+
+
+# --- Ctrl-C --------------------------------------------------------------------------------------
+
+# what a command calls, and the command
+CALLED = {
+    "lumpedcable.view.plot_result": ["plot", "x.h5"],
+    "lumpedcable.view.animate_result": ["animate", "x.h5"],
+    "lumpedcable.export.export_result": ["export", "x.h5", "--to", "csv"],
+    "lumpedcable.results.describe": ["info", "x.h5"],
+    "lumpedcable.scene.load_study": ["check", "x.toml"],
+    "lumpedcable.study.modes.find_modes": ["modes", "scene.toml"],
+    "lumpedcable.fits.study_sensitivity": ["sensitivity", "scene.toml"],
+    "lumpedcable.fitting.load.load_fit": ["fit", "fit.toml"],
+}
+
+
+@pytest.mark.parametrize("called", CALLED)
+def test_every_command_that_is_interrupted_says_so(tmp_path, called):
+    good_scenes.write(tmp_path, SMALL)
+    # nobody is to leave these tests in the way of an interrupted command
+    with mock.patch(called, press), mock.patch.object(console.atexit, "register"):
+        said = say(tmp_path, *CALLED[called])
+    assert said == (130, "", "interrupted\n")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_import_that_is_cut_short_is_an_interruption(tmp_path):
+    def cut(*_):
+        with pytest.raises(KeyboardInterrupt):
+            press()
+        raise ImportError("half of it")
+
+    register = mock.patch.object(console.atexit, "register")
+    with mock.patch("lumpedcable.results.describe", cut), register:
+        assert say(tmp_path, "info", "x.h5") == (130, "", "interrupted\n")
+
+
+def test_an_interruption_that_is_dropped_is_raised_again():
+    def collect(phase, info):
+        if phase == "start" and not stopped():
+            press()
+
+    def go_on():
+        with interruptible():
+            gc.collect()
+            time.sleep(5.0)
+
+    gc.callbacks.append(collect)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            go_on()
+    finally:
+        gc.callbacks.remove(collect)
+
+
+def test_who_has_heard_of_it_is_not_interrupted_again():
+    def collect(phase, info):
+        if phase == "start" and not stopped():
+            press()
+
+    gc.callbacks.append(collect)
+    try:
+        with interruptible():
+            gc.collect()
+            assert stopped()
+            time.sleep(0.3)
+    finally:
+        gc.callbacks.remove(collect)
+
+
+SLOW = """
+import sys, time
+from lumpedcable.commands.interrupts import interruptible
+with interruptible():
+    try:
+        print("ready", flush=True)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        print("once", flush=True)
+        time.sleep(60)
+"""
+
+
+def test_the_second_press_leaves_at_once():
+    started = subprocess.Popen(
+        [sys.executable, "-c", SLOW], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **PYTHON
+    )
+    for word in ("ready\n", "once\n"):
+        assert started.stdout.readline() == word
+        started.send_signal(signal.SIGINT)
+    _, err = started.communicate(timeout=20)
+    assert (started.returncode, err) == (130, "interrupted\n")
+
+
+# --- standard output -----------------------------------------------------------------------------
+
+
+LOST = "cannot print to standard output: "
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="/dev/full is Linux's")
+@pytest.mark.parametrize(
+    ("command", "code", "told"),
+    [
+        ("run scene.toml -o v.h5 >&-", 1, f"{LOST}it is closed\n"),
+        ("info nothing.h5 >&-", 2, "no such file: nothing.h5\n"),
+        ("schema > /dev/full", 1, f"{LOST}No space left on device\n"),
+        ("check scene.toml > /dev/full", 1, f"{LOST}No space left on device\n"),
+    ],
+)
+def test_what_nobody_can_read_is_told(tmp_path, command, code, told):
+    good_scenes.write(tmp_path, SMALL)
+    line = f"{sys.executable} -m lumpedcable {command}"
+    ended = subprocess.run(
+        line, shell=True, cwd=tmp_path, stderr=subprocess.PIPE, timeout=120, **PYTHON
+    )
+    assert (ended.returncode, ended.stderr) == (code, told)
+    if command.startswith("run"):
+        assert "complete" in describe(tmp_path / "v.h5")
+
+
+# --- a device ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("asked", ["cuda", "abacus"])
+def test_a_platform_that_is_not_there_is_told(tmp_path, monkeypatch, asked):
+    good_scenes.write(tmp_path, SMALL)
+    monkeypatch.setenv("JAX_PLATFORMS", asked)
+    before = files(tmp_path)
+    ended = process(tmp_path, "run", "scene.toml")
+    out, err = ended.communicate(timeout=60)
+    assert (ended.returncode, out) == (2, "")
+    assert err == f"JAX_PLATFORMS: expected cpu, which jax finds here, found '{asked}'\n"
+    assert files(tmp_path) == before
