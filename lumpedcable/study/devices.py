@@ -24,7 +24,7 @@ def platform() -> str:
     try:
         return jax.default_backend()
     except (RuntimeError, AssertionError) as error:  # the second where jax has no words for it
-        asked = jax.config.read("jax_platforms")
+        asked = jax.config.values["jax_platforms"]
         jax.config.update("jax_platforms", None)
         there = sorted({"cpu", jax.default_backend()})
         # whoever tries again is told again
