@@ -61,8 +61,11 @@ def test_a_full_disk_ends_a_study_and_keeps_what_is_finished(scene, tmp_path, mo
     with pytest.raises(errors.DiskError, match=r"cannot write .*\.partial: No space left"):
         run_here(folder, laid, Share(), nothing)
     assert len(tried) <= 3 + at_once
-    assert folder.missing() == [3, 4, 5, 6, 7]
-    assert (folder.failures(), folder.begun()) == ({}, [])
+    # one that is under way beside it is interrupted
+    missing = folder.missing()
+    assert 5 <= len(missing) < 5 + at_once
+    assert set(folder.begun()) <= set(missing[: at_once - 1])
+    assert folder.failures() == {}
     monkeypatch.undo()
     assert run_here(folder, laid, Share(), nothing) == []
     assert folder.missing() == []
