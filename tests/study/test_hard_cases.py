@@ -295,8 +295,8 @@ def test_a_light_line_in_a_strong_current():
     still = found.fields["rope.velocity"][found.time < 1.0]
     assert np.max(np.abs(still)) < 1e-3
     # straight in the end, where a chain of lumps is exact; it has 44 s to get there. The
-    # dispersion correction takes the anchored node for one without load: it may move the tension
-    # by a twelfth of a segment's load
+    # dispersion correction knows the load at the anchored node as it was at rest, and not this one: it
+    # may move the tension by a twelfth of a segment's load
     assert values["free, angle, deg"] == pytest.approx(right["free, angle, deg"], rel=1e-4)
     assert values["free, anchor, N"] == pytest.approx(right["free, anchor, N"], rel=1 / 50 / 12)
     assert found.outcome.status is Status.OK
