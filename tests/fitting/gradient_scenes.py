@@ -122,7 +122,6 @@ end = "free"
 [bodies.block]
 mass = 30
 position = [0, 0, 0]
-size = [1, 1, 1]
 velocity = [1.5, 0, 0]
 points = { ring = [0.5, 0, 0] }
 free = ["x"]
