@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 import time
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,7 +15,8 @@ from benchmarks.measures import FINE, Histories, front_time
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.scene import Scene, load_study
 from lumpedcable.solve.integrate import Numbers
-from lumpedcable.status import Status
+from lumpedcable.solve.observe import signs
+from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
 from lumpedcable.study.packed import unpacked
 from lumpedcable.study.plan import (
@@ -119,13 +120,13 @@ class Runner:
 
     def histories(self, every: float, steps: int, count: int) -> tuple[Histories, Status]:
         """Ends and status at `count` + 1 times `every` (s) apart."""
-        wall, speed, bad, last = [], [], dict.fromkeys(_SIGNS, False), None
+        wall, speed, bad, last = [], [], dict.fromkeys(SIGNS, False), None
         for state, samples, now in self.through(every, steps, count):
             last = state
             wall.append(np.asarray(samples.ends[self.line])[0, :now, 0])
             speed.append(np.asarray(samples.fields[self.line]["velocity"])[0, :now, 0, -1])
-            for status, sign in _SIGNS.items():
-                bad[status] |= bool(np.any(sign(samples, self.limit)[0, :now]))
+            for status, shown in signs(jax.tree.map(np.asarray, samples), self.limit).items():
+                bad[status] |= bool(np.any(shown[0, :now]))
         assert last is not None
         moved = float(np.asarray(last.y.displacement[self.line])[0, 0, -1])
         times, tension = np.arange(count + 1) * every, np.concatenate(wall)
@@ -166,16 +167,6 @@ class Runner:
             warm.append(self.seconds())
         steps = self.accepted() if self.plan.adaptive else self.steps * self.count
         return Timed(found, status, first, statistics.median(warm), len(warm), steps)
-
-
-# what ends a run, in the order in which one thing causes the next
-_SIGNS: dict[Status, Any] = {
-    Status.LENGTH_LOST: lambda s, _: np.asarray(s.lost),
-    Status.STEP_BOUND_BROKEN: lambda s, limit: np.asarray(s.courant) > limit,
-    Status.TOO_MANY_STEPS: lambda s, _: np.asarray(s.exhausted),
-    Status.NON_FINITE: lambda s, _: ~np.asarray(s.finite),
-    Status.LINE_REVERSED: lambda s, _: np.asarray(s.reversed),
-}
 
 
 def run(scene: Scene) -> Timed:

@@ -320,9 +320,8 @@ def _text(value: Any) -> str:
 
 
 def _toml(value: Any) -> str:
-    if hasattr(
-        value, "__array__"
-    ):  # of NumPy, jax or whoever makes arrays and numbers of their types
+    # of NumPy, jax or whoever makes arrays, and numbers of types of their own
+    if hasattr(value, "__array__"):
         value = np.asarray(value).tolist()
     if isinstance(value, bool | str):
         return json.dumps(value, ensure_ascii=False)

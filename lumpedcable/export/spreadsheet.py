@@ -22,9 +22,8 @@ def write_csv(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     without histories: run, the swept numbers, status, then every number by its path. Units stand in
     brackets in the heading; numbers are SI with all the digits that they have.
     """
-    status = (
-        result.status
-    )  # it tells of a shard that is damaged, which reads as not written elsewhere
+    # first of all, since it tells of a shard that is damaged, which else reads as not written
+    status = result.status
     histories = {path: unit for path, (_, unit) in result.series.histories.items()}
     runs = range(result.runs) if run is None else range(run, run + 1)
     if histories:

@@ -141,9 +141,8 @@ class FitMethod(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield a certainty, which no interval has."""
-        if (
-            0.5 + 0.5 * self.confidence >= 1.0
-        ):  # the end of the interval, of which there is no quantile
+        # the upper end of the interval, of which there is then no quantile
+        if 0.5 + 0.5 * self.confidence >= 1.0:
             told = ", which is 1 to rounding" if self.confidence < 1.0 else ""
             message = f"expected less than 1, found {self.confidence:.17g}{told}"
             yield Problem(("confidence",), message)

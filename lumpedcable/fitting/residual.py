@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from lumpedcable.fitting.arrays import Arrays, GroupArrays, GroupSpec, Spec, TableArrays, TableSpec
 from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, Watched, look, weights_of
@@ -16,10 +16,9 @@ from lumpedcable.fitting.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
-from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import Numbers, Progress, begin, cast, interval
-from lumpedcable.solve.observe import Sample, sample
+from lumpedcable.solve.observe import Sample, sample, signs
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import SIGNS, Status
@@ -173,7 +172,8 @@ def history(
         values = jnp.stack([pick(run, s, what, weights) for what, weights in watched])
         counts = jnp.array([what.quantity not in (MEASURE, STOP) for what in spec.watched])
         finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
-        return values, signs(run, s._replace(finite=finite))
+        found = signs(s._replace(finite=finite, lost=run.lost, upright=run.upright))
+        return values, jnp.stack([found[sign] for sign in SIGNS])
 
     def look_at(run: Progress, k):
         t = (k + 1) * numbers.every
@@ -203,21 +203,6 @@ def history(
     status = jnp.array(SIGNS)[jnp.argmin(begins)]
     status = jnp.where(jnp.any(wrong), status, int(Status.OK))
     return jnp.concatenate([now[None], values]), status
-
-
-def signs(run: Progress, s: Sample) -> Bool[Array, " signs"]:
-    """Which of `SIGNS` an output shows."""
-    tipped = [least < STEEP for least in run.upright.values()]
-    upended = jnp.any(jnp.stack(tipped)) if tipped else jnp.zeros((), bool)
-    shown = {
-        Status.BODY_UPENDED: upended,
-        Status.LENGTH_LOST: run.lost,
-        Status.STEP_BOUND_BROKEN: s.courant > 1.0,
-        Status.TOO_MANY_STEPS: s.exhausted,
-        Status.NON_FINITE: ~s.finite,
-        Status.LINE_REVERSED: s.reversed,
-    }
-    return jnp.stack([shown[sign] for sign in SIGNS])
 
 
 def deviations(

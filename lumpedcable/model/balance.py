@@ -8,13 +8,12 @@ from jaxtyping import Array, Float
 from lumpedcable.model.boundary import boundary
 from lumpedcable.model.ends import end_name
 from lumpedcable.model.line import Line
-from lumpedcable.model.model import Model
+from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.waves import Cut
 
 __all__ = ["balanced", "reactions_at_rest"]
 
-Vectors = dict[str, Float[Array, "d nodes"]]
 BEFORE_ANYTHING = -jnp.inf  # s
 
 

@@ -7,6 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.ramp import grown_time, growth
+
 __all__ = [
     "AbstractMotion",
     "Harmonic",
@@ -69,23 +71,16 @@ class Harmonic(AbstractMotion):
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x(t) (m)."""
         offset = jnp.zeros_like(self.mean)
-        share = None
-        if self.ramp is not None:
-            # not `clip`, whose derivative at its bounds is half of that inside: the end starts at rest
-            share = jnp.where(t < self.ramp, t / self.ramp, 1.0)
         if self.velocity is not None:
-            at_speed = t
-            if self.ramp is not None and share is not None:
-                behind = 0.5 * (share + jnp.sin(jnp.pi * share) / jnp.pi)
-                at_speed = t - self.ramp * behind
+            at_speed = t if self.ramp is None else grown_time(t, self.ramp)
             offset += (self.velocity * at_speed).astype(offset.dtype)
         if self.amplitude is not None:
             assert self.period is not None
             angle = 2.0 * jnp.pi * t / self.period
             angle = angle if self.phase is None else angle + self.phase
             swing = jnp.sin(angle)
-            if share is not None:
-                swing *= jnp.sin(0.5 * jnp.pi * share) ** 2
+            if self.ramp is not None:
+                swing *= growth(t, self.ramp)
             offset += (self.amplitude * swing).astype(offset.dtype)
         return self.mean + offset
 

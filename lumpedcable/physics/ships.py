@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.motion import AbstractMotion, Recorded
+from lumpedcable.physics.ramp import growth
 
 __all__ = [
     "AbstractBodyMotion",
@@ -51,10 +52,10 @@ def rotation(turn: Float[Array, " 3"]) -> Float[Array, "3 3"]:
 def grown(
     values: Float[Array, " 6"], t: Float[Array, ""], ramp: Float[Array, ""] | None
 ) -> Float[Array, " 6"]:
-    """The numbers times r(t), which rises from 0 to 1 as sin^2(pi t / (2 ramp)) over `ramp` (s)."""
+    """The numbers times r(t), which rises from 0 to 1 over `ramp` (s): see `growth`."""
     if ramp is None:
         return values
-    return values * jnp.sin(0.5 * jnp.pi * jnp.clip(t / ramp, 0.0, 1.0)) ** 2
+    return values * growth(t, ramp)
 
 
 class Swing(eqx.Module):

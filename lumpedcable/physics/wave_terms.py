@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.physics.each import settled
 from lumpedcable.physics.vectors import least, most
 
-__all__ = ["SOFT", "Given", "Values", "WaveTensions", "slopes", "tensions"]
+__all__ = ["SOFT", "Given", "Values", "WaveTensions", "second_difference", "slopes", "tensions"]
 
 LINEAR_VISCOSITY = 0.16
 QUADRATIC_VISCOSITY = 0.5
@@ -170,9 +170,13 @@ def _uncut(given: Given, values: Values, pieces: _Pieces):
 def _bend(values: Values) -> Float[Array, " n"]:
     """The second difference of the tensions (N), less what it is at rest."""
     assert values.tension is not None
-    before, tension, after = values.tension
-    bend = after - 2.0 * tension + before
+    bend = second_difference(*values.tension)
     return bend if values.at_rest is None else bend - values.at_rest
+
+
+def second_difference(before, own, after) -> Float[Array, " n"]:
+    """x_j+1 - 2 x_j + x_j-1 of values and what is left and right of each."""
+    return after - 2.0 * own + before
 
 
 def _assembled(given: Given, values: Values, pieces: _Pieces) -> WaveTensions:

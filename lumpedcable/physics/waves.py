@@ -20,7 +20,15 @@ from lumpedcable.physics.place import framed, place_at_end
 from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tips import AFTER, BEFORE, FALLEN
 from lumpedcable.physics.vectors import least, most
-from lumpedcable.physics.wave_terms import SOFT, Given, Values, WaveTensions, slopes, tensions
+from lumpedcable.physics.wave_terms import (
+    SOFT,
+    Given,
+    Values,
+    WaveTensions,
+    second_difference,
+    slopes,
+    tensions,
+)
 
 __all__ = ["Boundary", "Cut", "Ghosted", "ReleaseWaves", "WaveTensions"]
 
@@ -175,8 +183,8 @@ class ReleaseWaves(eqx.Module):
         if cut is not None:
             ghosted = _written_beyond(ghosted, tension, still, still, tangent, cut)
         assert ghosted.tension is not None
-        before, own, after = neighbours(ghosted.tension)
-        return ReleaseWaves(self.corrected, after - 2.0 * own + before)
+        bend = second_difference(*neighbours(ghosted.tension))
+        return ReleaseWaves(self.corrected, bend)
 
     def terms(
         self,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Self
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.results.reader import OK, Index, LineData, ResultFile
+from lumpedcable.results.reader import OK, Index, LineData, ResultFile, open_result
 
 __all__ = ["SoundFile"]
 
@@ -24,8 +25,9 @@ class SoundFile(ResultFile):
     """
 
     @classmethod
-    def of(cls, result: ResultFile) -> Self:
-        """The same open file."""
+    def open(cls, path: str | Path) -> Self:
+        """Open a results file, as `open_result` does."""
+        result = open_result(path)
         return cls(result.path, result._file)
 
     @cached_property

@@ -45,9 +45,8 @@ def found(value: Any) -> str:
             return str(value).lower()
         case str():
             return f'"{value}"' if len(value) <= _SHOWN else f'"{value[: _SHOWN - 3]}..."'
-        case int() if (
-            abs(value) >= 10**_SHOWN
-        ):  # Python writes no number out of thousands of digits
+        # Python writes no number out of thousands of digits
+        case int() if abs(value) >= 10**_SHOWN:
             return f"a whole number of more than {_SHOWN} digits"
         case int() | float():
             return str(value)

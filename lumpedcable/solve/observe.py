@@ -20,7 +20,9 @@ from lumpedcable.physics.seam import EXTRA
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot
 from lumpedcable.physics.waves import Boundary
+from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.bound import courant_number
+from lumpedcable.status import Status
 
 __all__ = [
     "ARRIVAL_DROP",
@@ -29,6 +31,7 @@ __all__ = [
     "Watch",
     "end_tension",
     "sample",
+    "signs",
     "tension_at",
     "watch",
     "watched",
@@ -283,6 +286,21 @@ def sample(
         fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures,
         stopped=not_yet, lost=not_yet,
     )  # fmt: skip
+
+
+def signs(seen: Sample, limit: float = 1.0) -> dict[Status, Bool[Array, "..."]]:
+    """Which of `status.SIGNS` samples show; `limit` is the Courant number that a step may have."""
+    upended = seen.finite & False
+    for least in seen.upright.values():
+        upended = upended | (least < STEEP)
+    return {
+        Status.BODY_UPENDED: upended,
+        Status.LENGTH_LOST: seen.lost,
+        Status.STEP_BOUND_BROKEN: seen.courant > limit,
+        Status.TOO_MANY_STEPS: seen.exhausted,
+        Status.NON_FINITE: ~seen.finite,
+        Status.LINE_REVERSED: seen.reversed,
+    }
 
 
 def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]:

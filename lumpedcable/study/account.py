@@ -9,9 +9,8 @@ import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.seams import parts_of
-from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.integrate import Progress
-from lumpedcable.solve.observe import Sample
+from lumpedcable.solve.observe import Sample, signs
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import Ready
 
@@ -29,9 +28,6 @@ GIVERS = ("lost_control", "lost_drag", "lost_hull")
 ENERGY_LIMIT = 0.05
 
 
-FLAGS = ("finite", "reversed", "exhausted", "lost")
-
-
 class Account:
     """What is kept of a part's runs for their summaries: histories of scalars and of the ends."""
 
@@ -41,9 +37,7 @@ class Account:
         self.energy: dict[str, NDArray[np.float64]] = {}
         self.measures: dict[str, NDArray[np.float64]] = {}
         self.largest: dict[str, NDArray[np.float64]] = {}
-        self.flags = {key: np.zeros(shape, bool) for key in FLAGS}
-        self.upended = np.zeros(shape, bool)
-        self.courant = np.zeros(shape)
+        self.signs = {sign: np.zeros(shape, bool) for sign in SIGNS}
         self.reached = -1
         self.watches: tuple[Any, ...] = ()
         self.displacement: dict[str, NDArray[np.float64]] = {}
@@ -60,13 +54,11 @@ class Account:
         """Samples (runs, count, ...) from output `first` on."""
         times = slice(first, first + count)
         shape = (len(self.part.runs), self.count + 1)
-        for key, table in self.flags.items():
-            table[:, times] = getattr(samples, key)
+        finite = samples.finite
         for values in samples.energy.values():  # of places beyond all measure, before all else
-            self.flags["finite"][:, times] &= np.isfinite(values)
-        for values in samples.upright.values():
-            self.upended[:, times] |= np.asarray(values) < STEEP
-        self.courant[:, times] = samples.courant
+            finite = finite & np.isfinite(values)
+        for sign, shown in signs(samples._replace(finite=finite)).items():
+            self.signs[sign][:, times] = shown
         for kept, found in (
             (self.energy, samples.energy),
             (self.largest, samples.largest),
@@ -101,19 +93,10 @@ def statuses(
     account: Account, converged: NDArray[np.bool_], times: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """The first thing that went wrong in each run, and when (s); both of shape (runs,)."""
-    seen = slice(0, account.reached + 1)
-    shown = {
-        Status.BODY_UPENDED: account.upended[:, seen],
-        Status.LENGTH_LOST: account.flags["lost"][:, seen],
-        Status.STEP_BOUND_BROKEN: account.courant[:, seen] > 1.0,
-        Status.TOO_MANY_STEPS: account.flags["exhausted"][:, seen],
-        Status.NON_FINITE: ~account.flags["finite"][:, seen],
-        Status.LINE_REVERSED: account.flags["reversed"][:, seen],
-    }
     status = np.full(len(converged), int(Status.OK))
     first = np.full(len(converged), len(times))
     for sign in SIGNS:
-        flag = shown[sign]
+        flag = account.signs[sign][:, : account.reached + 1]
         begins = np.where(flag.any(axis=1), flag.argmax(axis=1), len(times))
         status = np.where(begins < first, int(sign), status)
         first = np.minimum(begins, first)

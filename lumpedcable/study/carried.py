@@ -97,12 +97,15 @@ def missed_extremes(
         if part.limit is None:
             continue
         least = -1.0 if part.LEAST else 1.0
-        at = np.where(np.isfinite(history), least * history, -np.inf).argmax(axis=1)
-        for run, k in enumerate(at):
-            beside = history[run, [j for j in (k - 1, k + 1) if 0 <= j <= last]]
-            apart = np.abs(beside - history[run, k])  # NaN beside what alone counts
-            if 0 < k < last and np.any(~(apart <= ROUGH * np.abs(history[run, k]))):
-                found[run].append(name)
+        at = np.where(np.isfinite(history), least * history, -np.inf).argmax(axis=1)[:, None]
+        own, *beside = (
+            np.take_along_axis(history, np.clip(at + way, 0, last), axis=1) for way in (0, -1, 1)
+        )
+        # not as near as that also where one is NaN, beside what alone counts
+        rough = [~(np.abs(other - own) <= ROUGH * np.abs(own)) for other in beside]
+        inside = (at > 0) & (at < last)
+        for run in np.flatnonzero(inside & (rough[0] | rough[1])):
+            found[run].append(name)
     words = "the extreme of {} may lie between output times: lower output.every"
     return [words.format(", ".join(names)) if names else "" for names in found]
 

@@ -38,15 +38,13 @@ def endless_words(
     """
     total = duration / step if step > 0.0 else math.inf
     many = f"{total:.3g}" if math.isfinite(total) else f"more than {sys.float_info.max:.3g}"
-    courant = swept.get("solver.courant", scene.solver.courant)
-    if {"solver.step"} & swept.keys() or scene.solver.step is not None:
+    if "solver.step" in swept or scene.solver.step is not None:
         whose, change = " (solver.step)", "raise solver.step"
     else:
-        whose, change = (
-            "",
-            "check stiffness, mass and damping for their units, take longer segments",
-        )
+        whose = ""
+        change = "check stiffness, mass and damping for their units, take longer segments"
         if "courant" in scene.solver.model_fields_set:
+            courant = swept.get("solver.courant", scene.solver.courant)
             whose = f" (solver.courant, {courant:.3g}, of the largest stable one)"
             change = f"raise solver.courant, {change}"
         graded = [

@@ -263,9 +263,8 @@ def _recoil(
         watch = account.watches[index]
         arrival = np.asarray(watch.arrival, float)
         # a far end that lost tension before the break lost it to something else
-        full = np.asarray(watch.loaded, float) >= (1.0 - ARRIVAL_DROP) * np.asarray(
-            watch.rest, float
-        )
+        rest = np.asarray(watch.rest, float)
+        full = np.asarray(watch.loaded, float) >= (1.0 - ARRIVAL_DROP) * rest
         felt = np.where(begun & full & ~(arrival >= when), arrival, nan) - begins
         numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
         with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.human import scale
-from lumpedcable.results.reader import ResultFile, open_result
+from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
@@ -68,7 +68,7 @@ def animate_result(
     if not (seconds > 0.0 and fps > 0):
         raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
     keep_others(target, target.suffix)
-    with SoundFile.of(open_result(path)) as result, style.styled():
+    with SoundFile.open(path) as result, style.styled():
         result.hold(run)
         more = beside(result, run) if beside is not None else ({}, (), ())
         film = _Film(result, run, seconds, more)

@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from lumpedcable.results.errors import OutputError, ResultError
-from lumpedcable.results.reader import ResultFile, open_result
+from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
 from lumpedcable.view.bodies import body_figure
@@ -63,7 +63,7 @@ def plot_result(
             raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
     folder = Path(outdir)
     made: list[Path] = []
-    with SoundFile.of(open_result(path)) as result:
+    with SoundFile.open(path) as result:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -88,7 +88,7 @@ def figures_of(path: str | Path) -> dict[str, Figure]:
         ResultError: the file cannot be read, or holds nothing to draw.
     """
     made: dict[str, Figure] = {}
-    with SoundFile.of(open_result(path)) as result, style.styled():
+    with SoundFile.open(path) as result, style.styled():
         for name, draw in _whole_figures(result):
             made[name] = draw()
         for group in groups(result) if _has_histories(result) else ():

@@ -9,7 +9,7 @@ from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.filmed import beside_lines
 from lumpedcable.page.recorded import recorded
 from lumpedcable.page.surroundings import surroundings
-from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
+from lumpedcable.results import Coordinate, ResultWriter, Variable
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.study.moved import Moved, straight_lines, study_of_text
 from lumpedcable.view import animation, style
@@ -215,7 +215,7 @@ def test_an_ideal_cable_goes_with_the_free_ship_that_its_post_stands_on():
 def test_ideal_cables_ships_and_cargo_are_filmed(transfer):
     said = say(transfer.parent, "animate", transfer.name, "--seconds", "0.4", "--fps", "5")
     assert (said.code, said.out, said.err) == (0, "t.gif\n", "")
-    with SoundFile.of(open_result(transfer)) as result, style.styled():
+    with SoundFile.open(transfer) as result, style.styled():
         film = animation._Film(result, 0, 1.0, beside_lines(result, 0))
         film.show(4)
         (y, z), (first, last) = film.shapes[0].get_segments()[0][1], film.limits

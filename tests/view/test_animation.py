@@ -8,7 +8,6 @@ import synthetic_result
 from command_line import refused, say
 from PIL import Image
 
-from lumpedcable.results import open_result
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import animate_result, animation, style
 
@@ -36,7 +35,7 @@ def test_a_gif_shows_the_run_in_slow_motion(file):
 
 
 def test_a_frame_holds_the_file_s_values(file):
-    with SoundFile.of(open_result(file)) as result, style.styled():
+    with SoundFile.open(file) as result, style.styled():
         film = animation._Film(result, 4, 10.0, ({}, (), ()))
         tension, place = result.line("rope").tension(4), result.line("rope").position(4)
         for sample in (0, 77):

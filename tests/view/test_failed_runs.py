@@ -28,7 +28,7 @@ def test_all_is_there_until_a_run_went_wrong_and_nothing_after(blown):
     with open_result(blown) as whole:
         tension, energy = whole.line("rope").tension(), whole.energy("kinetic")
         place = whole.line("rope").position()
-    with SoundFile.of(open_result(blown)) as result:
+    with SoundFile.open(blown) as result:
         line = result.line("rope")
         for seen, kept in ((line.tension(), tension), (result.energy("kinetic"), energy)):
             assert np.isnan(seen[3, HALF:]).all()
@@ -48,7 +48,7 @@ def test_no_axis_reaches_beyond_what_went_well(blown):
 
 
 def test_a_film_ends_where_the_run_went_wrong(blown):
-    with SoundFile.of(open_result(blown)) as result, style.styled():
+    with SoundFile.open(blown) as result, style.styled():
         film = animation._Film(result, 3, 10.0, ({}, (), ()))
         assert film.times[-1] == TIMES[HALF - 1]
         assert film.bottom.get_ylim()[1] < 2e-3 * PRETENSIONS[-1]
