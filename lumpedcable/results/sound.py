@@ -1,4 +1,4 @@
-"""A results file as far as its runs went well."""
+"""A results file as far as its runs went, and went well."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ WELL = (OK, "still_moving", "interrupted")  # ends up to which a run is right
 
 
 class SoundFile(ResultFile):
-    """A results file of whose runs all that came after they had gone wrong reads NaN.
+    """A results file of whose runs all that came after they had gone wrong or had stopped reads NaN.
 
-    What follows may be of any size, and would hide beside it what came before.
+    What follows a run that goes wrong may be of any size, and would hide beside it what came before;
+    what follows a stop is the state at it, which is no part of the motion.
     """
 
     @classmethod
@@ -32,11 +33,20 @@ class SoundFile(ResultFile):
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:
-        """At which saved times each run was still right, (run, time); at its start it always is."""
+        """At which saved times each run was right and on its way, (run, time); it is at its start.
+
+        So it is at the first saved time after its stop, which is of the stop itself.
+        """
         failed = np.array([status not in WELL for status in self.status])
         good = ~(failed[:, None] & (self.time >= self.status_time[:, None]))
+        stop = self.summary().get("run", {}).get("stop_time", np.full(self.runs, np.nan))
+        good[:, 1:] &= ~(self.time[None, :-1] >= stop[:, None])
         good[:, 0] = True
         return good
+
+    def last(self, run: int) -> int:
+        """Number of the last saved time at which a run was right and on its way."""
+        return int(self.good[run].nonzero()[0][-1])
 
     def line(self, name: str) -> LineData:
         """The fields of one line."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import LineData, ResultFile
+from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
 from lumpedcable.view.sampling import extent, node_count, side_view
@@ -75,10 +76,12 @@ def _end_tensions(line: LineData, run: int) -> tuple[Array, Array]:
     return tension[:, 0], tension[:, node_count(line, run) - 2]
 
 
-def shape_figure(result: ResultFile, group: Group) -> Figure:
-    """All lines seen from the side at a few times, a panel for each run."""
-    times = np.unique(np.linspace(0, len(result.time) - 1, _SHAPES).round().astype(int))
-    shapes = {run: _shapes(result, run, times) for run in group.runs}
+def shape_figure(result: SoundFile, group: Group) -> Figure:
+    """All lines seen from the side at a few times, a panel for each run; where it ended early, as then."""
+    ends = {run: result.last(run) for run in group.runs}
+    times = np.unique(np.linspace(0, max(ends.values()), _SHAPES).round().astype(int))
+    seen = {run: np.unique(np.minimum(times, end)) for run, end in ends.items()}
+    shapes = {run: _shapes(result, run, seen[run]) for run in group.runs}
     across, up = side_view([shape for run in shapes.values() for shape in run])
     to_time, time_unit = scale(float(result.time[-1]), "s")
     everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
@@ -86,9 +89,10 @@ def shape_figure(result: ResultFile, group: Group) -> Figure:
     note = "" if true else "Vertical scale stretched."
     heading = group.heading(result, "Shape")
     figure, axes = style.panel_figure(group.titles, heading)
-    colours = Normalize(result.time[0] * to_time, result.time[-1] * to_time)
-    for ax, drawn in zip(axes, shapes.values(), strict=True):
-        _draw(ax, drawn, (across, up), result.time[times] * to_time, colours)
+    shown_times = result.time[times] * to_time
+    colours = Normalize(shown_times[0], shown_times[-1])
+    for ax, run in zip(axes, group.runs, strict=True):
+        _draw(ax, shapes[run], (across, up), result.time[seen[run]] * to_time, colours)
         if true:
             ax.set_aspect("equal", adjustable="datalim")
     style.label_outer(axes, f"{_AXES[across]} (m)", f"{_AXES[up]} (m)")
@@ -96,7 +100,7 @@ def shape_figure(result: ResultFile, group: Group) -> Figure:
     bar = figure.colorbar(
         shown, ax=axes, label=style.with_unit("time", time_unit), aspect=35, pad=0.02
     )
-    bar.set_ticks((result.time[times] * to_time).tolist())
+    bar.set_ticks(shown_times.tolist())
     style.foot(figure, f"{note}\n{group.note}")
     return figure
 

@@ -119,7 +119,7 @@ def _has_histories(result: ResultFile) -> bool:
     return fields or bool(result.energy_terms) or bool(result.bodies) or bool(result.measures())
 
 
-def _figures(result: ResultFile, group: Group) -> Iterator[tuple[str, Draw]]:
+def _figures(result: SoundFile, group: Group) -> Iterator[tuple[str, Draw]]:
     """Names and makers of the figures of one group, as far as the file holds their fields."""
     for cable in result.cables:
         which = f"_{file_tag(cable)}" if len(result.cables) > 1 else ""

@@ -54,12 +54,13 @@ def test_a_film_ends_where_the_run_went_wrong(blown):
         assert film.bottom.get_ylim()[1] < 2e-3 * PRETENSIONS[-1]
 
 
-def test_a_body_that_flies_off_leaves_the_others_on_their_scale(tmp_path):
+def test_bodies_that_fly_off_or_stop_leave_the_others_on_their_scale(tmp_path):
     times, path = np.linspace(0.0, 4.0, 5), tmp_path / "r.h5"
-    position = np.zeros((3, 5, 3))
+    position = np.zeros((4, 5, 3))
     position[:, :, 0] = times
     position[1, 3:] = BEYOND
     position[2, 4:, 0] = 4.5
+    position[3, 3:, 0] = 2.5  # where it stopped
     meanings = {"flag_values": np.array([0, 4, 9], "i1")}
     meanings["flag_meanings"] = "ok line_reversed still_moving"
     shape = ("run", "time", "xyz")
@@ -68,21 +69,25 @@ def test_a_body_that_flies_off_leaves_the_others_on_their_scale(tmp_path):
         Variable("bodies/ship/velocity", shape, "f8", "m/s"),
         Variable("status", ("run",), "i1", "1", "outcome", meanings),
         Variable("status_time", ("run",), "f8", "s"),
+        Variable("summary/stop_time", ("run",), "f8", "s"),
     ]
-    dims = {"run": 3, "time": 5, "xyz": 3}
+    dims = {"run": 4, "time": 5, "xyz": 3}
     known = {"time": Coordinate(times, "s")}
     with ResultWriter(
         path, dims=dims, variables=variables, coordinates=known, attributes={}
     ) as writer:
         writer.write("bodies/ship/position", position)
         writer.write("bodies/ship/velocity", 0.0 * position)
-        writer.write("status", [0, 4, 9])
-        writer.write("status_time", [np.nan, 3.0, 4.0])
+        writer.write("status", [0, 4, 9, 0])
+        writer.write("status_time", [np.nan, 3.0, 4.0, np.nan])
+        writer.write("summary/stop_time", [np.nan, np.nan, np.nan, 2.6])
         writer.finish()
     far, _ = figures_of(path)["body_ship"].axes
-    whole, failed, moving = (line.get_ydata() for line in far.lines)
+    whole, failed, moving, stopped = (line.get_ydata() for line in far.lines)
     np.testing.assert_allclose(whole, times)
     np.testing.assert_allclose(failed, [0.0, 1.0, 2.0, np.nan, np.nan])
     # one that has not stopped yet has not gone wrong
     np.testing.assert_allclose(moving, [0.0, 1.0, 2.0, 3.0, 4.5])
+    # and of one that has, only the stop itself is shown
+    np.testing.assert_allclose(stopped, [0.0, 1.0, 2.0, 2.5, np.nan])
     assert far.get_ylim()[1] < 5.0

@@ -12,6 +12,7 @@ from matplotlib.text import Text
 from synthetic_result import LENGTH, MASS, PRETENSIONS, SPEED, TIMES, snapback, wave
 
 from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
+from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
 from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, shape_figure
@@ -255,7 +256,7 @@ def test_tension_at_the_ends_of_a_line_that_holds(tmp_path):
 @pytest.mark.parametrize(("sag", "true"), [(15.0, True), (2.0, False)])
 def test_shapes_are_true_to_scale_unless_too_flat(tmp_path, sag, true):
     path = snapback(tmp_path / "a.h5", pretensions=(45e3,), broken=False, sag=sag, segments=20)
-    with open_result(path) as result:
+    with SoundFile.open(path) as result:
         figure = drawn(shape_figure, result, groups(result)[0])
         (ax,) = panels(figure)
         assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (m)", "z (m)")
@@ -331,7 +332,7 @@ SCENES = {
 )
 def test_no_text_is_cut_off_or_overlaps_another(tmp_path, name):
     path = snapback(tmp_path / "a.h5", **SCENES[name])
-    with open_result(path) as result:
+    with SoundFile.open(path) as result:
         group = groups(result)[-1]
         ends = [RecoilingEnd(result, end) for end in result.ends]
         figures = [drawn(make, result, end, group) for end in ends for make in RECOIL]
