@@ -13,10 +13,11 @@ from lumpedcable.page.bodies import moved_bodies
 from lumpedcable.page.pack import Pack
 from lumpedcable.page.surroundings import surroundings, tables
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
-from lumpedcable.results import ResultError, open_result
+from lumpedcable.results import ResultError
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity, scale
 from lumpedcable.results.reader import LineData, ResultFile
+from lumpedcable.results.sound import SoundFile
 
 __all__ = ["Payload", "recorded"]
 
@@ -38,7 +39,7 @@ class Payload(dict[str, Any]):
 
 
 def recorded(path: str | Path, run: int | None = None) -> Payload:
-    """Everything that the page of a results file shows.
+    """Everything that the page of a results file shows: of a run that went wrong what came before.
 
     Args:
         path: the file, finished or not.
@@ -51,7 +52,8 @@ def recorded(path: str | Path, run: int | None = None) -> Payload:
     Raises:
         ResultError: it cannot be read, has no such run, or holds no positions to draw.
     """
-    with open_result(path) as result:
+    # what has stopped goes on to be seen, where it lies
+    with SoundFile.open(path, stops=False) as result:
         result.hold(run or 0)
         found = _Recorder(result, run or 0)
         if not found.lines:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results.reader import OK, Index, LineData, ResultFile, open_result
+from lumpedcable.results.series import Series
 
 __all__ = ["SoundFile"]
 
@@ -22,25 +23,41 @@ class SoundFile(ResultFile):
     """A results file of whose runs all that came after they had gone wrong or had stopped reads NaN.
 
     What follows a run that goes wrong may be of any size, and would hide beside it what came before;
-    what follows a stop is the state at it, which is no part of the motion.
+    what follows a stop is the state at it, which is no part of the motion. Where a picture keeps on
+    showing what has stopped, as it lies there, that can be left as it is.
     """
 
+    def __init__(self, path: Path, file: h5py.File, stops: bool = True) -> None:
+        super().__init__(path, file)
+        self.series: Series = _SoundSeries(file, self)
+        self._stops = stops
+
     @classmethod
-    def open(cls, path: str | Path) -> Self:
-        """Open a results file, as `open_result` does."""
+    def open(cls, path: str | Path, *, stops: bool = True) -> Self:
+        """Open a results file, as `open_result` does.
+
+        Args:
+            path: as of `open_result`.
+            stops: whether what followed a stop reads NaN too, or the state at the stop.
+
+        Raises:
+            ResultError: as of `open_result`.
+        """
         result = open_result(path)
-        return cls(result.path, result._file)
+        return cls(result.path, result._file, stops)
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:
         """At which saved times each run was right and on its way, (run, time); it is at its start.
 
-        So it is at the first saved time after its stop, which is of the stop itself.
+        So it is at the first saved time after its stop, which is of the stop itself, and where stops
+        do not count at all that follow.
         """
         failed = np.array([status not in WELL for status in self.status])
         good = ~(failed[:, None] & (self.time >= self.status_time[:, None]))
-        stop = self.summary().get("run", {}).get("stop_time", np.full(self.runs, np.nan))
-        good[:, 1:] &= ~(self.time[None, :-1] >= stop[:, None])
+        stop = self.summary().get("run", {}).get("stop_time") if self._stops else None
+        if stop is not None:
+            good[:, 1:] &= ~(self.time[None, :-1] >= stop[:, None])
         good[:, 0] = True
         return good
 
@@ -75,6 +92,22 @@ class _SoundLine(LineData):
     def field(self, name: str, run: Index = None, time: Index = None) -> Array:
         """As of the whole file."""
         return _masked(super().field(name, run, time), self._good, run, time)
+
+
+class _SoundSeries(Series):
+    """What the file follows through time by its path, as far as its runs went well."""
+
+    def __init__(self, file: h5py.File, whole: SoundFile) -> None:
+        super().__init__(file)
+        self._whole = whole
+
+    def read(self, path: str, run: int | slice) -> Array:
+        """As of the whole file."""
+        values = super().read(path, run)
+        dataset = self._file[path]
+        assert isinstance(dataset, h5py.Dataset)
+        timed = dataset.ndim > 1 and "time" in dataset.dims[1]
+        return _masked(values, self._whole.good, run) if timed else values
 
 
 def _masked(values: Array, good: NDArray[np.bool_], run: Index = None, time: Index = None) -> Array:

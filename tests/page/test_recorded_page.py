@@ -9,6 +9,7 @@ import signal
 import urllib.error
 import urllib.request
 
+import h5py
 import numpy as np
 import pytest
 import synthetic_result
@@ -17,7 +18,13 @@ from command_line import ROOT, process, refused, say
 from lumpedcable.page import recorded as module
 from lumpedcable.page.document import document
 from lumpedcable.page.recorded import recorded
-from lumpedcable.results import ResultError, open_result
+from lumpedcable.results import (
+    Coordinate,
+    ResultError,
+    ResultWriter,
+    Variable,
+    open_result,
+)
 
 
 def unpacked(block, how):
@@ -71,6 +78,77 @@ def test_read_outs_are_the_file_s_own_numbers(file):
     chords = np.sqrt((np.diff(place, axis=2) ** 2).sum(-1)).sum(-1)
     assert np.allclose(found["lines/rope/length"], chords, rtol=1e-6, equal_nan=True)
     assert np.allclose(found["energy/kinetic"], kinetic, rtol=1e-6, equal_nan=True)
+
+
+@pytest.fixture
+def blown(tmp_path):
+    """A file whose run 3 has numbers beyond all bounds from half-way on, when it went wrong."""
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=20, sag=2.0, failed=(3,))
+    with h5py.File(path, "r+") as changed:
+        for name in ("lines/rope/position", "lines/rope/tension", "lines/rope/velocity"):
+            changed[name][3, 100:] = 1e35
+        changed["energy/kinetic"][3, 100:] = 1e125
+        changed["energy/strain"][3, 100:] = np.inf
+    return path
+
+
+def test_a_run_that_blew_up_leaves_the_others_as_they_are(blown):
+    head = recorded(blown)
+    block = head.pack.text()
+    (line,) = head["lines"]
+    with open_result(blown) as result:
+        position, tension = result.line("rope").position(), result.line("rope").tension()
+        energies = {f"energy/{term}": result.energy(term) for term in ("kinetic", "strain")}
+    good = np.ones(tension.shape[:2], bool)
+    good[3, 100:] = False
+    pairs = [(line["position"][k], position[..., k]) for k in range(3)]
+    for how, right in (*pairs, (line["tension"], tension)):
+        told, room = unpacked(block, how), np.ptp(right[good])
+        assert abs(told - right)[good].max() <= room / 128_000 + 1e-6
+        assert np.isnan(told[~good]).all()
+    for history in head["histories"]:
+        found = unpacked(block, history["data"])
+        assert np.isfinite(found[good]).all()
+        assert np.isnan(found[~good]).all()
+        if history["key"] in energies:
+            assert np.allclose(found[good], energies[history["key"]][good], rtol=1e-6)
+        assert history["top"] < 1e6
+
+
+def test_a_run_that_has_stopped_stays_where_it_lies(tmp_path):
+    times = np.linspace(0.0, 4.0, 5)
+    position = np.zeros((2, 5, 3))
+    position[:, :, 0] = times
+    position[1, 3:, 0] = 2.5  # where it stopped
+    variables = [
+        Variable("bodies/ship/position", ("run", "time", "xyz"), "f8", "m"),
+        Variable("bodies/ship/attitude", ("run", "time", "xyz"), "f8", "rad"),
+        Variable("lines/cable/position", ("run", "time", "node", "xyz"), "f8", "m"),
+        Variable("lines/cable/payout", ("run", "time"), "f8", "m"),
+        Variable("summary/stop_time", ("run",), "f8", "s"),
+    ]
+    dims = {"run": 2, "time": 5, "xyz": 3, "lines/cable/node": 2, "lines/cable/segment": 1}
+    known = {"time": Coordinate(times, "s")}
+    for name, places in (("node", [0.0, 9.0]), ("segment", [4.5])):
+        path = f"lines/cable/unstretched_{'position' if name == 'node' else name}"
+        known[path] = Coordinate(places, "m", "", (name,))
+    with ResultWriter(
+        tmp_path / "r.h5", dims=dims, variables=variables, coordinates=known, attributes={}
+    ) as writer:
+        writer.write("bodies/ship/position", position)
+        writer.write("bodies/ship/attitude", 0.0 * position)
+        writer.write("lines/cable/position", np.stack([position, position + 9.0], axis=2))
+        writer.write("lines/cable/payout", position[..., 0])
+        writer.write("summary/stop_time", [np.nan, 2.6])
+        path = writer.finish()
+    head = recorded(path)
+    block = head.pack.text()
+    (line,), (ship,) = head["lines"], head["bodies"]
+    payout = next(h["data"] for h in head["histories"] if h["key"] == "lines/cable/payout")
+    seen = (ship["position"][0], payout, line["position"][0])
+    for told in (unpacked(block, how) for how in seen):
+        x = told[1, :, 0] if told.ndim == 3 else told[1]
+        assert x == pytest.approx([0.0, 1.0, 2.0, 2.5, 2.5], abs=1e-3)
 
 
 def test_runs_and_numbers_are_told(file):
