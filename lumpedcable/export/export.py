@@ -10,7 +10,8 @@ from lumpedcable.export.gltf import write_gltf
 from lumpedcable.export.moordyn import write_moordyn
 from lumpedcable.export.spreadsheet import write_csv
 from lumpedcable.export.vtkhdf import write_vtkhdf
-from lumpedcable.results import OutputError, ResultFile, open_result
+from lumpedcable.results import OutputError, ResultFile
+from lumpedcable.results.sound import SoundFile
 
 __all__ = ["FORMATS", "export_result"]
 
@@ -28,7 +29,7 @@ FORMATS: dict[str, tuple[str, Write]] = {
 def export_result(
     path: str | Path, kind: str, target: str | Path | None = None, run: int | None = None
 ) -> list[Path]:
-    """Write a results file in another format.
+    """Write a results file in another format, each run until it went wrong; one that stops rests then.
 
     Args:
         path: the results file, finished or not.
@@ -46,7 +47,7 @@ def export_result(
     if kind not in FORMATS:
         raise OutputError(f"expected a format, one of {', '.join(FORMATS)}, found {kind!r}")
     suffix, write = FORMATS[kind]
-    with open_result(path) as result:
+    with SoundFile.open(path, stops=False) as result:
         if run is not None:
             result.hold(run)
         stem = Path(result.path.name.removesuffix(".partial")).stem

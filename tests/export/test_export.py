@@ -17,6 +17,7 @@ from lumpedcable.export import FORMATS, export_result
 from lumpedcable.results import open_result
 
 RUN = 3
+HALF = len(synthetic_result.TIMES) // 2
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +70,14 @@ class Glb:
         assert (magic, version, size) == (b"glTF", 2, len(data))
         length, kind = struct.unpack_from("<I4s", data, 12)
         assert kind == b"JSON"
-        self.head = json.loads(data[20 : 20 + length])
+        self.head = json.loads(data[20 : 20 + length], parse_constant=self.refuse)
         size, kind = struct.unpack_from("<I4s", data, 20 + length)
         assert (kind, size) == (b"BIN\0", self.head["buffers"][0]["byteLength"])
         self.blob = data[28 + length :]
+
+    @staticmethod
+    def refuse(text):
+        raise AssertionError(f"{text} is not JSON")
 
     def array(self, index):
         accessor = self.head["accessors"][index]
@@ -174,6 +179,59 @@ def test_moordyn_tables_have_its_channels(file, fields, tmp_path):
     assert np.allclose(table[:, names.index("Node8px")], position[:, 8, 0], rtol=1e-7)
     assert np.allclose(table[:, names.index("Node4pz")], position[:, 4, 2], rtol=1e-7)
     assert np.allclose(table[:, names.index("Seg8Te")], tension[:, 7], rtol=1e-7)
+
+
+@pytest.fixture(scope="module")
+def blown(tmp_path_factory):
+    """The same file, of whose run 3 all from half-way on, when it went wrong, is beyond all bounds."""
+    path = tmp_path_factory.mktemp("export") / "blown.h5"
+    synthetic_result.snapback(path, segments=8, sag=4.0, padded=1, failed=(RUN,))
+    with h5py.File(path, "r+") as changed:
+        for name in ("position", "velocity", "tension", "strain"):
+            changed[f"lines/rope/{name}"][RUN, HALF:] = 1e35
+        changed["energy/kinetic"][RUN, HALF:] = 1e125
+    return path
+
+
+def test_gltf_ends_where_a_run_went_wrong(blown, fields, tmp_path):
+    (made,) = export_result(blown, "gltf", tmp_path / "r.glb", RUN)
+    track = Glb(made).tracks("rope node 8")
+    # 99 ms, the last time before half-way, stretched to 4 s
+    assert track["time"] == pytest.approx(4.0 / 0.099 * synthetic_result.TIMES[:HALF], rel=1e-6)
+    assert track["translation"][:, 0] == pytest.approx(fields[0][:HALF, 8, 0], rel=1e-6)
+
+
+def test_tables_and_grids_read_nan_from_where_a_run_went_wrong(blown, file, tmp_path):
+    with open_result(file) as result:
+        kinetic = result.energy("kinetic")
+        tension = result.line("rope").tension(RUN)[:, :8]
+    (made,) = export_result(blown, "csv", tmp_path / "r.csv")
+    head, *rows = list(csv.reader(made.read_text().splitlines()))
+    found = np.array(rows, float)[:, head.index("energy/kinetic [J]")].reshape(8, 201)
+    kinetic[RUN, HALF:] = np.nan
+    np.testing.assert_array_equal(found, kinetic)
+    main, line = export_result(blown, "moordyn", tmp_path / "r.out", RUN)
+    for path in (main, line):
+        table = np.loadtxt(path, skiprows=2)
+        assert np.isfinite(table[:HALF]).all()
+        assert np.isnan(table[HALF:, 1:]).all()
+    (made,) = export_result(blown, "vtkhdf", tmp_path / "r.vtkhdf", RUN)
+    with h5py.File(made) as grid:
+        found = grid["VTKHDF/CellData/tension"][()].reshape(201, 8)
+        points = grid["VTKHDF/Points"][()].reshape(201, 9, 3)
+    np.testing.assert_allclose(found[:HALF], tension[:HALF], rtol=1e-6)
+    assert np.isnan(found[HALF:]).all()
+    assert np.isfinite(points[:HALF]).all()
+    assert np.isnan(points[HALF:]).all()
+
+
+def test_what_has_stopped_rests_in_exports(tmp_path):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, sag=1.0)
+    with h5py.File(path, "r+") as changed:
+        changed["summary/stop_time"] = np.full(8, 0.05)
+        changed["summary/stop_time"].dims[0].attach_scale(changed["run"])
+    export_result(path, "csv", tmp_path / "r.csv")
+    assert "nan" not in (tmp_path / "r.csv").read_text()
 
 
 @pytest.mark.parametrize("kind", FORMATS)
