@@ -30,7 +30,8 @@ from lumpedcable.study.carried import (
     carried_variables,
     rider_fields,
 )
-from lumpedcable.study.laying import Laid, node_places
+from lumpedcable.study.laying import Laid
+from lumpedcable.study.places import Places, neighbours
 from lumpedcable.study.plan import courant_of, fields_of
 from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
@@ -62,12 +63,6 @@ STORED = {
     "contact": "energy stored where trolleys touch their lines",
     "hydrostatic": "energy of hulls that heave, roll or pitch",
     "control": "what holds ships at their places, as if it were stored",
-}
-
-
-PLACES = {
-    "unstretched_position": "unstretched distance from the start of the line",
-    "unstretched_segment": "the same, segment middles",
 }
 
 
@@ -112,10 +107,7 @@ class Contents:
         self.riders = carried_bodies(self.scene)
         rigid = [n for n, b in self.scene.bodies.items() if isinstance(b, Body) and b.rigid]
         self.bodies = [*rigid, *self.riders] if self.histories else []
-        # lines whose lengths targets choose
-        chosen = {target.line for target in self.scene.targets.values()}
-        self.sources = {name: piece.line for piece in pieces for name in piece.names}
-        self.chosen = [p.name for p in pieces if p.line in chosen] if self.histories else []
+        self.places = Places(laid) if self.histories else None
         laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
         self.rigid = [name for name, law in laws.items() if law == "inextensible"]
         kept = self.histories and "energy" in self.scene.output.quantities
@@ -170,10 +162,7 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
-        for name in dict.fromkeys(self.chosen):
-            for (quantity, text), place in zip(PLACES.items(), ("node", "segment"), strict=True):
-                path, dims = f"lines/{name}/{quantity}", ("run", place)
-                found.append(Variable(path, dims, "f8", "m", text, counted=False, places=True))
+        found += self.places.variables() if self.places else []
         for name in self.rigid:
             path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
             found.append(Variable(path, ("run", "segment"), "f8", "N", text))
@@ -217,8 +206,7 @@ class Contents:
         if runs.named:
             names = np.array([runs.name(int(run)) for run in self.runs], object)
             found["case"] = Coordinate(names, "1", "name of the case", ("run",))
-        for name in self.segments if self.histories else ():
-            found |= self._places(name) if name not in self.chosen else {}
+        found |= self.places.coordinates(self.runs) if self.places else {}
         for reference, part in self.scene.references.items():
             for quantity, values in part.values.items():
                 if self.ends:
@@ -228,37 +216,6 @@ class Contents:
                     attributes = {"source": part.source}
                     found[path] = Coordinate(table, unit, text, ("run",), attributes)
         return found
-
-    def _places(self, name: str) -> dict[str, Coordinate]:
-        """Unstretched places along a line: one row for all runs of the study, or one for each."""
-        study, laid = self.study, self.laid
-        line = self.sources[name]
-        lengths = ("length", "payout.", "grading", "segment_lengths.")
-        own = tuple(f"lines.{line}.{key}" for key in lengths)
-        own += tuple(
-            f"events.{k}.place" for k, e in self.scene.events.items() if e.target()[0] == line
-        )
-        keys = sorted(key for key in study.runs.moved if key.startswith(own))
-        if not keys and len(laid.structures) == 1:
-            rows, firsts = np.zeros(0, int), [0]
-        else:
-            moved = study.runs.numbers(self.runs)
-            table = np.column_stack([laid.which(self.runs), *(moved[key] for key in keys)])
-            _, firsts, rows = np.unique(table, axis=0, return_index=True, return_inverse=True)
-            firsts = self.runs[firsts]
-        nodes = np.full((len(firsts), self.segments[name] + 1), np.nan)
-        for k, run in enumerate(firsts):
-            places = node_places(study.runs[int(run)], name)
-            if places is not None:
-                nodes[k, : places.size] = places
-        nodes = nodes[rows.ravel()] if rows.size else nodes[0]
-        middle = 0.5 * (nodes[..., 1:] + nodes[..., :-1])
-        dims = ("run",) * (nodes.ndim - 1)
-        rows = zip(PLACES.items(), (nodes, middle), ("node", "segment"), strict=True)
-        return {
-            f"lines/{name}/{quantity}": Coordinate(values, "m", text, (*dims, place))
-            for (quantity, text), values, place in rows
-        }
 
     def attributes(self) -> dict[str, Any]:
         """What the file says of itself."""
@@ -339,8 +296,7 @@ class Contents:
 
     def _put(self, writer: ResultWriter, path: str, rows, first: int, table) -> None:
         times = slice(first, first + table.shape[1])
-        # neighbours go together: each call costs as much as thousands of numbers
-        for group in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) != 1) + 1):
+        for group in neighbours(rows):
             mine = slice(int(rows[group[0]]), int(rows[group[-1]]) + 1)
             writer.write(path, table[group[0] : group[-1] + 1], run=mine, time=times)
 

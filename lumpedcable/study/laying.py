@@ -9,9 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumpedcable.model.assemble import segment_lengths
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.layout import cut_keys, cuts_of, layouts_of, make_layout
+from lumpedcable.model.layout import cut_keys, cuts_of, layouts_of
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure
@@ -23,7 +22,7 @@ from lumpedcable.study.plan import (
     structure_of,
 )
 
-__all__ = ["Laid", "equal_rows", "lay_out", "node_places"]
+__all__ = ["Laid", "equal_rows", "lay_out"]
 
 MOST_SCENES = 1000  # looked at for the coordinates that all runs lie in
 # numbers that place nothing: however many values they take, the coordinates are the same
@@ -188,22 +187,3 @@ def _placing_scenes(study: Study) -> list[Scene]:
         between = np.linspace(0, len(found) - 1, MOST_SCENES).astype(int)
         found = found[sorted({*map(int, ends), *between.tolist()})]
     return [runs[int(run)] for run in found]
-
-
-def node_places(scene: Scene, name: str) -> NDArray[np.float64] | None:
-    """Unstretched distances (m) of the nodes of a line or a part of one from the start of the line.
-
-    None if the scene has no such part.
-    """
-    layout = make_layout(scene)
-    if all(piece.name != name for piece in layout.pieces):
-        return None
-    piece = next(p for p in layout.pieces if p.name == name)
-    lengths = np.broadcast_to(segment_lengths(scene, piece, np), (piece.segments,))
-    begin = 0.0
-    for other in layout.of_line(piece.line):
-        if other.name == name:
-            break
-        own = np.broadcast_to(segment_lengths(scene, other, np), (other.segments,))
-        begin += float(own.sum())
-    return begin + np.concatenate([[0.0], np.cumsum(lengths)])

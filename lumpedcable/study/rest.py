@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from lumpedcable.study.compiled import Ready
 
-__all__ = ["rest_variables", "write_chosen", "write_rest"]
+__all__ = ["rest_variables", "write_rest"]
 
 Numbers = dict[str, "NDArray[np.float64]"]
 
@@ -63,33 +63,6 @@ def write_rest(
             values = np.where(good, values, np.nan)
             for k, row in enumerate(rows):
                 writer.write(f"rest/{cable.name}/{key}", values[k : k + 1], run=slice(row, row + 1))
-
-
-def write_chosen(
-    writer: ResultWriter,
-    names: Sequence[str],
-    scenes: Sequence[Scene],
-    rows: Sequence[int] | NDArray[np.int64],
-    ready: Ready,
-    nodes: Mapping[str, NDArray[np.float64]],
-) -> None:
-    """Write where the nodes of lines are whose lengths were found, unstretched; as `write_rest`.
-
-    Where none were found they are those that the scene guesses.
-    """
-    lines = ready.model.lines
-    for name in names:
-        count = nodes[name].shape[-1] - 1
-        lengths = np.asarray(lines[name].segment_length).reshape(len(rows), -1)
-        guess = np.array([[scene.lines[name].length / count] for scene in scenes])
-        lengths = np.where(np.asarray(ready.converged)[:, None], lengths, guess)
-        ends = np.cumsum(np.broadcast_to(lengths, (len(rows), count)), axis=1)
-        places = np.concatenate([np.zeros((len(rows), 1)), ends], axis=1)
-        middles = 0.5 * (places[:, 1:] + places[:, :-1])
-        for k, row in enumerate(rows):
-            here = slice(row, row + 1)
-            writer.write(f"lines/{name}/unstretched_position", places[k : k + 1], run=here)
-            writer.write(f"lines/{name}/unstretched_segment", middles[k : k + 1], run=here)
 
 
 def _numbers(

@@ -24,8 +24,9 @@ from lumpedcable.study.compiled import Ready, Structure, begin_batch, number
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
 from lumpedcable.study.laying import Laid, equal_rows, lay_out
+from lumpedcable.study.places import found_lengths
 from lumpedcable.study.plan import plan_of, stepping
-from lumpedcable.study.rest import write_chosen, write_rest
+from lumpedcable.study.rest import write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
@@ -181,6 +182,8 @@ def _run_block(
 ) -> None:
     """All runs of a block, to the file from row `first` on and to the table."""
     laid = contents.laid
+    if contents.places:  # for runs of which none is found
+        contents.places.write(writer, block, first + np.arange(len(block)))
     right = contents.mark_impossible(block, table)
     tell(int(np.sum(~right)) * laid.count)
     which = laid.which(block)
@@ -254,7 +257,9 @@ def _run_part(
         mine = [contents.study.runs[int(k)] for k in part.runs]
         rest = rows_of(ready, np.arange(lived))
         write_rest(writer, mine, rows, rest, start, sample.ends)
-        write_chosen(writer, contents.chosen, mine, rows, rest, start)
+    if contents.places and contents.places.found:
+        lengths = found_lengths(contents.places, rows_of(ready, np.arange(lived)), sample, scene)
+        contents.places.write(writer, part.runs, rows, lengths)
     timings.mark("begin")
     batch = Batch(part, ready, run)
     done = 0

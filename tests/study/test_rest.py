@@ -25,6 +25,7 @@ from lumpedcable.results import open_result
 from lumpedcable.results.chord import along_chord
 from lumpedcable.scene import load_study
 from lumpedcable.study.cables import cables
+from lumpedcable.study.run import run_study
 
 CONFIGS = Path(__file__).parents[2] / "configs" / "highline"
 KEYS = ("sag", "horizontal_tension", "start_tension", "end_tension")
@@ -75,6 +76,35 @@ def test_places_along_a_line_are_those_of_the_length_that_was_found(delivery):
             assert middles == pytest.approx(0.5 * (before[1:] + before[:-1]))
     with xarray.open_dataset(delivery[0] / "d.h5", engine="h5netcdf", group="lines/before") as line:
         assert "unstretched_position" in line.coords
+
+
+def test_runs_of_other_meshes_have_their_own_places(tmp_path):
+    (tmp_path / "scene.toml").write_text("""
+gravity = 9.81
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+[lines.line]
+material = "wire"
+length = "41 m"
+segments = 2
+mass = "2 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { fixed = [40, 0, 0] }
+[targets.length]
+change = "lines.line.length"
+of = "line"
+length = "45 m"
+[output]
+[sweep]
+"lines.line.segments" = [2, 3]
+""")
+    run_study(load_study(tmp_path / "scene.toml"), tmp_path / "out.h5")
+    with open_result(tmp_path / "out.h5") as result:
+        line = result.line("line")
+        assert line.unstretched_position(0)[:3] == pytest.approx([0.0, 22.5, 45.0])
+        assert np.isnan(line.unstretched_position(0)[3])
+        assert line.unstretched_position(1) == pytest.approx([0.0, 15.0, 30.0, 45.0])
 
 
 def test_the_table_stands_beside_the_closed_forms(delivery):

@@ -3,6 +3,7 @@
 from functools import cache
 from pathlib import Path
 
+import h5py
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -189,6 +190,45 @@ def test_a_sheave_rubs_by_all_that_the_drum_pulls_with(speed):
     expected = drum * np.exp(np.sign(speed) * 0.1 * np.pi) if drum > 0.0 else drum
     assert line == pytest.approx(expected, rel=1e-6)
     assert float(forces["friction"][0]) * speed <= 0.0
+
+
+def test_places_along_a_line_are_those_of_what_is_paid_out_at_the_start(tmp_path):
+    text = """
+gravity = 9.81
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+tension_only = true
+[lines.line]
+material = "wire"
+length = "60 m"
+segments = 4
+mass = "20 g/m"
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = [40, 0, 0], tension = "8 kN" } }
+[output]
+duration = "20 ms"
+every = "10 ms"
+[sweep]
+"lines.line.end.winch.tension" = ["8 kN", "1 N"]
+"lines.line.length" = ["42 m", "60 m"]
+"""
+    (tmp_path / "scene.toml").write_text(text)
+    outcomes = run_study(load_study(tmp_path / "scene.toml"), tmp_path / "out.h5")
+    # 1 N cannot hold up the 7.8 N that the line weighs
+    assert [outcome.status.name for outcome in outcomes[2:]] == ["STATICS_NOT_CONVERGED"] * 2
+    shares = np.linspace(0.0, 1.0, 5)
+    with open_result(tmp_path / "out.h5") as result:
+        line = result.line("line")
+        # L (1 + T / EA) = 40 m, less the (w L / T)^2 / 24 of the sag, 4e-8; else the first guess
+        lengths = [40.0 / 1.008, 40.0 / 1.008, 42.0, 60.0]
+        for run, length in enumerate(lengths):
+            np.testing.assert_allclose(line.unstretched_position(run), length * shares, rtol=1e-6)
+            middles = length * (shares[1:] - 0.125)
+            np.testing.assert_allclose(line.unstretched_segment(run), middles, rtol=1e-6)
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert "when the run starts" in file["lines/line/unstretched_position"].attrs["long_name"]
+        assert "with payout" in file["lines/line/unstretched_position"].attrs["comment"]
 
 
 def test_a_real_winch_needs_a_real_cable(tmp_path):
