@@ -18,13 +18,15 @@ BLOCK = 4096  # runs whose numbers are read at once
 def write_csv(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     """Write all histories of one run or of all; without histories the numbers that sum each up.
 
-    Columns: run, the swept numbers, time, then every history by its path in the file. Of a file
-    without histories: run, the swept numbers, status, then every number by its path. Units stand in
+    Columns: run, the swept numbers, time, then every history by its path in the file, and what bodies
+    do by component: "bodies/ship/position/x", "bodies/ship/attitude/roll". Of a file without
+    histories: run, the swept numbers, status, then every number by its path. Units stand in
     brackets in the heading; numbers are SI with all the digits that they have.
     """
     # first of all, since it tells of a shard that is damaged, which else reads as not written
     status = result.status
-    histories = {path: unit for path, (_, unit) in result.series.histories.items()}
+    followed = {**result.series.histories, **result.series.motions}
+    histories = {path: unit for path, (_, unit) in followed.items()}
     runs = range(result.runs) if run is None else range(run, run + 1)
     if histories:
         columns, rows = {"time": "s", **histories}, _in_time(result, histories, runs)

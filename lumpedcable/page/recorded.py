@@ -90,7 +90,8 @@ class _Recorder:
         }
         self.names = names = list(self.lines)
         self.stored = result.series.histories
-        self.histories = _history_names(self.stored, names, result.bodies)
+        self.motions = result.series.motions
+        self.histories = _history_names(self.stored, names, self.motions)
         self.derived: dict[str, dict[str, list[Array]]] = {}
         most = max(MOST_NUMBERS // (len(self.runs) * max(len(self.histories), 1)), 2)
         self.times = even(len(result.time), min(MOST_TIMES, most))
@@ -205,13 +206,12 @@ class _Recorder:
         """Every number against time: of the lines, of the file, energies."""
         found = []
         for key, (group, words, unit) in self.histories.items():
-            if key.startswith("bodies/") and key not in self.stored:
-                _, body, quantity, component = key.split("/")
-                whole = [self.result.body(body, quantity, int(run)) for run in self.runs]
-                values = [table[self.times, int(component)] for table in whole]
-                if not np.any(np.asarray(values)):
+            if key in self.motions:
+                read = self.result.series.read
+                values = [read(key, int(run))[self.times] for run in self.runs]
+                if not np.any(np.nan_to_num(values)):
                     continue  # it cannot move so
-                values = np.degrees(values) if quantity == "attitude" else values
+                values = np.degrees(values) if unit == "deg" else values
             elif key not in self.stored:  # worked out from the fields
                 values = self.derived[group].get(key.rpartition("/")[2])
             else:
@@ -256,7 +256,7 @@ _DERIVED = {
 
 
 def _history_names(
-    stored: dict[str, tuple[str, str]], names: list[str], bodies: list[str]
+    stored: dict[str, tuple[str, str]], names: list[str], motions: dict[str, tuple[str, str]]
 ) -> dict[str, tuple[str, str, str]]:
     """By key: the line or group it belongs to, words, SI unit; those of the lines first."""
     found: dict[str, tuple[str, str, str]] = {}
@@ -267,11 +267,10 @@ def _history_names(
                 found[key] = (name, words.removesuffix(" of the line"), unit)
         for key, (words, unit) in _DERIVED.items():
             found[f"lines/{name}/{key}"] = (name, words, unit)
-    for body in bodies:
-        for k, words in enumerate("xyz"):
-            found[f"bodies/{body}/position/{k}"] = (body, f"{body}, {words}", "m")
-        for k, words in enumerate(("roll", "pitch", "yaw")):
-            found[f"bodies/{body}/attitude/{k}"] = (body, f"{body}, {words}", "deg")
+    for key, (body, unit) in motions.items():
+        _, _, quantity, component = key.split("/")
+        if quantity in ("position", "attitude"):
+            found[key] = (body, f"{body}, {component}", "deg" if unit == "rad" else unit)
     others = {key: value for key, value in stored.items() if not key.startswith("lines/")}
     # energies last: many, and looked at least
     for key in sorted(others, key=lambda key: key.startswith("energy/")):

@@ -14,6 +14,10 @@ __all__ = ["Series"]
 
 Array = NDArray[Any]
 
+_ALONG, _ABOUT = ("x", "y", "z"), ("roll", "pitch", "yaw")
+_COMPONENTS = {"position": _ALONG, "velocity": _ALONG, "attitude": _ABOUT, "turning": _ABOUT}
+"""Of what is followed of bodies, (run, time, 3)."""
+
 
 class Series:
     """The datasets of an open file along run and time, found by their dimensions."""
@@ -36,6 +40,20 @@ class Series:
         return found
 
     @property
+    def motions(self) -> dict[str, tuple[str, str]]:
+        """Every component of the motion of bodies, "bodies/ship/position/x": the body, its SI unit."""
+        found: dict[str, tuple[str, str]] = {}
+        bodies = self._file.get("bodies")
+        for name, body in bodies.items() if isinstance(bodies, h5py.Group) else ():
+            for quantity, components in _COMPONENTS.items():
+                item = body.get(quantity)
+                if isinstance(item, h5py.Dataset) and item.ndim == 3:
+                    unit = _text(item.attrs.get("units", ""))
+                    for component in components:
+                        found[f"bodies/{name}/{quantity}/{component}"] = (name, unit)
+        return found
+
+    @property
     def numbers(self) -> dict[str, str]:
         """The SI unit ("" if none) of every number that sums up a run, a dataset of shape (run,)."""
         found: dict[str, str] = {}
@@ -52,18 +70,30 @@ class Series:
         return found
 
     def read(self, path: str, run: int | slice) -> Array:
-        """One run, or some, of a dataset whose first dimension is run.
+        """One run, or some, of a dataset whose first dimension is run, or of one of `motions`.
 
         Raises:
             ResultError: the file does not hold it, or it cannot be read.
         """
-        found = self._file.get(path)
-        if not isinstance(found, h5py.Dataset):
-            raise ResultError(f"{self._file.filename}: no {path}")
+        dataset, which = self._found(path)
         try:
-            return np.asarray(found[run])
+            return np.asarray(dataset[run])[(..., *which)]
         except (OSError, IndexError, ValueError) as error:
             raise ResultError(f"{self._file.filename}: {path} cannot be read: {error}") from error
+
+    def _found(self, path: str) -> tuple[h5py.Dataset, tuple[int, ...]]:
+        """A dataset, and which of its last components is asked for, if one is."""
+        for parent, which in ((path, ()), self._component(path)):
+            found = self._file.get(parent)
+            if isinstance(found, h5py.Dataset):
+                return found, which
+        raise ResultError(f"{self._file.filename}: no {path}")
+
+    @staticmethod
+    def _component(path: str) -> tuple[str, tuple[int, ...]]:
+        parent, _, last = path.rpartition("/")
+        known = _COMPONENTS.get(parent.rpartition("/")[2], ())
+        return (parent, (known.index(last),)) if last in known else (path, ())
 
 
 def _text(value: Any) -> str:

@@ -104,8 +104,7 @@ class _SoundSeries(Series):
     def read(self, path: str, run: int | slice) -> Array:
         """As of the whole file."""
         values = super().read(path, run)
-        dataset = self._file[path]
-        assert isinstance(dataset, h5py.Dataset)
+        dataset, _ = self._found(path)
         timed = dataset.ndim > 1 and "time" in dataset.dims[1]
         return _masked(values, self._whole.good, run) if timed else values
 

@@ -14,7 +14,7 @@ import synthetic_result
 from command_line import ROOT, refused, say
 
 from lumpedcable.export import FORMATS, export_result
-from lumpedcable.results import open_result
+from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
 
 RUN = 3
 HALF = len(synthetic_result.TIMES) // 2
@@ -136,6 +136,42 @@ def test_csv_holds_all_histories_of_all_runs(file, tmp_path):
     assert (table[:, 1].reshape(8, 201)[:, 0] == np.repeat(synthetic_result.PRETENSIONS, 2)).all()
     assert len(export_result(file, "csv", tmp_path / "one.csv", RUN)) == 1
     assert (tmp_path / "one.csv").read_text().count("\n") == 202
+
+
+def test_csv_holds_the_motion_of_bodies(tmp_path):
+    place = np.arange(18.0).reshape(2, 3, 3)
+    angles = 0.01 * place
+    angular = ("run", "time", "angle")
+    variables = [
+        Variable("bodies/ship/position", ("run", "time", "xyz"), "f8", "m"),
+        Variable("bodies/ship/attitude", angular, "f8", "rad"),
+        Variable("bodies/ship/turning", angular, "f8", "rad/s"),
+        Variable(
+            "status", ("run",), "i1", "1", "", {"flag_values": [0, 4], "flag_meanings": "ok lost"}
+        ),
+        Variable("status_time", ("run",), "f8", "s"),
+    ]
+    with ResultWriter(
+        tmp_path / "r.h5", dims={"run": 2, "time": 3, "xyz": 3, "angle": 3}, variables=variables,
+        coordinates={"time": Coordinate([0.0, 1.0, 2.0], "s")}, attributes={},
+    ) as writer:  # fmt: skip
+        writer.write("bodies/ship/position", place)
+        writer.write("bodies/ship/attitude", angles)
+        writer.write("bodies/ship/turning", -angles)
+        writer.write("status", [0, 4])
+        writer.write("status_time", [np.nan, 2.0])
+        path = writer.finish()
+    (made,) = export_result(path, "csv", tmp_path / "r.csv")
+    head, *rows = list(csv.reader(made.read_text().splitlines()))
+    turns = [f"bodies/ship/{{}}/{way} [{{}}]" for way in ("roll", "pitch", "yaw")]
+    assert head == [
+        "run", "time [s]", *(f"bodies/ship/position/{k} [m]" for k in "xyz"),
+        *(text.format("attitude", "rad") for text in turns),
+        *(text.format("turning", "rad/s") for text in turns),
+    ]  # fmt: skip
+    place[1, 2] = np.nan  # it went wrong then
+    expected = np.concatenate([place, 0.01 * place, -0.01 * place], axis=-1).reshape(6, 9)
+    np.testing.assert_array_equal(np.array(rows, float)[:, 2:], expected)
 
 
 def test_csv_holds_what_sums_up_each_run_where_no_histories_are(tmp_path):

@@ -98,8 +98,10 @@ def test_it_is_read_out_as_far_as_it_moves(file):
     block = head.pack.text()
     rows = {h["key"]: h for h in head["histories"] if h["group"] == "ship"}
     # it moves along x, stays at z = 2 m, pitches; y, roll and yaw are nothing
-    assert list(rows) == [f"bodies/ship/{k}" for k in ("position/0", "position/2", "attitude/1")]
-    pitch = rows["bodies/ship/attitude/1"]
+    assert list(rows) == [
+        f"bodies/ship/{k}" for k in ("position/x", "position/z", "attitude/pitch")
+    ]
+    pitch = rows["bodies/ship/attitude/pitch"]
     assert pitch["unit"] == "deg"
     assert unpacked(block, pitch["data"])[0] == pytest.approx(np.degrees(0.9 * TIMES), rel=1e-6)
 
