@@ -9,7 +9,9 @@ import time
 from unittest import mock
 
 import good_scenes
+import h5py
 import pytest
+import synthetic_result
 from command_line import ROOT, SMALL, files, process, say
 
 from lumpedcable.commands import console
@@ -157,3 +159,17 @@ def test_a_platform_that_is_not_there_is_told(tmp_path, monkeypatch, asked):
     assert (ended.returncode, out) == (2, "")
     assert err == f"JAX_PLATFORMS: expected cpu, which jax finds here, found '{asked}'\n"
     assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_letters_that_a_terminal_does_not_know_are_replaced(tmp_path, encoding):
+    title = "Größe σ, 2×"
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4)
+    with h5py.File(path, "r+") as file:
+        file.attrs["title"] = title
+    ended = subprocess.run(
+        [sys.executable, "-m", "lumpedcable", "info", "r.h5"], cwd=tmp_path, capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": encoding},
+    )  # fmt: skip
+    assert (ended.returncode, ended.stderr) == (0, b"")
+    assert title.encode(encoding, "replace") in ended.stdout

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import io
 import os
 import sys
 from collections.abc import Iterator
@@ -73,6 +74,9 @@ def spoken() -> Iterator[None]:
     if closed:
         # first of all, or the first file that is opened takes its place
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    elif isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        # a letter that this terminal does not know is no reason to end; standard error spells it out
+        sys.stdout.reconfigure(errors="replace")
     try:
         try:
             yield
