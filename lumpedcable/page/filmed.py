@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import posts_of, size_of, solids_of, turned
-from lumpedcable.page.surroundings import tables
+from lumpedcable.page.surroundings import points_apart, surroundings, tables
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results.reader import ResultFile
 
@@ -28,7 +28,7 @@ class Beside(NamedTuple):
 
     Attributes:
         lines: ideal cables by name, read as the file's own are.
-        balls: places (m) of bodies whose size is not known, each (time, 3).
+        balls: places (m) of bodies without a size, point masses among them, each (time, 3).
         faces: of bodies with a size, each (time, face, 4, 3) in m; a post is a face without breadth.
     """
 
@@ -53,6 +53,11 @@ def beside_lines(result: ResultFile, run: int) -> Beside:
             found.balls.append(places)
         else:
             found.faces.append(_box(places, angles, np.asarray(size, float), posts_of(told)))
+    drawn = [name for name in result.lines if result.line(name).has("position")]
+    for point in points_apart(surroundings(scene)["points"], drawn, ways):
+        line = result.line(point["line"])
+        count = int(np.isfinite(line.unstretched_position(run)).sum())
+        found.balls.append(line.position(run)[:, count - 1 if point["at_end"] else 0])
     return found
 
 

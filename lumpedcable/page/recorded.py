@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import moved_bodies
 from lumpedcable.page.pack import Pack
-from lumpedcable.page.surroundings import surroundings, tables
+from lumpedcable.page.surroundings import points_apart, surroundings, tables
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results import ResultError
 from lumpedcable.results.axes import Axis
@@ -109,7 +109,7 @@ class _Recorder:
         ships = self.unrecorded.ships
         bodies = moved_bodies(result, ships, self.runs, times, scene, self.pack)
         moved = {body["name"] for body in bodies}
-        around["points"] = [p for p in around["points"] if p["name"] not in moved]
+        around["points"] = points_apart(around["points"], self.names, moved)
         time = result.time[self.times]
         factor, unit = scale(float(result.time[-1]), "s")
         head = {

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
 from typing import Any
 
-__all__ = ["surroundings", "tables"]
+__all__ = ["points_apart", "surroundings", "tables"]
 
 
 def tables(text: str) -> dict[str, Any]:
@@ -48,16 +48,41 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def points_apart(
+    points: Iterable[Mapping[str, Any]], lines: Iterable[str], bodies: Container[str]
+) -> list[dict[str, Any]]:
+    """The points of `surroundings` that are no body with a motion of its own, at lines of a file.
+
+    Args:
+        points: of `surroundings`.
+        lines: names of lines; of a line that parts, "rope-1" and so on, the first or the last holds on.
+        bodies: names of those whose motion is known.
+    """
+    names, found = list(lines), []
+    for point in points:
+        whole = point["line"]
+        parts = [n for n in names if n.startswith(f"{whole}-") and n[len(whole) + 1 :].isdecimal()]
+        parts.sort(key=lambda name: int(name.rpartition("-")[2]))
+        held = [whole] if whole in names else parts[-1:] if point["at_end"] else parts[:1]
+        if held and point["name"] not in bodies:
+            found.append({**point, "line": held[0]})
+    return found
+
+
 def _points(scene: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """One end of a line for each body that lines are tied to."""
+    """One end of a line for each body that lines are tied to: one that does not break, if any."""
     found: dict[str, dict[str, Any]] = {}
     bodies = scene.get("bodies") or {}
-    for name, line in (scene.get("lines") or {}).items():
-        for side in ("start", "end"):
-            body = line.get(side)
-            if isinstance(body, str) and body in bodies and body not in found:
-                mass = _number(bodies[body].get("mass"))
-                found[body] = {"name": body, "mass": mass, "line": name, "at_end": side == "end"}
+    broken = {event.get("breaks") for event in (scene.get("events") or {}).values()}
+    ends = [
+        (name, side, line.get(side))
+        for name, line in (scene.get("lines") or {}).items()
+        for side in ("start", "end")
+    ]
+    for name, side, body in sorted(ends, key=lambda end: f"{end[0]}.{end[1]}" in broken):
+        if isinstance(body, str) and body in bodies and body not in found:
+            mass = _number(bodies[body].get("mass"))
+            found[body] = {"name": body, "mass": mass, "line": name, "at_end": side == "end"}
     return list(found.values())
 
 

@@ -116,6 +116,51 @@ def test_a_point_is_at_its_line_and_a_hull_tells_of_the_surface(file):
     assert surroundings(floats)["surface"] == 0.0
 
 
+def test_a_point_mass_is_filmed_at_the_end_of_its_line(tmp_path):
+    # one run has a node less than the other, which reads NaN; the rope parts, and what holds on is last
+    scene = """
+[bodies.buoy]
+mass = 2.0
+[lines.rope]
+start = "free"
+end = "buoy"
+[lines.leader]
+start = "buoy"
+end = "free"
+[events.break]
+breaks = "leader.start"
+"""
+    path = tmp_path / "r.h5"
+    place = np.cumsum(np.ones((2, 5, 3, 3)), axis=2) + TIMES[:, None, None]
+    place[1, :, 2] = np.nan
+    dims = {"run": 2, "time": 5, "xyz": 3}
+    known, variables = {"time": Coordinate(TIMES, "s")}, []
+    for name in ("leader", "rope-1", "rope-2"):
+        dims |= {f"lines/{name}/node": 3, f"lines/{name}/segment": 2}
+        group = f"lines/{name}"
+        nodes, middles = [[0.0, 1.0, 2.0], [0.0, 1.0, np.nan]], [[0.5, 1.5], [0.5, np.nan]]
+        known[f"{group}/unstretched_position"] = Coordinate(nodes, "m", "", ("run", "node"))
+        known[f"{group}/unstretched_segment"] = Coordinate(middles, "m", "", ("run", "segment"))
+        variables.append(Variable(f"{group}/position", ("run", "time", "node", "xyz"), "f8", "m"))
+        variables.append(Variable(f"{group}/tension", ("run", "time", "segment"), "f8", "N"))
+    told = {"effective_scene": scene}
+    with ResultWriter(
+        path, dims=dims, variables=variables, coordinates=known, attributes=told
+    ) as writer:
+        for k, name in enumerate(("leader", "rope-1", "rope-2")):
+            writer.write(f"lines/{name}/position", place + 10.0 * k)
+            writer.write(f"lines/{name}/tension", np.ones((2, 5, 2)))
+        writer.finish()
+    assert [p["line"] for p in recorded(path)["surroundings"]["points"]] == ["rope-2"]
+    with SoundFile.open(path) as result, style.styled():
+        for run, last in ((0, 2), (1, 1)):
+            film = animation._Film(result, run, 1.0, beside_lines(result, run))
+            film.show(3)
+            seen = np.array(film.marks.get_data())[:, 0]
+            right = place[run, 3, last] + 20.0
+            np.testing.assert_allclose(seen, right[[film.across, film.up]])
+
+
 TRANSFER = """
 gravity = 9.81
 [materials.wire]
