@@ -78,7 +78,9 @@ def run(
 
             outcomes, clock = run_with_progress(study, target, stopped)
     except KeyboardInterrupt:
-        partial = target.with_name(target.name + ".partial")
+        from lumpedcable.results.target import followed
+
+        partial = followed(target).with_name(followed(target).name + ".partial")
         kept = f"; what was finished is in {partial}" if partial.exists() else ""
         interrupted(f"interrupted{kept}")
     if study.scene.output.static:

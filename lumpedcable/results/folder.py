@@ -26,6 +26,7 @@ from pathlib import Path
 from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.schema import PARTIAL_SUFFIX
+from lumpedcable.results.target import followed
 
 __all__ = ["Manifest", "StudyFolder", "is_study_folder"]
 
@@ -188,7 +189,7 @@ class StudyFolder:
         with reported(path):
             if path.exists() and (not path.is_dir() or any(path.iterdir())):
                 raise OutputError(f"cannot write {path}: expected a new or empty folder")
-            (path / SHARDS).mkdir(parents=True, exist_ok=True)
+            (followed(path) / SHARDS).mkdir(parents=True, exist_ok=True)
             made = cls(path, Manifest.new(runs, shard or DEFAULT_SHARD, digest, version))
             _place(made.scene, text)
             # last, since it is what makes the folder a study

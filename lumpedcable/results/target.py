@@ -11,7 +11,7 @@ import h5py
 
 from lumpedcable.results.errors import OutputError
 
-__all__ = ["keep_others", "whole"]
+__all__ = ["followed", "keep_others", "whole"]
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SIGNS = {
@@ -25,12 +25,19 @@ _SIGNS = {
 _PAGE = b'<meta name="sources"'
 
 
+def followed(target: Path) -> Path:
+    """Where a symbolic link leads, so that it goes on leading there; any other path as it is."""
+    return Path(os.path.realpath(target)) if os.path.islink(target) else target
+
+
 @contextmanager
 def whole(target: Path) -> Iterator[Path]:
     """A name beside the target to write to; the file gets its own name only when it is complete.
 
-    The name ends as the target's does, since some writers take the format from it.
+    The name ends as the target's does, since some writers take the format from it. Of a target that is
+    a symbolic link it lies beside the file that the link leads to, which is the one that is written.
     """
+    target = followed(target)
     partial = target.with_name(f".{target.stem}.partial{target.suffix}")
     try:
         yield partial

@@ -35,6 +35,7 @@ from lumpedcable.results.schema import (
     group_of,
     resolve,
 )
+from lumpedcable.results.target import followed
 
 _TEXT = h5py.string_dtype("utf-8")
 
@@ -46,7 +47,8 @@ class ResultWriter:
     where something had been flushed, and deletes it otherwise.
 
     Args:
-        target: the file to make, usually *.h5. Missing folders above it are made.
+        target: the file to make, usually *.h5. Missing folders above it are made. Where it is a
+            symbolic link, the file that it leads to is made, but for one with `parts`.
         dims: size of every dimension by path, e.g. {"run": 8, "lines/rope/node": 201, "xyz": 3}.
         variables: datasets to be written later with `write`.
         coordinates: datasets known now, by path. A dimension without one counts 0, 1, 2, ..., but
@@ -73,7 +75,8 @@ class ResultWriter:
         overwrite: bool = True,
         parts: Sequence[tuple[str, int]] = (),
     ) -> None:
-        self.target: Path = Path(target)
+        # references are looked for beside the file that has them
+        self.target: Path = Path(target) if parts else followed(Path(target))
         self.partial: Path = self.target.with_name(self.target.name + PARTIAL_SUFFIX)
         self._dims = dict(dims)
         self._variables = {variable.path: variable for variable in variables}

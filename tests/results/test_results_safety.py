@@ -19,6 +19,8 @@ from lumpedcable.results import (
     describe,
     open_result,
 )
+from lumpedcable.results.folder import StudyFolder
+from lumpedcable.results.numbers import write_text
 
 ROOT = Path(__file__).parents[2]
 
@@ -189,6 +191,39 @@ def test_an_old_result_stays_until_the_new_one_is_finished(tmp_path, small):
     writer.finish()
     with open_result(target) as result:
         assert result.attributes["title"] == "new"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege there")
+@pytest.mark.parametrize("there", [True, False])
+def test_a_link_goes_on_leading_to_the_results(tmp_path, small, there):
+    disk, link = tmp_path / "disk", tmp_path / "case.h5"
+    disk.mkdir()
+    link.symlink_to("disk/real.h5")
+    if there:
+        ResultWriter(disk / "real.h5", **small).finish()
+    writer = ResultWriter(link, **small)
+    writer.write("energy/kinetic", np.full((2, 3), 4.0))
+    assert writer.partial.parent == disk
+    writer.finish()
+    assert os.readlink(link) == "disk/real.h5"
+    assert [p.name for p in disk.iterdir()] == ["real.h5"]
+    with open_result(link) as result:
+        assert result.energy("kinetic", 0).tolist() == [4.0] * 3
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege there")
+def test_links_to_other_files_and_to_folders_are_followed(tmp_path):
+    page, study = tmp_path / "page.html", tmp_path / "study"
+    page.symlink_to(tmp_path / "disk" / "real.html")
+    study.symlink_to(tmp_path / "disk" / "real")
+    (tmp_path / "disk").mkdir()
+    write_text(page, "text")
+    assert (tmp_path / "disk" / "real.html").read_text() == "text"
+    StudyFolder.make(study, "", 4, 2, "1")
+    assert StudyFolder.open(tmp_path / "disk" / "real").missing() == [0, 1]
+    assert page.is_symlink()
+    assert study.is_symlink()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["disk", "page.html", "study"]
 
 
 def test_an_exception_before_a_flush_leaves_nothing(tmp_path, small):
