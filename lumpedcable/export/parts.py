@@ -49,7 +49,7 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
         position = line.position(run)[:, :count]
         if not np.isfinite(position).any():
             raise ResultError(
-                f"{result.path}: run {run} has no positions to export: {result.status_message[run]}"
+                f"{result.path}: run {run} has no positions to export: {result.reason(run)}"
             )
         nodes = {f: line.field(f, run)[:, :count] for f in ("velocity",) if line.has(f)}
         segments = {

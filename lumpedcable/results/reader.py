@@ -196,6 +196,10 @@ class ResultFile:
             return [""] * self.runs
         return [_text(value) for value in _read(_dataset(self._file, "status_message"), ())]
 
+    def reason(self, run: int) -> str:
+        """Why a run is not all there: what it said, or else how it ended."""
+        return self.status_message[run] or self.status[run].replace("_", " ")
+
     @property
     def written(self) -> NDArray[np.int64]:
         """Number of saved times on the disk, shape (run,); less than `time` where unfinished."""

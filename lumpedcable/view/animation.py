@@ -127,7 +127,7 @@ class _Film:
         self.position = [li.position(run)[:, :n] for li, n in zip(lines, counts, strict=True)]
         self.tension = [li.tension(run)[:, : n - 1] for li, n in zip(lines, counts, strict=True)]
         if not any(np.isfinite(place).any() for place in self.position):
-            said = result.status_message[run]
+            said = result.reason(run)
             raise ResultError(f"{result.path}: run {run} has no positions to show: {said}")
         self.middle = [
             _to_the_ends(li.unstretched_segment(run)[: n - 1], li.unstretched_position(run)[:n])

@@ -329,3 +329,8 @@ def test_a_run_that_never_began_is_told(file, tmp_path, command):
     said = refused(tmp_path, *command, "case.h5", "--run", "2")
     assert "run 2 has no positions to" in said
     assert "no static equilibrium was found" in said
+    with h5py.File(tmp_path / "case.h5", "r+") as case:
+        case["status_message"][2], case["status"][2] = "", 0
+    # of a run that has said nothing, how it ended
+    said = refused(tmp_path, *command, "case.h5", "--run", "2")
+    assert said.rstrip().endswith(": pending")
