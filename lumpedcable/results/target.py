@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,12 +18,12 @@ __all__ = ["followed", "keep_others", "whole"]
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SIGNS = {
     "glTF": (0, b"glTF"),
-    "CSV": (0, b"run,"),
     "MoorDyn": (0, b"Time\t"),
     ".gif": (0, b"GIF8"),
     ".mp4": (4, b"ftyp"),
 }
 """By kind: what stands in every such file, and where."""
+_LONGEST = 2**20  # bytes of a heading
 _PAGE = b'<meta name="sources"'
 
 
@@ -51,7 +53,7 @@ def keep_others(target: Path, kind: str) -> None:
 
     Args:
         target: where a file is to be written; an empty one, or none, is no obstacle.
-        kind: "results", "VTKHDF", "page", or one of `_SIGNS`.
+        kind: "results", "VTKHDF", "page", "CSV", or one of `_SIGNS`.
 
     Raises:
         OutputError: there is another file, and which is expected.
@@ -73,12 +75,26 @@ def keep_others(target: Path, kind: str) -> None:
     )
 
 
+def _is_heading(text: bytes) -> bool:
+    """Whether a table of CSV begins as exports do: run, what is swept, then time or status, then what is
+    told of them; all but run and status have their unit in brackets."""
+    line = text.split(b"\n")[0].decode("utf-8", "replace").rstrip()
+    try:
+        first, *others = next(csv.reader([line]), [""])
+    except csv.Error:
+        return False
+    bare = [name for name in others if not re.search(r" \[[^\[\]]+\]$", name)]
+    return first == "run" and (bare == ["status"] or (not bare and "time [s]" in others))
+
+
 def _is(path: Path, kind: str) -> bool:
     """Whether a file is of a kind, by what stands in it."""
     with path.open("rb") as file:
         head = file.read(16)
         if kind == "page":
             return _PAGE in head + file.read()
+        if kind == "CSV":
+            return _is_heading(head + file.readline(_LONGEST))
     if kind in _SIGNS:
         first, sign = _SIGNS[kind]
         return head[first : first + len(sign)] == sign

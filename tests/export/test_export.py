@@ -282,6 +282,22 @@ def test_the_command_writes_beside_the_results(file, tmp_path, kind):
     assert made == set(said.out.split())
 
 
+def test_a_table_of_somebody_else_is_kept(file, tmp_path):
+    (tmp_path / "r.h5").write_bytes(file.read_bytes())
+    blind = synthetic_result.snapback(tmp_path / "s.h5", segments=4)
+    with h5py.File(blind, "r+") as changed:
+        for name in ("lines", "energy"):
+            del changed[name]
+    for text in ("run,date,who\n1,2026-01-02,me\n", "run,a\n0,1\n", "run,status,note\n", "run,"):
+        (tmp_path / "r.csv").write_text(text)
+        said = refused(tmp_path, "export", "r.h5", "--to", "csv")
+        assert "expected a CSV file to replace or no file, found another one" in said
+    # its own it replaces
+    for name in ("r.h5", "s.h5"):
+        for _ in range(2):
+            assert say(tmp_path, "export", name, "--to", "csv", "-o", "own.csv").code == 0
+
+
 def test_what_cannot_be_exported_is_told(file, tmp_path):
     said = refused(tmp_path, "export", file, "--to", "vtk")
     assert "expected a format, one of vtkhdf, gltf, csv, moordyn, found 'vtk'" in said
