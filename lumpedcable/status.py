@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-__all__ = ["ADVICE", "MEANING", "SIGNS", "PlatformError", "Status"]
+__all__ = ["ADVICE", "MEANING", "SIGNS", "PlatformError", "Status", "advice_of"]
 
 
 class PlatformError(Exception):
@@ -58,6 +58,8 @@ MEANING = {
     ),
 }
 
+_ON_BEDS = "; of inextensible lines on a bed, lower solver.step"
+
 ADVICE = {
     Status.OK: "",
     Status.STATICS_NOT_CONVERGED: (
@@ -71,8 +73,7 @@ ADVICE = {
     ),
     Status.STEP_BOUND_BROKEN: (
         "strains left the range that the step was chosen for, or a winch hauled in so much that "
-        "segments became shorter: raise max_strain of the material, or lower solver.courant; of "
-        "inextensible lines on a bed, lower solver.step"
+        f"segments became shorter: raise max_strain of the material, or lower solver.courant{_ON_BEDS}"
     ),
     Status.LINE_REVERSED: (
         "what happens after this time is a pile-up that no line model resolves: use the results "
@@ -92,3 +93,11 @@ ADVICE = {
     Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
     Status.LENGTH_LOST: "lower solver.step; the run ends before that step, and is right until then",
 }
+
+
+def advice_of(status: Status, step_given: bool) -> str:
+    """What to do about an end; where the scene gives `solver.step`, that is what it can lower."""
+    told = ADVICE[status]
+    if step_given:
+        return told.replace(_ON_BEDS, "").replace("solver.courant", "solver.step")
+    return told

@@ -21,7 +21,7 @@ from lumpedcable.results.schema import END_SPEED, exact_name
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
 from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
-from lumpedcable.status import ADVICE, MEANING, Status
+from lumpedcable.status import MEANING, Status, advice_of
 from lumpedcable.study.account import Account, balance, statuses
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
@@ -152,12 +152,15 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
     return found
 
 
-def message_of(status: Status, when: float, remark: str = "") -> str:
-    """What happened at a time (s), and what to do about it; of a run that went well, a remark."""
+def message_of(status: Status, when: float, remark: str = "", *, step_given: bool = False) -> str:
+    """What happened at a time (s), and what to do about it; of a run that went well, a remark.
+
+    `step_given` is whether the scene gives `solver.step`.
+    """
     if status is Status.OK:
         return "; ".join(filter(None, [MEANING[status], remark]))
     at = "" if not np.isfinite(when) else f" at {1e3 * when:.6g} ms"
-    return f"{MEANING[status]}{at}; {ADVICE[status]}"
+    return f"{MEANING[status]}{at}; {advice_of(status, step_given)}"
 
 
 def summarise(contents: Contents, part: Part, ready: Ready, account: Account, table: Table) -> None:
@@ -206,8 +209,9 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     for name, history in measured.items():
         numbers[name] = measure_outcome(contents.scene, name, history)
     missed = missed_extremes(contents.scene, measured, lived)
+    step_given = contents.scene.solver.step is not None
     table["status_message"][rows] = [
-        message_of(Status(int(s)), float(t), remark)
+        message_of(Status(int(s)), float(t), remark, step_given=step_given)
         for s, t, remark in zip(status, when, missed, strict=True)
     ]
     for name, values in numbers.items():

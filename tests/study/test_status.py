@@ -66,6 +66,13 @@ def test_a_law_that_stiffens_beyond_its_bound(tmp_path):
     assert outcome.status is Status.STEP_BOUND_BROKEN
     assert 0.0 < outcome.status_time < 0.4
     assert "max_strain" in outcome.message
+    assert "lower solver.courant" in outcome.message
+    # where the scene gives its step, that is what can be lowered; 0.2 ms are 2 m of 1 km/s
+    given = STIFFENS.format(reach=0.05) + '[solver]\nstep = "0.2 ms"\n'
+    (stepped,) = run_text(tmp_path, given).outcomes
+    assert stepped.status is Status.STEP_BOUND_BROKEN
+    assert "lower solver.step" in stepped.message
+    assert "courant" not in stepped.message
     # told the truth about its reach, it runs
     fine = run_text(tmp_path, STIFFENS.format(reach=0.3))
     assert fine.statuses == ["OK"]
