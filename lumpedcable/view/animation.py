@@ -21,7 +21,7 @@ from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
-from lumpedcable.view.sampling import node_count, side_view
+from lumpedcable.view.sampling import extent, node_count, side_view
 
 __all__ = ["MOVIES", "animate_result"]
 
@@ -166,9 +166,10 @@ class _Film:
             [p.reshape(-1, 3) for p in (*self.position, *self.balls, *self.faces)]
         )
         x, z = points[:, self.across], points[:, self.up]
-        top.set_xlim(style.limits(x))
-        top.set_ylim(style.limits(z, margin=0.15))
-        true = np.nanmax(x) - np.nanmin(x) <= _TRUE_SHAPE * (np.nanmax(z) - np.nanmin(z))
+        wide, high = extent(x), extent(z)
+        top.set_xlim(style.limits(x, scene=high))
+        top.set_ylim(style.limits(z, margin=0.15, scene=wide))
+        true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
         if true:
             top.set_aspect("equal", adjustable="box")
         stretched = "" if true else ", stretched"

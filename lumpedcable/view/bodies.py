@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -30,10 +32,12 @@ def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
             kept.append(values)
         entries.append(Line2D([], [], label=title.replace("\n", ", ") or name, **look))
     words = (("distance from the start", "m"), ("speed", "m/s"))
-    for ax, kept, named in zip(axes, drawn, words, strict=True):
+    size = _scene_size(result, group.runs)
+    sizes = (size, size / (float(result.time[-1]) or 1.0))
+    for ax, kept, named, whole in zip(axes, drawn, words, sizes, strict=True):
         values = np.concatenate(kept)
         if np.isfinite(values).any():
-            ax.set_ylim(style.limits(values, zero=True))
+            ax.set_ylim(style.limits(values, zero=True, scene=whole))
         else:
             style.say_empty(ax)
         ax.set_ylabel(style.with_unit(*named))
@@ -41,3 +45,12 @@ def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
         ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
     style.foot(figure, group.note, entries if len(entries) > 1 else [])
     return figure
+
+
+def _scene_size(result: ResultFile, runs: Sequence[int]) -> float:
+    """How large a scene is (m): the longest of its lines, or how far a body is from its origin."""
+    lines = [result.line(name) for name in result.lines]
+    lines = [line for line in lines if line.has("unstretched_position")]
+    sizes = [style.largest(line.unstretched_position(run)) for line in lines for run in runs]
+    places = (result.body(name, "position", run) for name in result.bodies for run in runs)
+    return max([*sizes, *map(style.largest, places)], default=0.0)

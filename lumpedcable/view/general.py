@@ -85,7 +85,9 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     across, up = side_view([shape for run in shapes.values() for shape in run])
     to_time, time_unit = scale(float(result.time[-1]), "s")
     everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
-    true = extent(everything[:, across]) <= _TRUE_SHAPE * extent(everything[:, up])
+    wide, high = extent(everything[:, across]), extent(everything[:, up])
+    # what is flat but for rounding has no height to stretch
+    true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
     note = "" if true else "Vertical scale stretched."
     heading = group.heading(result, "Shape")
     figure, axes = style.panel_figure(group.titles, heading)

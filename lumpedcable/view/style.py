@@ -38,6 +38,8 @@ FORMATS = ("pdf", "png", "svg")
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (2, 1)), (0, (6, 1.2, 1.5, 1.2)))
 NEUTRAL = "#555555"
+ROUNDING = 1e-6
+"""Share of the size of a scene below which differences are not shown as such."""
 
 _RC: dict[str, Any] = {
     "font.family": "DejaVu Sans",  # comes with matplotlib, so looks alike everywhere
@@ -201,13 +203,21 @@ def largest(values: Array) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def limits(values: Array, *, zero: bool = False, margin: float = 0.04) -> tuple[float, float]:
-    """Axis limits that hold all finite values with a margin, and zero if asked for."""
+def limits(
+    values: Array, *, zero: bool = False, margin: float = 0.04, scene: float = 0.0
+) -> tuple[float, float]:
+    """Axis limits that hold all finite values with a margin, and zero if asked for.
+
+    What varies by less than a millionth of its size, or of the size of the `scene` that it belongs to,
+    is rounding: it is drawn as a constant, with a margin of that size.
+    """
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     if zero:
         low, high = min(low, 0.0), max(high, 0.0)
-    room = margin * (high - low) or margin * max(abs(high), 1e-12)
+    size = max(abs(low), abs(high), scene)
+    varies = high - low > ROUNDING * size
+    room = margin * (high - low if varies else size or 1.0)
     return low - room, high + room
 
 

@@ -46,6 +46,14 @@ def test_a_frame_holds_the_file_s_values(file):
         assert film.clock.get_text() == "77 ms, 50× slower"
 
 
+def test_a_straight_line_is_not_seen_to_tremble(tmp_path):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=12, sag=1.5e-13)
+    with SoundFile.open(path) as result, style.styled():
+        film = animation._Film(result, 0, 10.0, ({}, (), ()))
+        assert film.top.get_ylabel() == "z (m)"
+        assert np.ptp(film.top.get_ylim()) > 1.0
+
+
 def test_an_mp4_is_one(file, tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     made = animate_result(file, tmp_path / "film.mp4", seconds=0.4, fps=5)

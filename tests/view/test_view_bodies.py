@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lumpedcable.results import Coordinate, ResultWriter, Variable
-from lumpedcable.view import figures_of
+from lumpedcable.view import figures_of, style
 
 TIMES = np.linspace(0.0, 4.0, 5)
 
@@ -40,3 +40,28 @@ def test_a_body_is_drawn_by_its_way_and_speed(tmp_path):
     # a curve is called by its case
     (legend,) = figures["body_ship"].legends
     assert [text.get_text() for text in legend.get_texts()] == ["pulled", "left"]
+
+
+def test_rounding_of_what_stays_is_not_drawn_large(tmp_path):
+    # a body that rests 5 m from the origin, to the last bits
+    noise = 4e-14 * np.sin(np.arange(15.0)).reshape(1, 5, 3)
+    shape = ("run", "time", "xyz")
+    variables = [
+        Variable("bodies/buoy/position", shape, "f8", "m"),
+        Variable("bodies/buoy/velocity", shape, "f8", "m/s"),
+    ]
+    dims = {"run": 1, "time": 5, "xyz": 3}
+    with ResultWriter(
+        tmp_path / "r.h5", dims=dims, variables=variables,
+        coordinates={"time": Coordinate(TIMES, "s")}, attributes={},
+    ) as writer:  # fmt: skip
+        writer.write("bodies/buoy/position", np.array([3.0, 0.0, -4.0]) + noise)
+        writer.write("bodies/buoy/velocity", noise)
+        path = writer.finish()
+    for ax in figures_of(path)["body_buoy"].axes:
+        assert np.ptp(ax.get_ylim()) > 1e-6
+    low, high = style.limits(1e3 + noise)
+    assert 1e-3 < high - low < 1e3
+    # what is seen at all keeps its own scale
+    low, high = style.limits(np.array([1e3, 1e3 + 0.01]))
+    assert high - low == pytest.approx(0.0108)
