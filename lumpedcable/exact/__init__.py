@@ -15,8 +15,6 @@ from .beam import (
 )
 from .cargo import (
     StraightHighline,
-    dragged_from_length,
-    dragged_from_tension,
     loaded_from_length,
     loaded_from_tension,
     straight_from_length,
@@ -33,6 +31,7 @@ from .chain import (
 )
 from .dalembert import LinearRelease
 from .drag_line import DragLine, drag_line
+from .dragged import dragged_from_length, dragged_from_tension
 from .envelope import Envelope, EnvelopePiece, lower_convex_envelope
 from .highline import (
     Highline,
