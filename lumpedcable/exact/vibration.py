@@ -1,7 +1,7 @@
 """Small vibrations of strings, sagging cables and hanging chains; swings of a pendulum."""
 
 import numpy as np
-from scipy.special import ellipk, jn_zeros
+from scipy.special import ellipkm1, jn_zeros
 
 from .law import Array, root
 
@@ -128,7 +128,8 @@ def pendulum_period(
     """
     if not 0.0 <= amplitude < np.pi:
         raise ValueError(f"expected an amplitude between 0 and pi, found {amplitude:g} rad")
-    return 4.0 * float(np.sqrt(length / gravity) * ellipk(np.sin(0.5 * amplitude) ** 2))
+    # by 1 - m, which is not lost next to the upright rod
+    return 4.0 * float(np.sqrt(length / gravity) * ellipkm1(np.cos(0.5 * amplitude) ** 2))
 
 
 def elastic_pendulum_periods(
