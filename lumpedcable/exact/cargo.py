@@ -260,17 +260,22 @@ def straight_from_tension(
 ) -> StraightHighline:
     """Return the straight segments of a known tension F_TA (N); F_H solves a quadratic.
 
+    Where B lies above A two lines may have this tension; this is the taut one.
+
     Raises:
         ValueError: a load off the span or not positive, a tension too low to carry it.
     """
     l, c, _, G, x, F = _checked(span, drop, 1.0, load, place, tension)
     positive("load G", "N", G)
     up, t = G * (1.0 - x / l), c / l
+    # F_TA of eq. (24) is least at F_H = 0 where B lies below A, else at F_H = -up t/(1 + t^2)
+    steep = np.sqrt(1.0 + np.minimum(np.real(t), 0.0) ** 2)
     hold(
-        np.real(F) > np.real(up),
-        "expected a tension F_TA over {:.6g} N, what the load hangs on A, found {:g} N",
-        np.real(up),
+        np.real(F) * steep > np.real(up),
+        "expected a tension F_TA over {:.6g} N, the least that holds the load, found {:g} N",
+        np.real(up) / steep,
         np.real(F),
     )
-    H = (np.sqrt(F**2 * (1.0 + t**2) - up**2) - up * t) / (1.0 + t**2)
+    width = np.sqrt(1.0 + t**2)
+    H = (np.sqrt((F * width - up) * (F * width + up)) - up * t) / width**2
     return StraightHighline(l, c, G, x, G * x * (l - x) / (l * H), H)

@@ -113,6 +113,22 @@ def test_straight_segments_and_how_wrong_they_are():
     assert far[0] / far[1] == pytest.approx(np.full(5, 10.0), rel=1e-2)
 
 
+def test_straight_segments_up_to_a_higher_end():
+    # B over A bears a share of what hangs on A: the pull at A is least where it is at right angles to
+    # the chord, up/sqrt(1 + (c/l)^2), and F_TA is there by eq. (24) on either side
+    l, c, x, G = 40.0, -20.0, 5.0, 20e3
+    H, up = np.geomspace(10.0, 1e5, 200_001), G * (1.0 - x / l)
+    pull = np.hypot(up + H * c / l, H)
+    assert np.min(pull) == pytest.approx(up / np.sqrt(1.25), rel=1e-6)
+    for F in (1.0001 * up / np.sqrt(1.25), 17e3, up, 18e3, 1e5):
+        line = straight_from_tension(l, c, G, x, F)
+        assert line.tension_a == pytest.approx(F, rel=1e-12)
+        taut = H[np.flatnonzero(pull <= F)[-1]]
+        assert line.horizontal == pytest.approx(taut, rel=1e-3)
+    with pytest.raises(ValueError, match=r"over 15652\.5 N, the least that holds the load"):
+        straight_from_tension(l, c, G, x, 15.6e3)
+
+
 def test_tensions_between_the_ends():
     line = loaded_from_length(*LINE, LOAD, 20.0, 62.5)
     x, z = line.middle
