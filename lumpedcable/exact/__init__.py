@@ -2,7 +2,9 @@
 
 Every answer here is a closed form, a quadrature, a root or a wave by characteristics: none of it
 shares a line of code with the lumped-mass model. Inputs and results are SI numbers and NumPy
-arrays.
+arrays. What describes a problem must be finite, else a ValueError tells which number is not (EA may
+be inf for a line that does not stretch); positions and times at which a solution is asked for may be
+NaN.
 """
 
 from .beam import (

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
 
+from .checks import finite, positive
 from .law import Array, root
 
 Ends = Literal["cantilever", "pinned", "clamped", "free"]
@@ -25,6 +26,8 @@ def cantilever_deflection(x: ArrayLike, length: float, load: float, EI: float) -
 
     Source: W. C. Young, Roark's Formulas for Stress and Strain, 7th ed. (2002), table 8.1, case 2a.
     """
+    _checked(length, EI)
+    finite(load=load)
     x = np.asarray(x, float)
     return load * x**2 * (6.0 * length**2 - 4.0 * length * x + x**2) / (24.0 * EI)
 
@@ -40,6 +43,8 @@ def simply_supported_deflection(x: ArrayLike, length: float, load: float, EI: fl
 
     Source: W. C. Young, Roark's Formulas for Stress and Strain, 7th ed. (2002), table 8.1, case 2e.
     """
+    _checked(length, EI)
+    finite(load=load)
     x = np.asarray(x, float)
     return load * x * (length**3 - 2.0 * length * x**2 + x**3) / (24.0 * EI)
 
@@ -61,6 +66,8 @@ def beam_frequencies(
 
     Source: K. F. Graff, Wave Motion in Elastic Solids (1975), chapter 3.
     """
+    _checked(length, EI)
+    positive("mass per length", "kg/m", mass)
     n = np.arange(1, count + 1)
     if ends == "pinned":
         b = n * np.pi
@@ -101,6 +108,9 @@ def tensioned_beam_frequencies(
 
     Source: K. F. Graff, Wave Motion in Elastic Solids (1975), chapter 3.
     """
+    _checked(length, EI)
+    positive("mass per length", "kg/m", mass)
+    finite(tension=tension)
     k = np.arange(1, count + 1) * (np.pi / length)
     stiffness = tension + k**2 * EI
     if np.any(stiffness <= 0.0):
@@ -120,6 +130,8 @@ def rolled_beam(s: ArrayLike, moment: float, EI: float) -> tuple[Array, Array]:
         moment: M, N m.
         EI: bending stiffness, N m^2.
     """
+    positive("bending stiffness EI", "N m^2", EI)
+    finite(moment=moment)
     s = np.asarray(s, float)
     half = 0.5 * s * moment / EI
     # sin(k s)/k and (1 - cos(k s))/k, finite for a straight beam.
@@ -143,11 +155,16 @@ def tip_loaded_cantilever(length: float, load: float, EI: float) -> tuple[float,
 
     Source: K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3 (1945), 272-275.
     """
-    if not load > 0.0:
-        raise ValueError(f"expected a positive load in N, found {load:g}")
+    _checked(length, EI)
+    positive("load", "N", load)
     a = load * length**2 / EI
     phi, y = _little_bent(a) if a < 1.0 else _much_bent(a)
     return length * float(np.sqrt(2.0 * np.sin(phi) / a)), length * y, phi
+
+
+def _checked(length: float, EI: float) -> None:
+    positive("length", "m", length)
+    positive("bending stiffness EI", "N m^2", EI)
 
 
 def _little_bent(a: float) -> tuple[float, float]:

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .highline import SHOWN, Highline, hold, positive
+from .checks import finite, hold, positive
+from .highline import SHOWN, Highline
 from .pair import Pair
 from .roots import Values, bracketed, widened
 
@@ -164,7 +165,8 @@ def _checked(
 ) -> list[Values]:  # fmt: skip
     """The inputs of a loaded line, broadcast against each other and looked at."""
     found = list(np.broadcast_arrays(*map(np.asarray, (span, drop, weight, load, place, known))))
-    l, _, q, G, x, _ = found
+    l, c, q, G, x, k = found
+    finite(**{"drop c": c, "load G": G, "length or tension": k})
     positive("span l", "m", l)
     positive("weight q", "N/m", q)
     hold(np.real(G) >= 0.0, "expected a load G of 0 N or more, found {:g} N", np.real(G))

@@ -21,7 +21,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .highline import Highline, hold, positive
+from .checks import finite, hold, positive
+from .highline import Highline
 from .law import Array, root, smallest
 from .newton import convex_minimum
 from .pair import Known, Pair
@@ -92,6 +93,7 @@ def _checked(
     positive("span l", "m", l)
     positive("weight q", "N/m", q)
     positive("weight of the traction cable", "N/m", p)
+    finite(**{"drop c": c, "length S": s, "load": G, "length or tension of the traction cable": k})
     hold(np.real(s) >= 0.0, "expected a length S of 0 m or more, found {:g} m", np.real(s))
     hold(np.real(G) >= 0.0, "expected a load of 0 N or more, found {:g} N", np.real(G))
     return (l, c, q, s, p, G), k

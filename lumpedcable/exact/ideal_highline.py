@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import finite, positive
 from .law import Array, root
 
 __all__ = ["IdealHighline"]
@@ -37,6 +38,12 @@ class IdealHighline:
     rise: float = 0.0
 
     def __post_init__(self) -> None:
+        positive("span", "m", self.span)
+        positive("tension", "N", self.tension)
+        positive("mass", "kg", self.mass)
+        finite(gravity=self.gravity, place=self._a, rise=self.rise)
+        if self.gravity < 0.0:
+            raise ValueError(f"expected a gravity of 0 m/s^2 or more, found {self.gravity:g}")
         if not 0.0 < self._a < self.span:
             raise ValueError(
                 f"expected a place between the posts, from 0 m to {self.span:g} m, "
@@ -102,6 +109,8 @@ class IdealHighline:
         stiffness k and the turn f, the potential is k (x + h f)^2 / 2 + m g h f^2 / 2; up and down the
         body moves as a point does.
         """
+        finite(depth=depth)
+        positive("inertia", "kg m2", inertia)
         k, vertical = self.stiffness()
         weight = self.mass * self.gravity
         stiff = np.array([[k, k * depth], [k * depth, k * depth**2 + weight * depth]])
@@ -134,6 +143,7 @@ class IdealHighline:
 
     def lowest(self, start: float) -> float:
         """Return the height z (m) at which a mass let go at rest from `start` (m) turns round."""
+        finite(start=start)
         rest = self.height()
         return rest + self._turn(start - rest)
 
@@ -151,6 +161,7 @@ class IdealHighline:
 
     def top_speed(self, start: float) -> float:
         """Return the largest speed (m/s) of a mass let go at rest from `start` (m)."""
+        finite(start=start)
         up = start - self.height()
         return float(np.sqrt(2.0 * up * self._above(up, 0.0) / self.mass))
 
@@ -161,6 +172,7 @@ class IdealHighline:
         z = middle - half cos(p) makes smooth, by Gauss's rule with `points` points. From rest, the
         period of small oscillations.
         """
+        finite(start=start)
         up = start - self.height()
         if up == 0.0:
             return self.periods()[1]
