@@ -313,15 +313,16 @@ def changed_study(
 def _text(value: Any) -> str:
     """A value as `--set` takes it."""
     if isinstance(value, str):
-        return value
+        return value if value.strip() else _toml(value)  # after `=` a blank is no value
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
     return _toml(value)
 
 
 def _toml(value: Any) -> str:
-    # of NumPy, jax or whoever makes arrays, and numbers of types of their own
-    if hasattr(value, "__array__"):
+    # of NumPy, jax or whoever makes arrays, and numbers of types of their own; what a mask hides is
+    # no value, and TOML has no gaps
+    if hasattr(value, "__array__") and not isinstance(value, np.ma.MaskedArray):
         value = np.asarray(value).tolist()
     if isinstance(value, bool | str):
         return json.dumps(value, ensure_ascii=False)
@@ -331,6 +332,6 @@ def _toml(value: Any) -> str:
         return repr(value)
     if isinstance(value, float):
         return repr(value)
-    if isinstance(value, Sequence):
+    if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray | memoryview):
         return f"[{', '.join(_toml(item) for item in value)}]"
     raise TypeError(f"expected a number, a text, a list or a table, found {type(value).__name__}")

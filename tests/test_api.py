@@ -134,8 +134,25 @@ def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):
         result.save("/proc/nowhere/x.h5")
     with pytest.raises(TypeError, match="changes: expected values by key, found str"):
         lc.run(scene, "segments=5")
-    with pytest.raises(TypeError, match="found object"):
-        lc.run(scene, pretension=object())
+    masked = np.ma.masked_array([45e3, 90e3], [False, True])
+    for value, kind in (
+        (object(), "object"),
+        (b"10 kN", "bytes"),  # a sequence of numbers, but not of those that it shows
+        (bytearray(b"45"), "bytearray"),
+        (memoryview(b"45"), "memoryview"),
+        (np.array([b"10 kN"]), "bytes"),
+        (masked, "MaskedArray"),
+        ([masked], "MaskedArray"),
+        (np.ma.masked, "MaskedConstant"),
+    ):
+        with pytest.raises(TypeError, match=f"a list or a table, found {kind}$"):
+            lc.run(scene, pretension=value)
+
+
+@pytest.mark.parametrize("title", ["", " ", "12", "a title"])
+def test_a_text_may_be_empty(scene, title):
+    study = api.changed_study(scene, None, {"title": title})
+    assert study.scene.title == title
 
 
 @pytest.mark.slow

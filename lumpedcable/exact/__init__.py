@@ -2,7 +2,9 @@
 
 Every answer here is a closed form, a quadrature, a root or a wave by characteristics: none of it
 shares a line of code with the lumped-mass model. Inputs and results are SI numbers and NumPy
-arrays.
+arrays. What describes a problem must be finite, else a ValueError tells which number is not (EA may
+be inf for a line that does not stretch); positions and times at which a solution is asked for may be
+NaN.
 """
 
 from .beam import (
@@ -15,8 +17,6 @@ from .beam import (
 )
 from .cargo import (
     StraightHighline,
-    dragged_from_length,
-    dragged_from_tension,
     loaded_from_length,
     loaded_from_tension,
     straight_from_length,
@@ -33,6 +33,7 @@ from .chain import (
 )
 from .dalembert import LinearRelease
 from .drag_line import DragLine, drag_line
+from .dragged import dragged_from_length, dragged_from_tension
 from .envelope import Envelope, EnvelopePiece, lower_convex_envelope
 from .highline import (
     Highline,

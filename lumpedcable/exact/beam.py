@@ -4,12 +4,15 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
+from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
 
+from .checks import finite, positive
 from .law import Array, root
 
 Ends = Literal["cantilever", "pinned", "clamped", "free"]
 """How a beam is held: clamped-free, pinned-pinned, clamped-clamped, free-free."""
+
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(40)
 
 
 def cantilever_deflection(x: ArrayLike, length: float, load: float, EI: float) -> Array:
@@ -23,6 +26,8 @@ def cantilever_deflection(x: ArrayLike, length: float, load: float, EI: float) -
 
     Source: W. C. Young, Roark's Formulas for Stress and Strain, 7th ed. (2002), table 8.1, case 2a.
     """
+    _checked(length, EI)
+    finite(load=load)
     x = np.asarray(x, float)
     return load * x**2 * (6.0 * length**2 - 4.0 * length * x + x**2) / (24.0 * EI)
 
@@ -38,6 +43,8 @@ def simply_supported_deflection(x: ArrayLike, length: float, load: float, EI: fl
 
     Source: W. C. Young, Roark's Formulas for Stress and Strain, 7th ed. (2002), table 8.1, case 2e.
     """
+    _checked(length, EI)
+    finite(load=load)
     x = np.asarray(x, float)
     return load * x * (length**3 - 2.0 * length * x**2 + x**3) / (24.0 * EI)
 
@@ -59,6 +66,8 @@ def beam_frequencies(
 
     Source: K. F. Graff, Wave Motion in Elastic Solids (1975), chapter 3.
     """
+    _checked(length, EI)
+    positive("mass per length", "kg/m", mass)
     n = np.arange(1, count + 1)
     if ends == "pinned":
         b = n * np.pi
@@ -72,7 +81,12 @@ def beam_frequencies(
 
 
 def _beam_root(value: float, near: float) -> float:
-    return root(lambda b: np.cos(b) - value / np.cosh(b), near - 0.6, near + 0.6)
+    # 1/cosh b without overflow
+    return root(
+        lambda b: np.cos(b) - 2.0 * value * np.exp(-b) / (1.0 + np.exp(-2.0 * b)),
+        near - 0.6,
+        near + 0.6,
+    )
 
 
 def tensioned_beam_frequencies(
@@ -94,6 +108,9 @@ def tensioned_beam_frequencies(
 
     Source: K. F. Graff, Wave Motion in Elastic Solids (1975), chapter 3.
     """
+    _checked(length, EI)
+    positive("mass per length", "kg/m", mass)
+    finite(tension=tension)
     k = np.arange(1, count + 1) * (np.pi / length)
     stiffness = tension + k**2 * EI
     if np.any(stiffness <= 0.0):
@@ -113,6 +130,8 @@ def rolled_beam(s: ArrayLike, moment: float, EI: float) -> tuple[Array, Array]:
         moment: M, N m.
         EI: bending stiffness, N m^2.
     """
+    positive("bending stiffness EI", "N m^2", EI)
+    finite(moment=moment)
     s = np.asarray(s, float)
     half = 0.5 * s * moment / EI
     # sin(k s)/k and (1 - cos(k s))/k, finite for a straight beam.
@@ -136,19 +155,52 @@ def tip_loaded_cantilever(length: float, load: float, EI: float) -> tuple[float,
 
     Source: K. E. Bisshopp and D. C. Drucker, Quart. Appl. Math. 3 (1945), 272-275.
     """
-    if not load > 0.0:
-        raise ValueError(f"expected a positive load in N, found {load:g}")
+    _checked(length, EI)
+    positive("load", "N", load)
     a = load * length**2 / EI
-
-    def start(phi: float) -> tuple[float, float]:
-        m = 0.5 * (1.0 + np.sin(phi))
-        return m, float(np.arcsin(min(1.0 / np.sqrt(2.0 * m), 1.0)))
-
-    def miss(phi: float) -> float:
-        m, t = start(phi)
-        return float(ellipk(m) - ellipkinc(t, m)) - np.sqrt(a)
-
-    phi = root(miss, 0.0, 0.5 * np.pi - 1e-7)
-    m, t = start(phi)
-    y = 1.0 - 2.0 * float(ellipe(m) - ellipeinc(t, m)) / np.sqrt(a)
+    phi, y = _little_bent(a) if a < 1.0 else _much_bent(a)
     return length * float(np.sqrt(2.0 * np.sin(phi) / a)), length * y, phi
+
+
+def _checked(length: float, EI: float) -> None:
+    positive("length", "m", length)
+    positive("bending stiffness EI", "N m^2", EI)
+
+
+def _little_bent(a: float) -> tuple[float, float]:
+    """phi and y/L for a < 1, by Gauss's rule, where K and F, E and E(t) are too near each other.
+
+    With u = pi/2 - t from 0 to atan sqrt(sin phi), sin(theta) = sin phi - 2 k^2 sin(u)^2 is the slope
+    along the beam and du/(sqrt(a) sqrt(1 - k^2 cos(u)^2)) its length.
+    """
+
+    def along(phi: float) -> tuple[Array, Array]:
+        m = 0.5 * (1.0 + np.sin(phi))
+        half = 0.5 * np.arctan(np.sqrt(np.sin(phi)))
+        u = half * (1.0 + _GAUSS_X)
+        each = half * _GAUSS_W / np.sqrt(1.0 - m * np.cos(u) ** 2)
+        return each, np.sin(phi) - 2.0 * m * np.sin(u) ** 2
+
+    phi = root(lambda phi: float(np.sum(along(phi)[0])) - np.sqrt(a), 0.2 * a, 0.6 * a)
+    each, slope = along(phi)
+    return phi, float(np.sum(each * slope) / np.sqrt(a))
+
+
+def _much_bent(a: float) -> tuple[float, float]:
+    """phi and y/L for a of 1 or more, with d = pi/2 - phi on a scale of its logarithm.
+
+    d is some 3.3 exp(-sqrt(a)): beyond sqrt(a) = 40 phi is pi/2 to rounding and k = 1.
+    """
+
+    def start(d: float) -> tuple[float, float]:
+        m = np.cos(0.5 * d) ** 2
+        return m, float(np.arcsin(1.0 / np.sqrt(2.0 * m)))
+
+    def miss(log_d: float) -> float:
+        d = np.exp(log_d)
+        m, t = start(d)
+        return float(ellipkm1(np.sin(0.5 * d) ** 2) - ellipkinc(t, m) - np.sqrt(a))
+
+    d = float(np.exp(root(miss, -45.0, 0.25))) if a < 1600.0 else 0.0
+    m, t = start(d)
+    return 0.5 * np.pi - d, 1.0 - 2.0 * float(ellipe(m) - ellipeinc(t, m)) / float(np.sqrt(a))

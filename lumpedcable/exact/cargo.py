@@ -1,10 +1,8 @@
-"""A highline that carries a load, and one that is dragged across by a traction cable.
+"""A highline that carries a load at a known place.
 
-Two catenaries share their horizontal tension H and meet at a point K, where a load G hangs (N) or
-the line passes into another one. With the slopes of `lumpedcable.exact.highline`, downwards positive,
-the upward pulls of both parts carry the load: H (u- - u+) = G, u- and u+ the slopes left and right of
-K. For a given H the slope at A follows from the one condition that the line ends at B, and H from what
-is known of the line. Exact for an inextensible line.
+Two catenaries meet at the load G (N), `lumpedcable.exact.pair`. For a given horizontal tension H the
+slope at A follows from the one condition that the line ends at B, and H from what is known of the
+line. Exact for an inextensible line.
 
 `StraightHighline` is the approximation of W. Lun, Q. Li & H. Hou (2018), section 4, eqs. (23)-(33):
 a line without weight, straight on both sides of its cargo. Misprints there: the first term of eq. (26)
@@ -19,119 +17,75 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .highline import SHOWN, Highline, Part, hold, positive
-from .roots import Values, bracketed, met, widened
+from .checks import finite, hold, positive
+from .highline import SHOWN, Highline
+from .pair import Pair
+from .roots import Values, bracketed, widened
 
 __all__ = [
     "StraightHighline",
-    "dragged_from_length",
-    "dragged_from_tension",
     "loaded_from_length",
     "loaded_from_tension",
     "straight_from_length",
     "straight_from_tension",
 ]
 
-Meets = Callable[[Values, Values], Values]
-"""H (N) and the slope at A to the x (m) at which the first part ends."""
+
+def _closed(pair: Pair, H: Values) -> Highline:
+    """The line that ends at B under the horizontal tension H (N); one, as the load's place is known."""
+    size = np.real((pair.load + (pair.weights[0] + pair.weights[1]) * pair.span) / H)
+    start = np.real(pair.drop / pair.span) + 0.5 * size
+
+    def below(slope: Values) -> Values:
+        return pair.below(pair.line(H, slope))
+
+    return pair.line(H, bracketed(below, *widened(below, start, 0.1 + 0.1 * size)))
 
 
-@dataclass(frozen=True)
-class _Pair:
-    """What is known of two catenaries between A and B but for H and one more number."""
+def _of_length(pair: Pair, known: Values) -> Highline:
+    """The line of a known length (m), which falls as H grows."""
+    start = pair.sagging(known)
+    found = pair.at_once(_length, known, start)
+    if found is not None:
+        return pair.line(np.exp(found[0]), found[1])
 
-    span: Values
-    drop: Values
-    weights: tuple[Values, Values]
-    load: Values
-    meets: Meets
+    def miss(x: Values) -> Values:
+        return known - _closed(pair, np.exp(x)).length
 
-    def line(self, H: Values, slope: Values) -> Highline:
-        """The line that leaves A with a slope, wherever it ends."""
-        reach = self.meets(H, slope)
-        zero = np.zeros_like(reach)
-        first = Part(zero, zero, reach, self.weights[0], H, np.arcsinh(slope))
-        beyond = np.arcsinh(np.sinh(first.end_angle) - self.load / H)
-        second = Part(reach, -first.drop, self.span - reach, self.weights[1], H, beyond)
-        return Highline(self.span, self.drop, (first, second))
-
-    def closed(self, H: Values) -> Highline:
-        """The line that ends at B under the horizontal tension H (N)."""
-
-        def below(slope: Values) -> Values:
-            line = self.line(H, slope)
-            return line.parts[0].drop + line.parts[1].drop - self.drop
-
-        size = np.real((self.load + (self.weights[0] + self.weights[1]) * self.span) / H)
-        start = np.real(self.drop / self.span) + 0.5 * size
-        return self.line(H, bracketed(below, *widened(below, start, 0.1 + 0.1 * size)))
-
-    def of_length(self, length: Callable[[Highline], Values], known: Values) -> Highline:
-        """The line with a known length (m), which falls as H grows."""
-        sag = np.sqrt(np.maximum(np.real(known - self.span) * np.real(known + self.span), 1e-300))
-        weight = np.real(self.load + self.weights[0] * self.span)
-        start = np.log(np.real(0.25 * weight * self.span) / sag)
-        line = self._at_once(lambda line: length(line) - known, start)
-        if line is not None:
-            return line
-        miss = self._of_log(lambda line: known - length(line))
-        x = bracketed(miss, *widened(miss, start, 0.25 + 0.0 * start))
-        line = self.closed(np.exp(x))
-        hold(np.real(np.abs(length(line) / known - 1.0)) < 1e-9, "found no line of this length")
-        return _found(line)
-
-    def of_tension(
-        self, tension: Callable[[Highline], Values], known: Values, name: str
-    ) -> Highline:
-        """The taut line with a known tension (N) at one end; there H is at most that."""
-        hung = np.real(self.load + (self.weights[0] + self.weights[1]) * self.span)
-        start = 0.5 * np.log(np.maximum(np.real(known) ** 2 - 0.25 * hung**2, 1e-300))
-        line = self._at_once(lambda line: tension(line) - known, start, rises=True)
-        if line is not None:
-            return line
-        miss = self._of_log(lambda line: tension(line) - known)
-        top = np.log(np.real(known)) + 1e-12
-        low, least = _turning(lambda x: np.real(miss(x)), top)
-        told = least + np.real(known)
-        hold(
-            least <= 0.0,
-            f"expected a tension {name} of {{:.6g}} N or more, the least that holds this line, "
-            "found {:g} N",
-            told,
-            np.real(known),
-        )
-        return _found(self.closed(np.exp(bracketed(miss, low, top))))
-
-    def _at_once(
-        self, miss: Callable[[Highline], Values], x: Values, rises: bool = False
-    ) -> Highline | None:
-        """The line that ends at B and for which `miss` is 0: Newton's method for both, from log H = x.
-
-        Tens of times as quick as one root inside another, to which it leaves what it does not find:
-        None where it comes to no line, where `miss` should rise with H and falls, and where the
-        numbers carry derivatives.
-        """
-
-        def off(x: Values, slope: Values) -> Values:
-            line = self.line(np.exp(x), slope)
-            end = line.parts[0].drop + line.parts[1].drop - self.drop
-            return np.array([end, miss(line)])
-
-        hung = np.real(self.load + (self.weights[0] + self.weights[1]) * self.span)
-        slope = np.real(self.drop / self.span) + 0.5 * hung / np.exp(x)
-        found = met(off, x, slope)
-        if found is None:
-            return None
-        (x, slope), ((a, b), (c, d)) = found
-        return self.line(np.exp(x), slope) if not rises or np.all(c - a * d / b > 0.0) else None
-
-    def _of_log(self, value: Callable[[Highline], Values]) -> Callable[[Values], Values]:
-        return lambda x: value(self.closed(np.exp(x)))
-
-
-def _found(line: Highline) -> Highline:
-    hold(np.isfinite(np.real(line.length)), "found no line for these numbers")
+    x = bracketed(miss, *widened(miss, start, 0.25 + 0.0 * start))
+    line = _closed(pair, np.exp(x))
+    hold(pair.meant(line, _length, known), "found no line of this length")
     return line
+
+
+def _of_tension(pair: Pair, known: Values) -> Highline:
+    """The taut line with a known tension (N) at A; there H is at most that."""
+    found = pair.at_once(_tension, known, pair.pulled(known), taut=True)
+    if found is not None:
+        return pair.line(np.exp(found[0]), found[1])
+
+    def miss(x: Values) -> Values:
+        return _closed(pair, np.exp(x)).tension_a - known
+
+    top = np.log(np.real(known)) + 1e-12
+    low, least = _turning(lambda x: np.real(miss(x)), top)
+    hold(
+        least <= 0.0,
+        "expected a tension F_TA of {:.6g} N or more, the least that holds this line, found {:g} N",
+        least + np.real(known),
+        np.real(known),
+    )
+    line = _closed(pair, np.exp(bracketed(miss, low, top)))
+    hold(pair.meant(line, _tension, known), "found no line for these numbers")
+    return line
+
+
+def _length(line: Highline) -> Values:
+    return line.length
+
+
+def _tension(line: Highline) -> Values:
+    return line.tension_a
 
 
 def _turning(f: Callable[[Values], Values], top: Values) -> tuple[Values, Values]:
@@ -184,7 +138,7 @@ def loaded_from_length(
         np.hypot(np.real(l), np.real(c)),
         np.real(S),
     )
-    return _at(l, c, q, G, x).of_length(lambda line: line.length, S)
+    return _of_length(_at(l, c, q, G, x), S)
 
 
 def loaded_from_tension(
@@ -198,11 +152,11 @@ def loaded_from_tension(
     """
     l, c, q, G, x, F = _checked(span, drop, weight, load, place, tension)
     positive("tension F_TA", "N", F)
-    return _at(l, c, q, G, x).of_tension(lambda line: line.tension_a, F, "F_TA")
+    return _of_tension(_at(l, c, q, G, x), F)
 
 
-def _at(l: Values, c: Values, q: Values, G: Values, x: Values) -> _Pair:
-    return _Pair(l, c, (q, q), G, lambda H, slope: x + 0.0 * (H + slope))
+def _at(l: Values, c: Values, q: Values, G: Values, x: Values) -> Pair:
+    return Pair(l, c, (q, q), G, lambda H, slope: x + 0.0 * (H + slope))
 
 
 def _checked(
@@ -211,7 +165,8 @@ def _checked(
 ) -> list[Values]:  # fmt: skip
     """The inputs of a loaded line, broadcast against each other and looked at."""
     found = list(np.broadcast_arrays(*map(np.asarray, (span, drop, weight, load, place, known))))
-    l, _, q, G, x, _ = found
+    l, c, q, G, x, k = found
+    finite(**{"drop c": c, "load G": G, "length or tension": k})
     positive("span l", "m", l)
     positive("weight q", "N/m", q)
     hold(np.real(G) >= 0.0, "expected a load G of 0 N or more, found {:g} N", np.real(G))
@@ -222,79 +177,6 @@ def _checked(
         np.real(x),
     )
     return found
-
-
-def dragged_from_tension(
-    span: ArrayLike, drop: ArrayLike, weight: ArrayLike, length: ArrayLike,
-    traction_weight: ArrayLike, tension: ArrayLike, load: ArrayLike = 0.0,
-) -> Highline:  # fmt: skip
-    """Return a highline of length S paid out from A, dragged by a traction cable from B.
-
-    Its end L is the joint with the traction cable, `line.middle`; S = v t where it is paid out at v.
-
-    Args:
-        span, drop: of B from A, m.
-        weight: weight per length of the highline, N/m.
-        length: its length S, m.
-        traction_weight: weight per length of the traction cable, N/m.
-        tension: tension of the traction cable at B, N.
-        load: weight of the joint, N.
-
-    Raises:
-        ValueError: a tension too low to hold the line, or a length that reaches beyond B.
-    """
-    pair, F = _dragged(span, drop, weight, length, traction_weight, tension, load)
-    positive("tension of the traction cable", "N", F)
-    return _reaching(pair.of_tension(lambda line: line.tension_b, F, "of the traction cable"))
-
-
-def dragged_from_length(
-    span: ArrayLike, drop: ArrayLike, weight: ArrayLike, length: ArrayLike,
-    traction_weight: ArrayLike, traction_length: ArrayLike, load: ArrayLike = 0.0,
-) -> Highline:  # fmt: skip
-    """Return the line of `dragged_from_tension` for a known length of the traction cable (m).
-
-    Raises:
-        ValueError: lengths that do not reach from A to B, or a highline that reaches beyond B.
-    """
-    pair, S = _dragged(span, drop, weight, length, traction_weight, traction_length, load)
-    chord, whole = np.hypot(np.real(pair.span), np.real(pair.drop)), np.real(S) + np.real(length)
-    hold(
-        whole > chord,
-        "expected both lengths together over the distance of the ends, {:g} m, found {:g} m",
-        chord,
-        whole,
-    )
-    return _reaching(pair.of_length(lambda line: line.length, S + np.asarray(length)))
-
-
-def _dragged(
-    span: ArrayLike, drop: ArrayLike, weight: ArrayLike, length: ArrayLike,
-    traction_weight: ArrayLike, known: ArrayLike, load: ArrayLike,
-) -> tuple[_Pair, Values]:  # fmt: skip
-    inputs = (span, drop, weight, length, traction_weight, known, load)
-    l, c, q, s, p, k, G = np.broadcast_arrays(*map(np.asarray, inputs))
-    positive("span l", "m", l)
-    positive("weight q", "N/m", q)
-    positive("weight of the traction cable", "N/m", p)
-    hold(np.real(s) >= 0.0, "expected a length S of 0 m or more, found {:g} m", np.real(s))
-    hold(np.real(G) >= 0.0, "expected a load of 0 N or more, found {:g} N", np.real(G))
-
-    def meets(H: Values, slope: Values) -> Values:
-        return H / q * (np.arcsinh(slope) - np.arcsinh(slope - q * s / H))
-
-    return _Pair(l, c, (q, p), G, meets), k
-
-
-def _reaching(line: Highline) -> Highline:
-    x = np.real(line.middle[0])
-    hold(
-        x < np.real(line.span),
-        "expected a highline that ends before B, at {:g} m, found its joint at {:.6g} m",
-        np.real(line.span),
-        x,
-    )
-    return line
 
 
 @dataclass(frozen=True)
@@ -380,17 +262,22 @@ def straight_from_tension(
 ) -> StraightHighline:
     """Return the straight segments of a known tension F_TA (N); F_H solves a quadratic.
 
+    Where B lies above A two lines may have this tension; this is the taut one.
+
     Raises:
         ValueError: a load off the span or not positive, a tension too low to carry it.
     """
     l, c, _, G, x, F = _checked(span, drop, 1.0, load, place, tension)
     positive("load G", "N", G)
     up, t = G * (1.0 - x / l), c / l
+    # F_TA of eq. (24) is least at F_H = 0 where B lies below A, else at F_H = -up t/(1 + t^2)
+    steep = np.sqrt(1.0 + np.minimum(np.real(t), 0.0) ** 2)
     hold(
-        np.real(F) > np.real(up),
-        "expected a tension F_TA over {:.6g} N, what the load hangs on A, found {:g} N",
-        np.real(up),
+        np.real(F) * steep > np.real(up),
+        "expected a tension F_TA over {:.6g} N, the least that holds the load, found {:g} N",
+        np.real(up) / steep,
         np.real(F),
     )
-    H = (np.sqrt(F**2 * (1.0 + t**2) - up**2) - up * t) / (1.0 + t**2)
+    width = np.sqrt(1.0 + t**2)
+    H = (np.sqrt((F * width - up) * (F * width + up)) - up * t) / width**2
     return StraightHighline(l, c, G, x, G * x * (l - x) / (l * H), H)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import finite
 from .law import Array, root
 from .newton import convex_minimum
 
@@ -142,6 +143,8 @@ def elastic_catenary(
         ValueError: for a line that is too short, a weightless slack one, an end below the
             seabed, or friction without an anchor on the bottom.
     """
+    finite(span=span, rise=rise, length=length, weight=weight, friction=friction)
+    finite(seabed=0.0 if seabed is None else seabed)
     _check(span, rise, length, EA, weight)
     if seabed is not None:
         _check_seabed(rise, weight, seabed, friction)

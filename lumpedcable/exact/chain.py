@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import finite
 from .law import Array, Law, bisect, tension_values
 from .newton import convex_minimum
 
@@ -95,6 +96,7 @@ def hanging_nodes(
         ValueError: for shapes that do not fit, or a segment without tension (no direction).
     """
     lengths, loads = _shapes(lengths, loads)
+    finite(start=start, **{"end force": end_force})
     t = np.asarray(end_force, float) + np.cumsum(loads[:0:-1], axis=0)[::-1]
     return _follow(np.asarray(start, float), lengths, t, strain)
 
@@ -120,6 +122,7 @@ def pinned_nodes(
     """
     lengths, loads = _shapes(lengths, loads)
     start, end = np.asarray(start, float), np.asarray(end, float)
+    finite(start=start, end=end)
     drop = np.concatenate([np.zeros((1, 3)), np.cumsum(loads[1:-1], axis=0)])  # t_i = t_0 - drop_i
     size = float(max(np.linalg.norm(end - start), np.sum(lengths)))
 
@@ -149,6 +152,7 @@ def _shapes(lengths: ArrayLike, loads: ArrayLike) -> tuple[Array, Array]:
         raise ValueError(
             f"expected loads of shape ({lengths.size + 1}, 3), one row a node; found {loads.shape}"
         )
+    finite(length=lengths, load=loads)
     return lengths, loads
 
 

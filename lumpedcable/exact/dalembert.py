@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import finite
 from .law import Array
 
 
@@ -45,6 +46,8 @@ class LinearRelease:
             value = getattr(self, name)
             if not value > 0.0:
                 raise ValueError(f"expected a positive {name}, found {value:g}")
+            finite(**{name: value})
+        finite(**{"tension before the release": self.tension0, "ramp": self.ramp_time})
         if self.ramp_time < 0.0:
             raise ValueError(f"expected a ramp of 0 s or more, found {self.ramp_time:g}")
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import finite
 from .law import Array, root
 
 
@@ -61,6 +62,7 @@ def drag_line(span: float, length: float, drag: float) -> DragLine:
     Raises:
         ValueError: if the line is not longer than the span or the drag not positive.
     """
+    finite(span=span, length=length, drag=drag)
     if not 0.0 < span < length:
         raise ValueError(f"expected 0 < span < length, found {span:g} m and {length:g} m")
     if not drag > 0.0:

@@ -24,6 +24,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import finite, hold, positive
 from .roots import Values, bracketed
 
 __all__ = [
@@ -299,19 +300,5 @@ def _checked(
     positive("span l", "m", l)
     positive("weight q", "N/m", q)
     positive(name, unit, k)
-    hold(np.isfinite(np.real(c)), "expected a finite drop c, found {:g} m", np.real(c))
+    finite(**{"drop c": c})
     return l, c, q, k
-
-
-def positive(name: str, unit: str, value: Values) -> None:
-    """Raise ValueError where a number is not positive and finite."""
-    real = np.real(value)
-    hold((real > 0.0) & np.isfinite(real), f"expected a positive {name}, found {{:g}} {unit}", real)
-
-
-def hold(good: Values, message: str, *values: Values) -> None:
-    """Raise ValueError with the values of the first element that is not good."""
-    if not np.all(good):
-        first = int(np.argmin(np.ravel(good)))
-        told = [float(np.ravel(np.broadcast_to(v, np.shape(good)))[first]) for v in values]
-        raise ValueError(message.format(*told))

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from .checks import finite, positive
 from .law import Array, root
 
 __all__ = ["IdealHighline"]
@@ -36,6 +38,12 @@ class IdealHighline:
     rise: float = 0.0
 
     def __post_init__(self) -> None:
+        positive("span", "m", self.span)
+        positive("tension", "N", self.tension)
+        positive("mass", "kg", self.mass)
+        finite(gravity=self.gravity, place=self._a, rise=self.rise)
+        if self.gravity < 0.0:
+            raise ValueError(f"expected a gravity of 0 m/s^2 or more, found {self.gravity:g}")
         if not 0.0 < self._a < self.span:
             raise ValueError(
                 f"expected a place between the posts, from 0 m to {self.span:g} m, "
@@ -101,6 +109,8 @@ class IdealHighline:
         stiffness k and the turn f, the potential is k (x + h f)^2 / 2 + m g h f^2 / 2; up and down the
         body moves as a point does.
         """
+        finite(depth=depth)
+        positive("inertia", "kg m2", inertia)
         k, vertical = self.stiffness()
         weight = self.mass * self.gravity
         stiff = np.array([[k, k * depth], [k * depth, k * depth**2 + weight * depth]])
@@ -109,33 +119,74 @@ class IdealHighline:
         squares = np.append(squares, vertical / self.mass)
         return np.sort(2.0 * np.pi / np.sqrt(squares))[::-1]
 
+    def _above(self, first: ArrayLike, second: ArrayLike) -> Array:
+        """Potential at `first` less that at `second`, J, over the difference of both heights (N).
+
+        Heights are counted from rest, where the pulls hold the weight. For a post a across the mass and
+        z0 over it at rest, with h = hypot(a, z) and g = (h0 h - z0 z + a^2)/(h + h0),
+
+            h1 - h2 - (z0/h0)(z1 - z2) = (z1 - z2)(g1 (z1 - z0) + g2 (z2 - z0))/(h0 (h1 + h2)):
+
+        no difference of near numbers, of which potentials of MJ would leave none of a small swing.
+        """
+        rest = self.height()
+        total = np.zeros(np.broadcast_shapes(np.shape(first), np.shape(second)))
+        for a, z0 in ((self._a, rest), (self._b, rest - self.rise)):
+            h0 = np.hypot(a, z0)
+            moments, lengths = 0.0, 0.0
+            for u in (np.asarray(first, float), np.asarray(second, float)):
+                h = np.hypot(a, z0 + u)
+                moments = moments + u * (h0 * h - z0 * (z0 + u) + a**2) / (h + h0)
+                lengths = lengths + h
+            total = total + self.tension * moments / (h0 * lengths)
+        return total
+
     def lowest(self, start: float) -> float:
         """Return the height z (m) at which a mass let go at rest from `start` (m) turns round."""
-        rest, level = self.height(), float(self.potential(start))
-        if start == rest:
-            return rest
-        if start < rest:
-            raise ValueError(f"expected a start above rest at {rest:g} m, found {start:g} m")
-        far = rest - (start - rest)
-        while self.potential(far) < level:
-            far -= start - rest
-        return root(lambda z: float(self.potential(z)) - level, far, rest)
+        finite(start=start)
+        rest = self.height()
+        return rest + self._turn(start - rest)
+
+    def _turn(self, up: float) -> float:
+        """Where a mass let go `up` (m) over rest turns round, m over rest: below 0."""
+        if up == 0.0:
+            return 0.0
+        if not up > 0.0:
+            rest = self.height()
+            raise ValueError(f"expected a start above rest at {rest:g} m, found {rest + up:g} m")
+        far = -up
+        while self._above(far, up) > 0.0:  # V there is still below that of the start
+            far -= up
+        return root(lambda u: float(self._above(u, up)), far, 0.0)
 
     def top_speed(self, start: float) -> float:
         """Return the largest speed (m/s) of a mass let go at rest from `start` (m)."""
-        drop = float(self.potential(start) - self.potential(self.height()))
-        return float(np.sqrt(2.0 * drop / self.mass))
+        finite(start=start)
+        up = start - self.height()
+        return float(np.sqrt(2.0 * up * self._above(up, 0.0) / self.mass))
 
     def period_from(self, start: float, points: int = 200) -> float:
         """Return the period (s) of the up and down motion of a mass let go from `start` (m).
 
         2 times the integral of dz / sqrt(2 (E - V) / m) between the turning points, which
-        z = middle - half cos(p) makes smooth, by Gauss's rule with `points` points.
+        z = middle - half cos(p) makes smooth, by Gauss's rule with `points` points. From rest, the
+        period of small oscillations.
         """
-        low = self.lowest(start)
-        middle, half = 0.5 * (start + low), 0.5 * (start - low)
+        finite(start=start)
+        up = start - self.height()
+        if up == 0.0:
+            return self.periods()[1]
+        low = self._turn(up)
+        half = 0.5 * (up - low)
         node, weight = np.polynomial.legendre.leggauss(points)
         p = 0.5 * np.pi * (node + 1.0)
-        z = middle - half * np.cos(p)
-        speed = np.sqrt(2.0 * (self.potential(start) - self.potential(z)) / self.mass)
+        # E is V at both turning points: each half of the way takes the nearer
+        fallen, risen = 2.0 * half * np.cos(0.5 * p) ** 2, 2.0 * half * np.sin(0.5 * p) ** 2
+        upper = p > 0.5 * np.pi
+        lost = np.where(
+            upper,
+            fallen * self._above(up, up - fallen),
+            -risen * self._above(low, low + risen),
+        )
+        speed = np.sqrt(2.0 * lost / self.mass)
         return float(2.0 * np.sum(0.5 * np.pi * weight * half * np.sin(p) / speed))

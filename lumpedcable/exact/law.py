@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from .checks import finite
+
 Array = NDArray[np.float64]
 """Array of float64."""
 
@@ -205,6 +207,7 @@ def released_strain(tension: Law, strain0: float, end_tension: float = 0.0) -> f
             f"a release lowers the tension: expected T(strain0) above {end_tension:g} N, "
             f"found {start:g} N at strain {strain0:g}"
         )
+    finite(**{"strain before the release": strain0, "end tension": end_tension})
     for lo in (0.0, -0.9) if strain0 > 0.0 else (-0.9,):
         e = np.linspace(lo, strain0, 4001)
         below = np.flatnonzero(tension_values(tension, e) <= end_tension)

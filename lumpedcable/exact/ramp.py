@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import quad
 
+from .checks import finite
 from .law import (
     Array,
     Law,
@@ -200,6 +201,7 @@ def ramped_release(
         raise ValueError(f"expected a positive mass per length in kg/m, found {mass:g}")
     if not ramp_time > 0.0:
         raise ValueError(f"expected a positive ramp in s, found {ramp_time:g}; 0 is release_wave")
+    finite(mass=mass, **{"ramp": ramp_time, "end tension": end_tension})
     e0 = start_strain(tension, strain0, tension0, bracket)
     e_r = released_strain(tension, e0, end_tension)
     law = law_range(tension, e_r, e0, derivative, knots)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .chain import StrainOfTension
+from .checks import finite, positive
 from .law import Array
 
 _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(20)
@@ -29,6 +30,10 @@ class HangingRod:
     weight: float
     end_force: float
     strain: StrainOfTension
+
+    def __post_init__(self) -> None:
+        positive("length", "m", self.length)
+        finite(weight=self.weight, **{"end force": self.end_force})
 
     def tension(self, s: ArrayLike) -> Array:
         """Return T(s), N."""

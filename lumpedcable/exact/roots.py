@@ -134,6 +134,18 @@ def met(
     return None
 
 
+def carried(f: Callable[[Values, Values], Values], x: Values, y: Values) -> Values:
+    """Return the place (2, ...) at which both functions are zero, with derivatives, from a real one.
+
+    One Newton step, its slopes frozen, which carries the imaginary parts of f.
+    """
+    here = f(x, y)
+    a, c = np.imag(f(x + 1j * STEP, y) - here) / STEP
+    b, d = np.imag(f(x, y + 1j * STEP) - here) / STEP
+    p, q = here
+    return np.array([x, y]) + np.array([b * q - d * p, c * p - a * q]) / (a * d - b * c)
+
+
 def derivatives(f: Callable[..., Any], **numbers: ArrayLike) -> Mapping[str, Any]:
     """Return the derivatives of f(**numbers) with respect to each number.
 

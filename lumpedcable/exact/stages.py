@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike
 
 from .cargo import (
     StraightHighline,
-    dragged_from_tension,
     loaded_from_length,
     loaded_from_tension,
     straight_from_length,
     straight_from_tension,
 )
+from .dragged import dragged_from_tension
 from .highline import (
     Highline,
     highline_from_length,

@@ -1,8 +1,9 @@
 """Small vibrations of strings, sagging cables and hanging chains; swings of a pendulum."""
 
 import numpy as np
-from scipy.special import ellipk, jn_zeros
+from scipy.special import ellipkm1, jn_zeros
 
+from .checks import finite, hold, positive
 from .law import Array, root
 
 STANDARD_GRAVITY = 9.80665
@@ -20,6 +21,9 @@ def string_frequencies(length: float, tension: float, mass: float, count: int) -
 
     Source: H. M. Irvine, Cable Structures (1981), chapter 3, without sag.
     """
+    positive("length", "m", length)
+    positive("mass per length", "kg/m", mass)
+    _not_negative("tension", "N", tension)
     return np.arange(1, count + 1) / (2.0 * length) * np.sqrt(tension / mass)
 
 
@@ -33,6 +37,9 @@ def rod_frequencies(
 
     Source: K. F. Graff, Wave Motion in Elastic Solids (1975), chapter 2.
     """
+    positive("length", "m", length)
+    positive("EA", "N", EA)
+    positive("mass per length", "kg/m", mass)
     n = np.arange(1, count + 1)
     return (n - 0.5 * free_end) / (2.0 * length) * np.sqrt(EA / mass)
 
@@ -50,6 +57,10 @@ def irvine_parameter(span: float, H: float, weight: float, EA: float) -> float:
 
     Source: H. M. Irvine and T. K. Caughey, Proc. R. Soc. Lond. A 341 (1974), 299-315.
     """
+    positive("span", "m", span)
+    positive("horizontal tension H", "N", H)
+    positive("EA", "N", EA)
+    finite(weight=weight)
     slope = weight * span / H
     return slope**2 * EA / (H * (1.0 + slope**2 / 8.0))
 
@@ -74,6 +85,10 @@ def sagged_cable_frequencies(
 
     Source: H. M. Irvine and T. K. Caughey, Proc. R. Soc. Lond. A 341 (1974), 299-315.
     """
+    positive("span", "m", span)
+    positive("horizontal tension H", "N", H)
+    positive("mass per length", "kg/m", mass)
+    finite(**{"lambda^2": parameter})
     if parameter < 0.0:
         raise ValueError(f"expected lambda^2 of 0 or more, found {parameter:g}")
     unit = np.sqrt(H / mass) / (2.0 * np.pi * span)
@@ -106,6 +121,8 @@ def hanging_chain_frequencies(
 
     Source: D. Bernoulli (1733), see G. N. Watson, Theory of Bessel Functions (1944), chapter 1.
     """
+    positive("length", "m", length)
+    positive("gravity", "m/s^2", gravity)
     return jn_zeros(0, count) * np.sqrt(gravity / length) / (4.0 * np.pi)
 
 
@@ -126,9 +143,12 @@ def pendulum_period(
 
     Source: L. D. Landau and E. M. Lifshitz, Mechanics (1976), section 11, problem 1.
     """
+    positive("length", "m", length)
+    positive("gravity", "m/s^2", gravity)
     if not 0.0 <= amplitude < np.pi:
         raise ValueError(f"expected an amplitude between 0 and pi, found {amplitude:g} rad")
-    return 4.0 * float(np.sqrt(length / gravity) * ellipk(np.sin(0.5 * amplitude) ** 2))
+    # by 1 - m, which is not lost next to the upright rod
+    return 4.0 * float(np.sqrt(length / gravity) * ellipkm1(np.cos(0.5 * amplitude) ** 2))
 
 
 def elastic_pendulum_periods(
@@ -148,6 +168,19 @@ def elastic_pendulum_periods(
     Source: linearised Lagrangian of the elastic pendulum, L. D. Landau and E. M. Lifshitz,
     Mechanics (1976), section 23.
     """
+    positive("length", "m", length)
+    positive("mass", "kg", mass)
+    positive("gravity", "m/s^2", gravity)
+    hold(np.asarray(EA > 0.0), "expected a positive EA, found {:g} N", np.asarray(EA))
     stretched = length * (1.0 + mass * gravity / EA)
     swing = 2.0 * np.pi * float(np.sqrt(stretched / gravity))
     return swing, 2.0 * np.pi * float(np.sqrt(mass * length / EA))
+
+
+def _not_negative(name: str, unit: str, value: float) -> None:
+    finite(**{name: value})
+    hold(
+        np.asarray(value) >= 0.0,
+        f"expected a {name} of 0 {unit} or more, found {{:g}} {unit}",
+        np.asarray(value),
+    )

@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import finite
 from .envelope import Kind, lower_convex_envelope
 from .law import (
     Array,
@@ -221,6 +222,7 @@ def release_wave(
     """
     if not mass > 0.0:
         raise ValueError(f"expected a positive mass per length in kg/m, found {mass:g}")
+    finite(mass=mass, **{"end tension": end_tension})
     knots = tuple(knots)
     e0 = start_strain(tension, strain0, tension0, bracket)
     e_r = released_strain(tension, e0, end_tension)

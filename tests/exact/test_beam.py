@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp, solve_ivp
 from scipy.linalg import eigh
+from scipy.optimize import brentq
 
 from lumpedcable.exact import (
     beam_frequencies,
@@ -132,12 +133,56 @@ def test_tip_load_by_boundary_value_problem(load):
     assert (abs(y / (load / 3) - 1) < 1e-2) == (load < 0.5)
 
 
+def shot(a):
+    """x/L, y/L and the tip angle by shooting from the tip, for a = P L^2/EI.
+
+    From the tip back, the angle to the load's direction p'' = a sin p grows from d: in its logarithm
+    the root is as plain at any a. A beam that is bent little is shot by its angle over a.
+    """
+
+    def little(_, v):  # angle/a, its slope, and x, y/a
+        return [v[1], -np.cos(a * v[0]), np.cos(a * v[0]), np.sin(a * v[0]) / a]
+
+    def much(_, p):
+        return [p[1], a * np.sin(p[0]), np.sin(p[0]), np.cos(p[0])]
+
+    def path(rates, start):
+        exact = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-60}
+        return solve_ivp(rates, (0.0, 1.0), [start, 0.0, 0.0, 0.0], **exact).y[:, -1]
+
+    if a < 1.0:
+        tip = brentq(lambda v: path(little, v)[0], 0.1, 0.6, xtol=1e-15)
+        return path(little, tip)[2], a * path(little, tip)[3], a * tip
+    near = 1.2 - np.sqrt(a)
+    tip = brentq(lambda u: path(much, np.exp(u))[0] - np.pi / 2, near - 1.0, near + 0.5, xtol=1e-13)
+    return *path(much, np.exp(tip))[2:], np.pi / 2 - np.exp(tip)
+
+
+@pytest.mark.parametrize(
+    "a", [1e-8, 1e-6, 1e-3, 0.3, 0.99, 1.01, 20.0, 305.0, 310.0, 400.0, 2e3, 1e4]
+)
+def test_tip_load_of_any_size(a):
+    found = tip_loaded_cantilever(1.0, a, 1.0)
+    assert found == pytest.approx(shot(a), rel=1e-9)
+    if a >= 400.0:  # bent into the direction of the load but for a short piece at the clamp
+        limit = (np.sqrt(2.0 / a), 1.0 - (2.0 - np.sqrt(2.0)) / np.sqrt(a), np.pi / 2)
+        assert found == pytest.approx(limit, rel=1e-7)
+    if a <= 1e-6:
+        assert found == pytest.approx((1.0, a / 3.0, a / 2.0), rel=1e-10)
+
+
 def test_tip_load_scales():
     x, y, angle = tip_loaded_cantilever(3.0, 7.0, 21.0)
     x1, y1, angle1 = tip_loaded_cantilever(1.0, 3.0, 1.0)
     assert (x, y, angle) == pytest.approx((3 * x1, 3 * y1, angle1))
     with pytest.raises(ValueError, match="positive load"):
         tip_loaded_cantilever(1.0, 0.0, 1.0)
+
+
+def test_high_modes_do_not_overflow():
+    # cosh b is beyond all numbers there, and b is (n + 1/2) pi
+    b = 300.5 * np.pi
+    assert beam_frequencies(1.0, 1.0, 1.0, 300, "clamped")[-1] == pytest.approx(b**2 / (2 * np.pi))
 
 
 # -- the line in a current ----------------------------------------------------------------------

@@ -113,6 +113,22 @@ def test_straight_segments_and_how_wrong_they_are():
     assert far[0] / far[1] == pytest.approx(np.full(5, 10.0), rel=1e-2)
 
 
+def test_straight_segments_up_to_a_higher_end():
+    # B over A bears a share of what hangs on A: the pull at A is least where it is at right angles to
+    # the chord, up/sqrt(1 + (c/l)^2), and F_TA is there by eq. (24) on either side
+    l, c, x, G = 40.0, -20.0, 5.0, 20e3
+    H, up = np.geomspace(10.0, 1e5, 200_001), G * (1.0 - x / l)
+    pull = np.hypot(up + H * c / l, H)
+    assert np.min(pull) == pytest.approx(up / np.sqrt(1.25), rel=1e-6)
+    for F in (1.0001 * up / np.sqrt(1.25), 17e3, up, 18e3, 1e5):
+        line = straight_from_tension(l, c, G, x, F)
+        assert line.tension_a == pytest.approx(F, rel=1e-12)
+        taut = H[np.flatnonzero(pull <= F)[-1]]
+        assert line.horizontal == pytest.approx(taut, rel=1e-3)
+    with pytest.raises(ValueError, match=r"over 15652\.5 N, the least that holds the load"):
+        straight_from_tension(l, c, G, x, 15.6e3)
+
+
 def test_tensions_between_the_ends():
     line = loaded_from_length(*LINE, LOAD, 20.0, 62.5)
     x, z = line.middle
@@ -169,7 +185,7 @@ def test_a_line_dragged_across(load):
 
 
 def test_a_heavy_traction_cable():
-    # the long slack of both hangs deep; no root inside another finds it
+    # the long slack of both hangs deep
     line = dragged_from_length(105.0, -6.0, 10.0, 101.0, 32.0, 78.0)
     assert [float(part.length) for part in line.parts] == pytest.approx([101.0, 78.0], rel=1e-12)
     assert sum(float(part.reach) for part in line.parts) == pytest.approx(105.0, rel=1e-12)
@@ -177,8 +193,72 @@ def test_a_heavy_traction_cable():
     assert all(part.reach > 0.0 for part in line.parts)
     first, second = line.parts
     assert float(first.end_angle) == pytest.approx(float(second.angle), rel=1e-12)  # no load there
-    with pytest.raises(ValueError, match="found no line of this length"):
-        dragged_from_length(105.0, -6.0, 10.0, 101.0, 32.0, 78.0 + 1e-30j)
+    moved = dragged_from_length(105.0, -6.0, 10.0, 101.0, 32.0, 78.0 + 1e-30j)
+    more, less = (
+        dragged_from_length(105.0, -6.0, 10.0, 101.0, 32.0, 78.0 + d) for d in (1e-4, -1e-4)
+    )
+    rate = (more.tension_b - less.tension_b) / 2e-4
+    assert np.imag(moved.tension_b) / 1e-30 == pytest.approx(rate, rel=1e-6)
+
+
+def where_it_ends(l, c, q, s, p, load, H, slope):
+    """The end under B and the tension there, by the paper's equations: H and the slope at A given."""
+    a, at_joint = np.arcsinh(slope), slope - q * s / H
+    x = H / q * (a - np.arcsinh(at_joint))
+    down = H / q * (np.hypot(1.0, slope) - np.hypot(1.0, at_joint))
+    b = np.arcsinh(at_joint - load / H)
+    end = b - p * (l - x) / H
+    return down + H / p * (np.cosh(b) - np.cosh(end)) - c, H * np.cosh(end), x
+
+
+@pytest.mark.parametrize(
+    ("numbers", "tension", "load", "H", "x"),
+    [
+        # H and the joint by a root search from 800 places in (log H, slope); the taut one of them
+        ((50.0, 0.0, 50.0, 75.0, 2.0), 2700.0, 2500.0, 695.15, 32.84),
+        ((40.0, 30.0, 50.0, 55.0, 40.0), 4900.0, 4850.0, 1706.38, 36.14),
+        ((72.0, -17.0, 38.0, 105.0, 4.0), 2200.0, 2300.0, 661.22, 30.246),
+        ((27.0, -2.5, 67.0, 37.0, 8.0), 3500.0, 3000.0, 624.2, 21.823),
+    ],
+)
+def test_a_loaded_joint_under_a_heavy_line(numbers, tension, load, H, x):
+    """One H has up to three lines that end at B: the one found is what was asked for."""
+    line = dragged_from_tension(*numbers, tension, load)
+    slope = np.sinh(line.parts[0].angle)
+    off, pull, joint = where_it_ends(*numbers, load, line.horizontal, slope)
+    assert (off, pull) == pytest.approx((0.0, tension), rel=1e-9, abs=1e-8)
+    assert (float(line.horizontal), float(joint)) == pytest.approx((H, x), rel=2e-5)
+    # with numbers that carry derivatives, and by the length of the traction cable
+    slow = dragged_from_tension(*numbers, tension + 1e-30j, load)
+    assert np.real(slow.horizontal) == pytest.approx(line.horizontal, rel=1e-9)
+    again = dragged_from_length(*numbers, line.parts[1].length, load)
+    assert again.horizontal == pytest.approx(line.horizontal, rel=1e-9)
+    # among others in an array
+    several = dragged_from_tension(*numbers, np.array([tension, 1.001 * tension]), load)
+    assert several.tension_b == pytest.approx(np.array([tension, 1.001 * tension]), rel=1e-9)
+
+
+def test_a_dragged_line_is_what_was_asked_for():
+    draw = np.random.default_rng(1)
+    found = 0
+    for _ in range(70):
+        l, c, q, p = draw.uniform((20, -20, 5, 1), (100, 30, 100, 40))
+        load, s, F = (
+            draw.uniform(0, 5e3),
+            draw.uniform(0.8, 1.5) * l,
+            10.0 ** draw.uniform(3.2, 3.8),
+        )
+        try:
+            line = dragged_from_tension(l, c, q, s, p, F, load)
+        except ValueError:
+            continue
+        found += 1
+        off, pull, x = where_it_ends(
+            l, c, q, s, p, load, line.horizontal, np.sinh(line.parts[0].angle)
+        )
+        assert (off, pull) == pytest.approx((0.0, F), rel=1e-8, abs=1e-7)
+        assert x < l
+    assert found > 15
 
 
 def test_two_ways_to_a_line_agree():

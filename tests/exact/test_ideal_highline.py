@@ -28,6 +28,29 @@ def test_the_five_metre_case_let_go_from_straight():
     assert SHORT.period_from(near) == pytest.approx(SHORT.periods()[1], rel=1e-5)
 
 
+@pytest.mark.parametrize("up", [0.0, 1e-9, 1e-7, 1e-5, 1e-4, 1e-3])
+def test_a_small_swing_has_the_period_of_small_oscillations(up):
+    # 3.891621 s from the stiffness 2 T cos^3/(l/2) with sin = m g/(2 T), as far as the swing is small:
+    # the next term goes with the square of swing over sag
+    case = IdealHighline(60.0, 80e3, 2000.0, 9.81)
+    cosine = np.sqrt(1.0 - (2000.0 * 9.81 / 160e3) ** 2)
+    period = 2.0 * np.pi * np.sqrt(2000.0 / (2.0 * 80e3 * cosine**3 / 30.0))
+    assert period == pytest.approx(3.891621, abs=1e-6)
+    start = case.height() + up
+    assert case.period_from(start) == pytest.approx(period, rel=1e-8)
+    # as far below as above, to first order, and as quick as the harmonic swing
+    assert case.height() - case.lowest(start) == pytest.approx(up, rel=1e-3, abs=1e-14)
+    assert case.top_speed(start) == pytest.approx(2.0 * np.pi / period * up, rel=1e-3, abs=1e-14)
+
+
+def test_what_is_lost_is_a_difference_of_potentials():
+    case = IdealHighline(60.0, 80e3, 2000.0, 9.81, place=20.0, rise=4.0)
+    start = case.height() + 30.0
+    drop = case.potential(start) - case.potential(case.height())
+    assert case.top_speed(start) == pytest.approx(np.sqrt(2.0 * drop / 2000.0), rel=1e-10)
+    assert case.potential(case.lowest(start)) == pytest.approx(case.potential(start), rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("depth", "inertia", "periods"),
     [

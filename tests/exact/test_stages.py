@@ -65,6 +65,20 @@ def test_numbers_are_those_of_the_closed_forms():
         )
 
 
+def test_a_delivery_to_a_higher_ship():
+    # straight segments hold the load with this tension too
+    shape = stage_shape(
+        "delivery-tension", span=40.0, drop=-20.0, place=5.0, load=20e3, tension=17e3
+    )
+    found = [shape.numbers[key] for key in ("S", "F_TA", "F_TB", "F_H")]
+    assert found == pytest.approx([51.52, 17000.0, 13932.6, 10736.0], rel=1e-4)
+    S, *pulls, H = found
+    # A and B hold up the load and the line, which ends at B
+    assert sum(np.sqrt(pull**2 - H**2) for pull in pulls) == pytest.approx(20e3 + 40.0 * S)
+    assert shape.z[-1] == pytest.approx(20.0)
+    assert shape.approximate.numbers["F_TA"] == pytest.approx(17e3)
+
+
 def test_erection_and_withdrawal_are_one_way_and_back():
     out = stage_shape("erection", speed=0.5, time=40.0)
     back = stage_shape("withdrawal", start=60.0, speed=2.0, time=20.0)

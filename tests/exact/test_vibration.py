@@ -137,6 +137,14 @@ def test_pendulum_limits():
         pendulum_period(7.0, np.pi)
 
 
+@pytest.mark.parametrize("short", [1e-3, 1e-6, 1e-8, 1e-12])
+def test_a_pendulum_let_go_next_to_upright(short):
+    # K(m) goes to log(4/sqrt(1 - m)), and 1 - m = cos^2 is the square of half of what is short of pi
+    short = np.pi - (np.pi - short)  # as the number for the amplitude has it
+    limit = 4.0 * np.sqrt(7.0 / STANDARD_GRAVITY) * np.log(8.0 / short)
+    assert pendulum_period(7.0, np.pi - short) == pytest.approx(limit, rel=1e-5)
+
+
 def test_heavy_bob_on_a_long_line():
     # 100 t on 100.5 m of neutrally buoyant line: 20.114 s is the small-amplitude rigid value.
     assert pendulum_period(100.5) == pytest.approx(20.114, abs=5e-4)
