@@ -66,8 +66,7 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
             const int still = fabs(D) <= most(noise * speed, next_to * beside);
             const REAL inverse = 1 / (still ? 1 : D);
             const REAL rl = jump[j - 1] * inverse, rr = jump[j + 1] * inverse;
-            const int amid_slack = most(most(nu2[j - 1], nu2[j + 1]), nu2[j]) <= 0;
-            const REAL less = (T > 0 && D < 0) || amid_slack ? 1 : least(2 * rl, 2 * rr);
+            const REAL less = T > 0 && D < 0 ? 1 : least(2 * rl, 2 * rr);
             REAL phi = least((REAL)0.5 * (rl + rr), less);
             phi = still ? 1 : least(most(phi, 0), 1);
             const REAL f = (1 - phi) * (1 - phi);

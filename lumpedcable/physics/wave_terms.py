@@ -50,8 +50,8 @@ class Given(NamedTuple):
 class Values(NamedTuple):
     """Numbers at each segment: of rate and tension its left neighbour's, its own and its right one's.
 
-    `beside` are the stiffnesses of the two neighbours, None of a line that cannot be slack; `at_rest` is
-    the second difference of the tensions at rest (N), None where it is nothing.
+    `beside` are the stiffnesses of the two neighbours, None where no fixed step asks for them; `at_rest`
+    is the second difference of the tensions at rest (N), None where it is nothing.
     """
 
     rate: tuple[Float[Array, " n"], ...]
@@ -117,10 +117,7 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
     left, own, right = values.rate
     noise = STILL * float(jnp.finfo(rate.dtype).eps)
     noise = (noise if dt is not None else max(noise, STILL_IN_STAGES)) * speed / length
-    stiffest = None if values.beside is None else most(most(*values.beside), SOFT)
-    amid_slack = None if stiffest is None else most(stiffest, values.stiffness) <= SOFT
-    corrected = values.tension is not None
-    smooth = _smoothness(left, own, right, noise, corrected, given.taut, amid_slack)
+    smooth = _smoothness(left, own, right, noise, values.tension is not None, given.taut)
     smooth = smooth._replace(rough=keep(smooth.rough))
     linear = LINEAR_VISCOSITY * speed
     free = linear + QUADRATIC_VISCOSITY * jnp.abs(jump)
@@ -137,9 +134,9 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
     room = share / 6.0 * length / dt
     bound = keep(most((1.0 - nu2) * (3.0 - nu2) * room, 0.0))
     viscosity, slack = least(free, bound), None
-    if stiffest is not None:
+    if values.beside is not None:
         assert given.taut is not None
-        near = stiffest * ((dt / length) ** 2 / mass)
+        near = most(most(*values.beside), SOFT) * ((dt / length) ** 2 / mass)
         slack = _Slack(near, given.taut)
         viscosity = jnp.where(given.taut, viscosity, _slack_share(near, jump) * (length / dt))
     return _Pieces(stiff, jump, smooth, nu2, linear, free, room, bound, slack, keep(viscosity))
@@ -205,12 +202,10 @@ def _slack_share(nu2: Float[Array, " n"], jump: Float[Array, " n"]) -> Float[Arr
     return jnp.where(jump > 0.0, SLACK_VISCOSITY, less)
 
 
-def _smoothness(left, rate, right, noise, corrected, taut, amid_slack) -> _Smooth:
+def _smoothness(left, rate, right, noise, corrected, taut) -> _Smooth:
     """1 - phi of each segment from the strain rates (1/s) of its neighbours and its own, and why.
 
     phi is 1 where the rate is below `noise` (1/s), or next to nothing beside a neighbour's.
-    `amid_slack` are segments that are slack like both neighbours; it and `taut` are None of a line that
-    cannot be slack.
     """
     beside = most(jnp.abs(left), jnp.abs(right))
     # a rate whose square underflows would have an inverse that no derivative can be taken of
@@ -220,10 +215,9 @@ def _smoothness(left, rate, right, noise, corrected, taut, amid_slack) -> _Smoot
     inverse = jnp.where(still, 0.0, 1.0 / jnp.where(still, 1.0, rate))
     one, rl, rr = rate * inverse, left * inverse, right * inverse
     by_mean, by_lesser = one - 0.5 * (rl + rr), one - 2.0 * least(rl, rr)
-    if corrected:  # a taut segment that shortens is let off the second rule, and a slack one amid such
-        off = rate < 0.0 if taut is None else (rate < 0.0) & taut
-        off = off if amid_slack is None else off | amid_slack
-        by_lesser = jnp.where(off, 0.0, by_lesser)
+    if corrected:  # a taut segment that shortens is let off the second rule
+        shortens = rate < 0.0 if taut is None else (rate < 0.0) & taut
+        by_lesser = jnp.where(shortens, 0.0, by_lesser)
     rough = least(most(most(by_mean, by_lesser), 0.0), 1.0)
     return _Smooth(rough, inverse, by_mean > by_lesser, rl < rr)
 
@@ -269,7 +263,7 @@ def _slopes(given: Given, values: Values, pieces: _Pieces, corrected: bool) -> V
     by_stiffness = settled(jnp.where(soft, 0.0, (by_b * by.stiff + bend * nu2) / stiff))
     # b and nu^2 know stiffnesses over the mass alone, and the mass is a factor of Q besides
     by_mass = f * jump * b - by_stiffness * (stiff / mass)
-    beside = None if values.beside is None else (None, None)
+    beside = None
     if by.near is not None:
         assert values.beside is not None
         first, second = values.beside

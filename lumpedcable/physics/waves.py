@@ -149,8 +149,7 @@ class ReleaseWaves(eqx.Module):
       Christensen's limited viscosity), so that a change of sign is rough. f = (1 - phi)^2: 0 where the
       rate varies smoothly, 1 at an extremum. With the correction a taut segment that shortens is let off
       the second rule, which takes ripples behind a release for roughness and smears its front; without
-      it, shocks of a release would then have too little viscosity. So is a slack segment between slack
-      ones: there is no wave, and where a line falls slack it would do so too early. Where D is rounding, of
+      it, shocks of a release would then have too little viscosity. Where D is rounding, of
       some 50 eps c or below sqrt(eps) of a neighbour's, phi is 1: else the sign of what rest has left
       would decide ahead of a front. Methods that choose their step leave more, 1e-7 c: stages that
       switch f from one iterate to the next are not found.
@@ -220,7 +219,7 @@ class ReleaseWaves(eqx.Module):
         values = Values(
             neighbours(ghosted.rate),
             stiffness,
-            None if ghosted.stiffness is None else sides(ghosted.stiffness),
+            None if ghosted.stiffness is None or dt is None else sides(ghosted.stiffness),
             None if ghosted.tension is None else neighbours(ghosted.tension),
             length,
             mass,
