@@ -77,7 +77,7 @@ def _end_tensions(line: LineData, run: int) -> tuple[Array, Array]:
 
 
 def shape_figure(result: SoundFile, group: Group) -> Figure:
-    """All lines seen from the side at a few times, a panel for each run; where it ended early, as then."""
+    """All lines seen from the side at a few times, a panel for each run, at its end if that is early."""
     ends = {run: result.last(run) for run in group.runs}
     times = np.unique(np.linspace(0, max(ends.values()), _SHAPES).round().astype(int))
     seen = {run: np.unique(np.minimum(times, end)) for run, end in ends.items()}
