@@ -74,6 +74,12 @@ def by_hand(r, loss):
 
 
 @pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_what_is_predicted_is_so_at_the_values_found(tmp_path, loss):
+    found = fitted(tmp_path, loss, measured(outliers=True))
+    assert found.predicted[0] / NOISE == pytest.approx(X @ found.values, rel=1e-12)
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
 def test_intervals_among_outliers_are_those_of_hubers_formula(tmp_path, loss):
     load = measured(outliers=True)
     found = fitted(tmp_path, loss, load)
