@@ -86,9 +86,10 @@ class GroupArrays(NamedTuple):
     """Numbers of the runs, their grids, and what was measured.
 
     `shared` are the same in all runs, `own` differ (runs,). places (runs, observed) in m from a line's
-    start; every (runs,) in s; near, mix
-    (runs, points, 4), and `less` those of a parabola; data and weight (runs, observed, points), the
-    weight 0 where there is nothing.
+    start; every (runs,) in s; `last` (runs,), how many outputs a run's own data need, None where all
+    have as many as the group; near, mix (runs, points, 4), and `less` those of a parabola, None where
+    the outputs themselves are compared; data and weight (runs, observed, points), the weight 0 where
+    there is nothing.
     `steps` is the least number of steps between outputs, `most` the largest that values may ask for: a
     run that needs more fails, so that one wild trial does not take hours.
     """
@@ -99,9 +100,10 @@ class GroupArrays(NamedTuple):
     origin: Float[Any, " 3"]
     places: Float[Any, "runs observed"]
     every: Float[Any, " runs"]
+    last: Any
     near: Any
-    mix: Float[Any, "runs points 4"]
-    less: Float[Any, "runs points 4"]
+    mix: Any
+    less: Any
     data: Float[Any, "runs observed points"]
     weight: Float[Any, "runs observed points"]
     steps: Any
@@ -226,6 +228,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
     own = {key: np.array([v[key] for v in values]) for key in sorted(differ)}
     bound = _bounds(problem, members, coordinates)
     grids = _grids(members, bound)
+    outputs = [grid.outputs for grid in grids]
     points = max(member.record.series[0].x.size for member in members)
     solver = scenes[0].solver
     courant = courant_of(scenes[0]) if solver.step is None else 1.0
@@ -233,6 +236,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
         shared, own, np.asarray(coordinates.axes), np.asarray(coordinates.origin),
         np.array([member.record.distances for member in members]),
         np.array([grid.every for grid in grids]),
+        None if len(set(outputs)) == 1 else np.array(outputs),
         np.stack([_padded(grid.near, points, 0) for grid in grids]),
         np.stack([_padded(grid.weight, points, 0) for grid in grids]),
         np.stack([_padded(grid.less, points, 0) for grid in grids]),
@@ -241,11 +245,11 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
         jnp.asarray(1, int), _most(grids, bound, courant), number(courant),
         *map(number, tolerances(solver)),
     )  # fmt: skip
-    count = max(grid.outputs for grid in grids)
     if solver.step is not None:
         steps = max(rounded_steps_of(scenes[0], grid.every, solver.step) for grid in grids)
         arrays = arrays._replace(steps=jnp.asarray(steps, int))
-    return GroupSpec(structure, plan, members[0].record.watched, count, tuple(free)), arrays
+    watched = members[0].record.watched
+    return GroupSpec(structure, plan, watched, max(outputs), tuple(free)), arrays
 
 
 def rounded_steps_of(scene: Scene, every: float, step: float) -> int:

@@ -12,10 +12,11 @@ from lumpedcable.fitting.data import Smooth
 from lumpedcable.fitting.language import FitFile, Free, TableExperiment
 from lumpedcable.fitting.parameters import Parameter
 from lumpedcable.scene import Study, TableMaterial
-from lumpedcable.scene.part import Path, Problem, did_you_mean
+from lumpedcable.scene.part import Path, Problem, did_you_mean, dotted
+from lumpedcable.scene.record_checks import record_problems
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["bench_problems", "smooth_tables", "whole_problems"]
+__all__ = ["bench_problems", "smooth_tables", "uncovered_problems", "whole_problems"]
 
 
 def bench_problems(
@@ -48,6 +49,18 @@ def bench_problems(
         f"found {strain[k]:g} in {columns.at(k)}"
     )
     return [Problem((*path, "strain"), message)]
+
+
+def uncovered_problems(study: Study, last: float, path: Path) -> list[Problem]:
+    """Motions of a record's scene that end before its data do, at `last` (s), and not at rest.
+
+    What a scene says itself is of its own duration, which a fit does not use.
+    """
+    scene = study.scene
+    return [
+        Problem((*path, "time"), f"{dotted(problem.path)}: {problem.message}")
+        for problem in record_problems(scene.lines, scene.bodies, last, "the data end")
+    ]
 
 
 def smooth_tables(

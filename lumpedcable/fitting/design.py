@@ -145,6 +145,10 @@ def _tried(study, limits, keys, start, number: float, run: int) -> Trial:
 def next_number(trial: Trial, limits: tuple[Limit, ...]) -> tuple[float, int]:
     """The least number that the limits allow as straight lines, and which of them asks for it.
 
+    Straight lines that meet their bounds far from the trial and leave no number between them say
+    nothing yet of the limits themselves: those contradict each other where at one trial one asks for
+    more, or for no less, and another for less.
+
     Raises:
         ValueError: they allow none, or any however small.
     """
@@ -165,7 +169,8 @@ def next_number(trial: Trial, limits: tuple[Limit, ...]) -> tuple[float, int]:
             high = min(high, meets)
     if decides < 0:
         raise ValueError("expected a limit that keeps the number from falling, found none")
-    if low > high * (1.0 + 1e-9):
+    near = CLOSE * abs(trial.number)
+    if low >= trial.number - near and high < trial.number - near:
         raise ValueError(
             f"expected limits that one number can keep, found that {limits[decides].scalar} asks for "
             f"{low:.6g} or more (SI), and another for {high:.6g} or less"

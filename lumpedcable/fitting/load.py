@@ -11,7 +11,12 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from lumpedcable.fitting.checks import bench_problems, smooth_tables, whole_problems
+from lumpedcable.fitting.checks import (
+    bench_problems,
+    smooth_tables,
+    uncovered_problems,
+    whole_problems,
+)
 from lumpedcable.fitting.columns import check_times, noise_of, read_data
 from lumpedcable.fitting.data import Problem as FitProblem
 from lumpedcable.fitting.data import Record, Series, Table
@@ -289,6 +294,8 @@ class _Reader:
             self.tell(check_times(columns, path))
         if study is None:
             return []
+        if columns is not None:
+            self.tell(uncovered_problems(study, float(columns.values[0][-1]), path))
         if len(study.runs) > 1:
             keys = " and ".join(axis.key for axis in study.axes)
             message = f"expected one run, found a sweep of {len(study.runs)}: set {keys}"

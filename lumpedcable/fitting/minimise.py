@@ -188,7 +188,8 @@ def _search(spec, arrays, z, solver: str, tolerance: float, max_steps: int) -> F
             z, arrays, max_steps=max_steps, throw=False, has_aux=True,
         )  # fmt: skip
         found = solution.state.f_info
-        r, slope, flat = found.residual, found.jac.as_matrix(), solution.aux
+        # the aux of the solution itself is that of the accepted place before
+        r, slope, flat = found.residual, found.jac.as_matrix(), solution.state.aux
         failed = solution.state.search_state.failed
     else:
         kind = {"bfgs": optx.BFGS, "l-bfgs": optx.LBFGS}[solver]

@@ -110,10 +110,11 @@ def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, conve
     coordinates = _coordinates(arrays)
     steps = _steps(spec, arrays, bound)
 
-    def run(model, every, places, index, mix, less):
+    def run(model, every, last, places, index, mix, less):
         numbers = Numbers(every, steps, arrays.rtol, arrays.atol)  # pyright: ignore[reportArgumentType]
-        kept, status = history(model, spec, numbers, coordinates, places, arrays.every.shape[0])
-        if spec.steps is not None:  # who goes back looks at the outputs themselves
+        runs = arrays.every.shape[0]
+        kept, status = history(model, spec, numbers, coordinates, places, runs, last)
+        if index is None:  # the outputs themselves are asked for
             return kept.T, status, jnp.zeros(kept.shape[1])
         near = kept[index]
         cubic = jnp.einsum("pk,pko->op", mix, near)
@@ -121,7 +122,7 @@ def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, conve
         return cubic, status, change
 
     found, status, rough = jax.vmap(run)(
-        models, arrays.every, arrays.places, arrays.near, arrays.mix, arrays.less
+        models, arrays.every, arrays.last, arrays.places, arrays.near, arrays.mix, arrays.less
     )
     if spec.steps is None and not spec.plan.adaptive:
         wild = _needs(arrays, bound) > steps  # samples alone may miss it: of a slack line, say
@@ -153,9 +154,15 @@ def _steps(spec: GroupSpec, arrays: GroupArrays, bound: Float[Array, " runs"]):
 
 
 def history(
-    model: Model, spec: GroupSpec, numbers: Numbers, coordinates: Coordinates, places, runs: int
-) -> tuple[Float[Array, "outputs observed"], Int[Array, ""]]:
-    """Observed values at every output of one of `runs` runs, the start first, and its `Status`."""
+    model: Model, spec: GroupSpec, numbers: Numbers, coordinates: Coordinates, places, runs: int,
+    last=None,
+) -> tuple[Float[Array, "outputs observed"], Int[Array, ""]]:  # fmt: skip
+    """Observed values at every output of one of `runs` runs, the start first, and its `Status`.
+
+    After its `last` output (None: that of the group) a run begins anew, so that it never comes to what
+    lies behind its own data: neither its status nor a derivative hears of that. Values from there on
+    mean nothing.
+    """
     plan = spec.plan
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
@@ -176,28 +183,37 @@ def history(
         return values, jnp.stack([found[sign] for sign in SIGNS])
 
     def look_at(run: Progress, k):
-        t = (k + 1) * numbers.every
+        t = (own(k) + 1) * numbers.every
         return seen(run, sample(model, t, run.y, plan.quantities, dt, run.exhausted))
 
-    run, first = begin(model, plan, numbers)
+    begun, first = begin(model, plan, numbers)
+
+    def own(k):
+        return k if last is None else k % last
+
+    def gone_on(run: Progress, k, block=None):
+        if last is not None:
+            run = jax.tree.map(lambda old, now: jnp.where(own(k) == 0, old, now), begun, run)
+        return interval(model, plan, numbers, run, own(k) * numbers.every, block)
+
     if spec.steps is None:
 
         def body(run, k):
-            run = interval(model, plan, numbers, run, k * numbers.every)
+            run = gone_on(run, k)
             return run, look_at(run, k)
 
-        _, (values, wrong) = jax.lax.scan(body, run, jnp.arange(spec.count))
+        _, (values, wrong) = jax.lax.scan(body, begun, jnp.arange(spec.count))
     else:  # for reverse mode
-        block = block_length(spec.count * spec.steps, run, runs)
+        block = block_length(spec.count * spec.steps, begun, runs)
 
         def turn(run, k):
-            run = interval(model, plan, numbers, run, k * numbers.every, block)
+            run = gone_on(run, k, block)
             return run, run._replace(solver_state=None)  # which nobody looks at
 
         # blocks of whole outputs, or where one takes more steps than that, of a part of its steps
         turns = block // spec.steps or spec.count
-        _, (values, wrong) = scan_in_blocks(turn, run, spec.count, turns, look_at)
-    now, amiss = seen(run, first)
+        _, (values, wrong) = scan_in_blocks(turn, begun, spec.count, turns, look_at)
+    now, amiss = seen(begun, first)
     wrong = jnp.concatenate([amiss[None], wrong])
     begins = jnp.where(jnp.any(wrong, axis=0), jnp.argmax(wrong, axis=0), wrong.shape[0])
     status = jnp.array(SIGNS)[jnp.argmin(begins)]

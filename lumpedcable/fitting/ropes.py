@@ -125,15 +125,18 @@ def _alike(settings: Sequence[Setting]) -> list[Setting]:
     groups = range(_fewest(settings, "groups"))
     points = [max(a.groups[k].data.shape[2] for _, a in settings) for k in groups]
     counts = [max(s.groups[k].count for s, _ in settings) for k in groups]
+    own = [[_own_outputs(s, a, k) for k in groups] for s, a in settings]
+    even = [all(np.all(mine[k] == counts[k]) for mine in own) for k in groups]
     found = []
-    for spec, arrays in settings:
+    for (spec, arrays), mine in zip(settings, own, strict=True):
+        ends = [None if even[k] else mine[k] for k in groups]
         specs = tuple(replace(s, count=n) for s, n in zip(spec.groups, counts, strict=False))
         found.append(
             (
                 replace(spec, groups=(*specs, *spec.groups[len(specs) :])),
                 arrays._replace(
                     tables=tuple(map(_longer_table, arrays.tables, tables)),
-                    groups=tuple(map(_longer_group, arrays.groups, points)),
+                    groups=tuple(map(_longer_group, arrays.groups, points, ends)),
                 ),
             )
         )
@@ -152,16 +155,23 @@ def _longer_table(table: TableArrays, points: int) -> TableArrays:
     )  # fmt: skip
 
 
-def _longer_group(group: GroupArrays, points: int) -> GroupArrays:
+def _own_outputs(spec: Spec, arrays: Arrays, k: int) -> np.ndarray:
+    """Outputs (runs,) that the data of each run of a group need."""
+    group = arrays.groups[k]
+    own = group.last
+    return np.full(group.every.shape, spec.groups[k].count) if own is None else own
+
+
+def _longer_group(group: GroupArrays, points: int, last: np.ndarray | None) -> GroupArrays:
     more = (0, points - group.data.shape[2])
 
     def rows(values):
         return np.pad(values, [(0, 0), more, (0, 0)])
 
-    def last(values):
+    def behind(values):
         return np.pad(values, [(0, 0), (0, 0), more])
 
     return group._replace(
-        near=rows(group.near), mix=rows(group.mix), less=rows(group.less), data=last(group.data),
-        weight=last(group.weight),
+        last=last, near=rows(group.near), mix=rows(group.mix), less=rows(group.less),
+        data=behind(group.data), weight=behind(group.weight),
     )  # fmt: skip

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lumpedcable.fitting.arrays import Arrays, Spec, arrays_of, grouped
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import REVERSE_FROM, Found
+from lumpedcable.fitting.outliers import Forgiven, deviations_of, forgiven, influence
 from lumpedcable.fitting.residual import Prediction, group_start, unpacked
 from lumpedcable.fitting.seek import Sought, Start, seek
 from lumpedcable.fitting.transforms import slope_at, to_values
@@ -23,6 +24,7 @@ from lumpedcable.fitting.uncertainty import (
     Profile,
     certainty_of,
     criteria_of,
+    effective_of,
 )
 from lumpedcable.scene import Fault, Scene, SceneError
 from lumpedcable.scene.units import format_quantity
@@ -144,8 +146,11 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
     slope = slopes_of(arrays, found)
     used = _used_rows(arrays, found)
     rows, data = slope[used], int(np.sum(used[: _data_rows(arrays)]))
-    # what is left of them as the loss saw it, so that outliers do not widen the intervals
-    left = found.residual[used][:data]
+    # what is left of them as the loss saw it
+    left, loss = found.residual[used][:data], Forgiven(1.0, 1.0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if spec.loss != "squares" and np.isfinite(np.sum(rows**2)):
+            rows, loss = _as_forgiven(spec, arrays, rows, left)
     bound = _at_bounds(problem, values, rows, left)
     sizes = np.array([_size(*one) for one in zip(problem.parameters, values, bound, strict=True)])
     with np.errstate(over="ignore", invalid="ignore"):
@@ -154,8 +159,9 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
         raise SceneError([Fault(problem.file, None, "free", _overflow_words(problem))])
     known = problem.known_noise
     certainty = certainty_of(
-        values, rows, left, problem.points, known, problem.method.confidence, sizes, bound
-    )
+        values, rows, left, problem.points, known, problem.method.confidence, sizes, bound,
+        loss.noise,
+    )  # fmt: skip
     edges = np.array([(p.low, p.high) for p in problem.parameters])
     low, high = np.maximum(certainty.low, edges[:, 0]), np.minimum(certainty.high, edges[:, 1])
     certainty = certainty._replace(
@@ -166,6 +172,24 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
         problem, values, certainty, criteria, predicted, deviation, rough, failures,
         tuple(map(bool, bound)), spec, sought, seconds,
     )  # fmt: skip
+
+
+def _as_forgiven(spec: Spec, arrays: Arrays, rows: Array, left: Array) -> tuple[Array, Forgiven]:
+    """J of the deviations themselves, by the root of the loss's mean curvature; and that loss.
+
+    What was squared is the root of the loss, g = sqrt(rho) with the sign of r, `left` (m,); the first m
+    rows are its derivatives, psi/g of those of r.
+    """
+    c, data = float(arrays.threshold), left.size
+    r = deviations_of(left, spec.loss, c)
+    psi, _ = influence(r, spec.loss, c)
+    rows = np.array(rows)
+    rows[:data] *= np.where(psi != 0.0, left / np.where(psi != 0.0, psi, 1.0), 1.0)[:, None]
+    norms = np.sqrt(np.sum(rows**2, axis=0))
+    count = effective_of(rows / np.where(norms > 0.0, norms, 1.0), data)
+    loss = forgiven(r, spec.loss, c, count)
+    rows[:data] *= np.sqrt(loss.curvature)
+    return rows, loss
 
 
 def _overflow_words(problem: Problem) -> str:

@@ -166,15 +166,12 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
     plan = plan_of(scene, layout)
     plan = seen_plan(plan)
     count, solver = scene.output.count, scene.solver
-    index = np.repeat(np.arange(count + 1)[:, None], 4, axis=1)
-    mix = np.tile([1.0, 0.0, 0.0, 0.0], (count + 1, 1))
     shared = {key: number(x) for key, x in scene.numbers().items()}
     arrays = GroupArrays(
         shared, {}, jnp.asarray(coordinates.axes), jnp.asarray(coordinates.origin),
-        jnp.array([[place]]), jnp.array([scene.output.every]), jnp.asarray(index)[None],
-        jnp.asarray(mix)[None], jnp.asarray(mix)[None], jnp.zeros((1, 1, count + 1)),
-        jnp.ones((1, 1, count + 1)), jnp.asarray(1, int), jnp.asarray(NO_END, int),
-        number(1.0), *map(number, tolerances(solver)),
+        jnp.array([[place]]), jnp.array([scene.output.every]), None, None, None, None,
+        jnp.zeros((1, 1, count + 1)), jnp.ones((1, 1, count + 1)), jnp.asarray(1, int),
+        jnp.asarray(NO_END, int), number(1.0), *map(number, tolerances(solver)),
     )  # fmt: skip
     free = tuple((key, (k,)) for k, key in enumerate(keys))
     structure = Structure(scene.skeleton(), layout, scene)

@@ -91,7 +91,7 @@ def reach_of(known: bool, confidence: float, free: float) -> float:
 
 def certainty_of(
     values: Array, slope: Array, deviation: Array, points: int, known: bool, confidence: float,
-    sizes: Array | None = None, held: NDArray[np.bool_] | None = None,
+    sizes: Array | None = None, held: NDArray[np.bool_] | None = None, given: float = 1.0,
 ) -> Certainty:  # fmt: skip
     """Covariance and intervals of a least-squares fit (linear about its minimum).
 
@@ -111,6 +111,7 @@ def certainty_of(
         confidence: probability of the intervals.
         sizes: what a parameter is measured by (p,); its own value if not given, 1 where that is 0.
         held: parameters at their bound (p,), see `Certainty`; none if not given.
+        given: s where the noise is known, 1 for squares; see `forgiven` of `outliers.py`.
     """
     count = values.size
     if sizes is None:
@@ -122,7 +123,7 @@ def certainty_of(
     free = points - (effective if whole.shape[0] > deviation.size else count)
     free = float(free) if free > LEAST_FREE else 0.0
     reached = float(np.sqrt(np.sum(deviation**2) / (free or 1.0)))
-    s = 1.0 if known else reached if free else np.inf
+    s = given if known else reached if free else np.inf
     std = s * _spreads(v, inverse) * sizes
     if not np.all(inner):
         v, inverse = _directions(whole[:, inner])

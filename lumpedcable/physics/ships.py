@@ -24,6 +24,8 @@ __all__ = [
 ]
 
 GRAVITY = 9.80665  # m/s2, for the length of waves on deep water
+FEW = 36  # components below which equal bands would be wider than a tenth of the peak frequency
+SPECTRUM = 3600  # parts of a spectrum's range whose energies are summed, its peak on a border
 
 
 class AbstractBodyMotion(eqx.Module):
@@ -120,6 +122,20 @@ def jonswap(
     return (omega / peak) ** -5.0 * jnp.exp(-1.25 * (peak / omega) ** 4) * gamma**bump
 
 
+def _of_equal_energy(share, gamma: Float[Array, ""]) -> Float[Array, " N"]:
+    """Frequencies, over the peak's, below which such shares (N,) of the sea's energy lie.
+
+    Each of the N shares is somewhere in a band that holds 1/N of the energy; the one in whose band the
+    peak lies stands at the peak itself, so that a sea of one component is a sine of its period.
+    """
+    x = jnp.linspace(0.4, 4.0, SPECTRUM + 1)
+    density = jonswap(x, jnp.asarray(2.0 * jnp.pi), gamma)
+    below = jnp.concatenate([jnp.zeros(1), jnp.cumsum(density[1:] + density[:-1])])
+    below = below / below[-1]
+    holds = jnp.floor(jnp.interp(1.0, x, below) * share.size)
+    return jnp.where(jnp.arange(share.size) == holds, 1.0, jnp.interp(share, below, x))
+
+
 class SeaBody(AbstractBodyMotion):
     """A body in long-crested waves: sum over components of wave amplitude times response.
 
@@ -149,14 +165,20 @@ class SeaBody(AbstractBodyMotion):
     ) -> "SeaBody":
         """The motion from significant height (m), peak period (s), gamma and a response table.
 
-        Components stand in the middles of equal bands from 0.4 to 4 times the peak frequency,
-        jittered within them so that the sea does not repeat; they share out (height / 4)^2 exactly.
+        Components stand in equal bands from 0.4 to 4 times the peak frequency, one anywhere in each so
+        that the sea does not repeat; they share out (height / 4)^2 exactly. Fewer than `FEW` would be
+        farther apart than the peak is wide and could miss it: see `_of_equal_energy`.
         """
         draw = np.random.default_rng(seed)
         jitter, angle = draw.uniform(size=components), draw.uniform(0.0, 2.0 * np.pi, components)
         peak = 2.0 * jnp.pi / period
-        omega = peak * (0.4 + 3.6 * (np.arange(components) + jitter) / components)
-        share = jonswap(omega, period, gamma)
+        band = (np.arange(components) + jitter) / components
+        if components < FEW:
+            omega = peak * _of_equal_energy(band, gamma)
+            share = jnp.ones(components)
+        else:
+            omega = peak * (0.4 + 3.6 * (np.arange(components) + jitter) / components)
+            share = jonswap(omega, period, gamma)
         amplitude = height / 4.0 * jnp.sqrt(2.0 * share / jnp.sum(share))
         cosine, sine = jnp.zeros((6, components)), jnp.zeros((6, components))
         for freedom, values in response.items():

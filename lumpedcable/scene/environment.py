@@ -89,7 +89,7 @@ class Sea(Part):
     seed: Annotated[int, Count(0)] = 1
     """Which phases are drawn."""
     components: Annotated[int, Count(1, 10_000)] = 100
-    """Number of sines."""
+    """Number of sines. One is a regular wave of that period; fewer than 36 have equal heights."""
     direction: Angle = 0.0
     """Direction in rad that the waves travel in, from the x axis towards y."""
 

@@ -16,25 +16,28 @@ __all__ = ["record_problems"]
 
 
 def record_problems(
-    lines: Mapping[str, Any], bodies: Mapping[str, Any], duration: float | None
+    lines: Mapping[str, Any],
+    bodies: Mapping[str, Any],
+    duration: float | None,
+    until: str = "the run ends",
 ) -> Iterator[Problem]:
     """Yield records that begin after 0 s or end before the run does, in the middle of a motion.
 
     What a record does not cover rests: a record may begin and end early where it rests there itself.
-    `duration` (s) is None where it is not known.
+    `duration` (s) is None where it is not known; `until` says what ends after it.
     """
     for name, body in bodies.items():
         if isinstance(body, MovedBody) and isinstance(body.motion, RecordedBody):
             motion = body.motion
             rows = [getattr(motion, freedom) for freedom in motion.names()]
-            yield from _covers(("bodies", name, "motion"), motion, rows, duration)
+            yield from _covers(("bodies", name, "motion"), motion, rows, duration, until)
     for name, line in lines.items():
         for side in SIDES if line is not None else ():
             end = getattr(line, side)
             if isinstance(end, MovingEnd) and isinstance(end.motion, RecordedMotion):
                 path: Path = ("lines", name, side, "motion")
                 rows = [[place[k] for place in end.motion.position] for k in range(3)]
-                yield from _covers(path, end.motion, rows, duration)
+                yield from _covers(path, end.motion, rows, duration, until)
                 if end.motion.file and next(end.motion.problems(), None) is None:
                     message = gap_fault(end.motion.time)
                     if message:
@@ -46,6 +49,7 @@ def _covers(
     motion: RecordedBody | RecordedMotion,
     rows: Sequence[Sequence[float]],
     duration: float | None,
+    until: str,
 ) -> Iterator[Problem]:
     if next(motion.problems(), None) is not None:
         return  # told already
@@ -62,6 +66,6 @@ def _covers(
     if any(row[-1] != row[-2] for row in rows):
         yield Problem(
             where,
-            f"expected a record until the run ends at {format_quantity(duration, 's')}, or one "
+            f"expected a record until {until} at {format_quantity(duration, 's')}, or one "
             f"that ends at rest, found its last time at {format_quantity(last, 's')}",
         )

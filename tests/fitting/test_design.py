@@ -50,12 +50,16 @@ def test_the_least_number_that_straight_lines_allow():
     # the same said as "at least"
     trial = Trial(4.0, (2.0,), (0.5,))
     assert next_number(trial, limits((-1.0, 7.0))) == (14.0, 0)
+    # 2 x + 1 <= 20 allows 9.5, so far from which the lines may be bent: that is seen on the way
+    trial = Trial(4.0, (8.0, 9.0), (-0.5, 2.0))
+    assert next_number(trial, limits((1.0, 3.0), (1.0, 20.0))) == (14.0, 0)
 
 
 @pytest.mark.parametrize(
     ("bounds", "slopes", "words"),
     [
-        (((1.0, 3.0), (1.0, 20.0)), (-0.5, 2.0), "14 or more"),
+        (((1.0, 3.0), (1.0, 8.0)), (-0.5, 2.0), "14 or more"),  # at 4 the second is broken as well
+        (((1.0, 8.0), (1.0, 8.0)), (-0.5, 2.0), "4 or more"),  # or the first just kept
         (((1.0, 20.0),), (2.0,), "keeps the number from falling"),
         (((1.0, 3.0),), (0.0,), "does not"),
     ],
@@ -107,3 +111,38 @@ def test_a_negative_number_is_found_as_a_positive_one_is(tmp_path, monkeypatch):
     found = least_design(study, "lines.rope.start.fixed.0", limits((1.0, 2e3)))
     assert [trial.number for trial in found.trials][:3] == [-60.0, -30.0, -15.0]
     assert found.value == pytest.approx(-10.2, rel=1e-6)
+
+
+# v^2 / (2 mu g) >= 3 m from 4.852219 m/s on
+LAUNCH = ("last displacement at block in x >= 3 m", "max velocity at block <= {} m/s")
+FAST = np.sqrt(2.0 * MU * G * 3.0)
+
+
+def launched(monkeypatch, tmp_path, speed, most):
+    """The design of a block that is to slide 3 m at least and is to be no faster than `most`."""
+
+    def slopes(study, scalar, keys, values, run):
+        (v,) = values
+        if scalar.quantity == "velocity":
+            return v, Status.OK, np.ones(1)
+        return v**2 / (2.0 * MU * G), Status.OK, np.array([v / (MU * G)])
+
+    monkeypatch.setattr("lumpedcable.fitting.design.scalar_slopes", slopes)
+    study = study_of(tmp_path, BLOCK, f"bodies.block.velocity.0={speed}")
+    read = tuple(read_limit(text.format(most), study) for text in LAUNCH)
+    return least_design(study, "bodies.block.velocity.0", read)
+
+
+# from 1 m/s the tangent asks for 12.3 m/s, from 20 m/s for 10.6; from 4 m/s for 4.94
+@pytest.mark.parametrize(("speed", "most"), [(1, 7), (2, 7), (4, 7), (20, 7), (4, 4.9), (20, 4.9)])
+def test_limits_that_only_their_tangents_contradict(monkeypatch, tmp_path, speed, most):
+    found = launched(monkeypatch, tmp_path, speed, most)
+    assert found.value == pytest.approx(FAST, rel=1e-6)
+    assert found.decides == 0
+
+
+@pytest.mark.parametrize("speed", [1, 4, 4.8, 20])
+def test_limits_that_contradict_each_other_are_told_when_reached(monkeypatch, tmp_path, speed):
+    words = r"asks for .* or more \(SI\), and another for 4\.8 or less"
+    with pytest.raises(ValueError, match=words):
+        launched(monkeypatch, tmp_path, speed, 4.8)

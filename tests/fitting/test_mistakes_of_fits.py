@@ -16,6 +16,11 @@ time = { column = "t", unit = "ms" }
 observe = [{ quantity = "tension", at = "rope.start", column = "F" }]
 """
 )
+MOVED = SCENE.split("[events.break]")[0].replace(
+    'held = { pretension = "45 kN", direction = [1, 0, 0] }',
+    'motion = { time = [0, "10 ms", "20 ms"], position = [[61, 0, 0], [61, 0, 0], [62, 0, 0]] }',
+)
+MOVED += '[output]\nduration = "20 ms"\nevery = "1 ms"\n'
 TIMES = "t,F\n1,2\n2,3.5\n3,5\n"
 SMOOTH = (
     """scene = "scene.toml"
@@ -120,6 +125,10 @@ MISTAKES = {
     "out of reach": (RECORD.replace("file =", 'set = { pretension = "9 MN" }\nfile ='), TIMES,
                      "9 MN"),
     "sweep": (RECORD.replace("scene.toml", "swept.toml"), TIMES, "a sweep of 2: set"),
+    "a motion that ends before the data": (
+        RECORD.replace("scene.toml", "moved.toml"), TIMES.replace("3,5", "30,5"),
+        "fit.toml:7: experiments.test.time: lines.rope.end.motion.time: expected a record until the "
+        "data end at 30 ms, or one that ends at rest, found its last time at 20 ms"),
 }  # fmt: skip
 
 
@@ -129,6 +138,7 @@ def test_a_mistake_is_told_with_its_place(tmp_path, text, data, said):
     sweep = '[sweep]\n"lines.rope.end.held.pretension" = ["45 kN", "50 kN"]\n'
     stiff = '[materials.stiff]\nlaw = "inextensible"\n'
     (tmp_path / "swept.toml").write_text(SCENE + stiff + sweep)
+    (tmp_path / "moved.toml").write_text(MOVED)
     (tmp_path / ("test.csv" if "test.csv" in text else "bench.csv")).write_text(data)
     (tmp_path / "fit.toml").write_text(text)
     told = refused(tmp_path, "fit", "fit.toml")
@@ -163,7 +173,8 @@ def test_the_good_files_are_good(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE)
     (tmp_path / "bench.csv").write_text(TABLE)
     (tmp_path / "test.csv").write_text(TIMES)
-    for text in (GOOD, RECORD):
+    (tmp_path / "moved.toml").write_text(MOVED)
+    for text in (GOOD, RECORD, RECORD.replace("scene.toml", "moved.toml")):
         (tmp_path / "fit.toml").write_text(text)
         assert load_fit(tmp_path / "fit.toml").problem.points == 3
 

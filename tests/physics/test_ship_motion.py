@@ -98,6 +98,34 @@ def test_a_fully_developed_sea_has_its_energy_where_the_integral_puts_it():
         assert below == pytest.approx(np.exp(-1.25 / ratio**4) / whole, abs=2e-3)
 
 
+@pytest.mark.parametrize("gamma", [1.0, 3.3, 7.0])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_sea_of_one_component_is_a_sine_of_its_period(gamma, seed):
+    body = sea(period=10.0, gamma=gamma, components=1, seed=seed)
+    assert np.asarray(body.omega) == pytest.approx([2 * np.pi / 10.0], rel=1e-12)
+    # a sine of amplitude a has the standard deviation a / sqrt(2)
+    assert np.asarray(body.amplitude) == pytest.approx([np.sqrt(2.0) * 3.0 / 4.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("components", [2, 5, 20, 35])
+def test_few_components_stand_where_the_energy_is(components):
+    # as above, the share of energy below r wp is exp(-5/4 r^-4) over that below 4 wp
+    body, peak = sea(components=components), 2 * np.pi / 9.0
+    ratio = np.asarray(body.omega) / peak
+    at_peak = np.isclose(ratio, 1.0, rtol=1e-12)
+    assert np.sum(at_peak) == 1
+    share = np.exp(-1.25 / ratio**4) / np.exp(-1.25 / 4.0**4)
+    band = np.arange(components) / components
+    assert np.all((share > band - 1e-5) & (share < band + 1.0 / components + 1e-5))
+    np.testing.assert_allclose(body.amplitude, 0.75 * np.sqrt(2.0 / components), rtol=1e-12)
+
+
+def test_the_seas_of_more_components_have_one_in_each_of_equal_bands():
+    ratio = np.asarray(sea(components=100).omega) * 9.0 / (2 * np.pi)
+    band = 0.4 + 0.036 * np.arange(101)
+    assert np.all((ratio >= band[:-1]) & (ratio <= band[1:]))
+
+
 def test_the_peak_of_jonswap_is_enhanced_by_gamma():
     omega = jnp.asarray([0.7, 1.4, 2.1]) * 2 * np.pi / 9.0 / 1.4
     ratio = jonswap(omega, number(9.0), number(3.3)) / jonswap(omega, number(9.0), number(1.0))
