@@ -220,7 +220,9 @@ def _smoothness(left, rate, right, noise, corrected, taut, amid_slack) -> _Smoot
     inverse = jnp.where(still, 0.0, 1.0 / jnp.where(still, 1.0, rate))
     one, rl, rr = rate * inverse, left * inverse, right * inverse
     by_mean, by_lesser = one - 0.5 * (rl + rr), one - 2.0 * least(rl, rr)
-    if corrected:  # a taut segment that shortens is let off the second rule, and a slack one amid such
+    if (
+        corrected
+    ):  # a taut segment that shortens is let off the second rule, and a slack one amid such
         off = rate < 0.0 if taut is None else (rate < 0.0) & taut
         off = off if amid_slack is None else off | amid_slack
         by_lesser = jnp.where(off, 0.0, by_lesser)
