@@ -211,3 +211,50 @@ def test_what_is_left_out_is_said(tmp_path):
     told = json.loads((tmp_path / "scene" / "modes.json").read_text())
     assert told["stiffness_asymmetry"] > 1e-9
     assert [mode["state"] for mode in told["modes"]] == ["stable"] * 10
+
+
+WINCH = """
+gravity = 9.81
+
+[materials.hooke]
+law = "linear"
+EA = "1 MN"
+
+[lines.high]
+material = "hooke"
+length = "40 m"
+segments = 20
+mass = "2 kg/m"
+start = { fixed = [0, 0, "10 m"] }
+end = { winch = { at = ["40 m", 0, "10 m"], tension = "20 kN" } }
+
+[output]
+duration = 1
+every = 1
+"""
+CARGO = '\n[bodies.cargo]\nmass = "500 kg"\non = { line = "high", place = "20 m" }\n'
+
+
+def test_winches_are_held_and_it_is_said(tmp_path):
+    good_scenes.write(tmp_path, WINCH)
+    said = say(tmp_path, "modes", "scene.toml", "-n", "2")
+    assert (said.code, said.err) == (0, "")
+    assert "Winches are held: each line keeps the length that it has at rest." in said.out
+    # a string of 40 m under 20 kN, stretched by 2 %: the sag adds to what is in its plane
+    told = json.loads((tmp_path / "scene" / "modes.json").read_text())
+    string = exact.string_frequencies(40.0, 20e3, 2.0 / 1.02, 2)
+    assert [mode["frequency"] for mode in told["modes"]] == pytest.approx(string, rel=0.01)
+
+
+def test_trolleys_and_ideal_lines_are_refused(tmp_path):
+    text = WINCH + CARGO
+    good_scenes.write(tmp_path, text)
+    told = refused(tmp_path, "modes", "scene.toml")
+    line = text[: text.index("on = {")].count("\n") + 1
+    words = 'expected no trolley for natural modes, found one on line "high"'
+    assert told == f"scene.toml:{line}: bodies.cargo.on: {words}\n"
+    told = refused(tmp_path, "modes", "scene.toml", "--set", 'lines.high.model="ideal"')
+    assert (
+        'lines.high.model: expected a lumped line for natural modes, found model = "ideal"' in told
+    )
+    assert told.count("\n") == 2

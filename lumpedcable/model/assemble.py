@@ -23,7 +23,7 @@ from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Load
 from lumpedcable.model.floating import make_body
 from lumpedcable.model.layout import LEAST, Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
-from lumpedcable.model.materials import law_of
+from lumpedcable.model.materials import STANDARD_GRAVITY, law_of, rod_law
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.curve import MonotoneCubic
@@ -38,7 +38,6 @@ from lumpedcable.physics.seabed import (
     SeabedDamping,
     SlopingSeabed,
 )
-from lumpedcable.physics.tension import Linear
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
@@ -56,10 +55,6 @@ from lumpedcable.scene.lines import (
 
 __all__ = ["assemble", "make_line", "release_of", "seam_of", "segment_lengths", "wave_scheme"]
 
-STANDARD_GRAVITY = 9.80665  # m/s2
-# m; an inextensible line at rest stretches by its tension over this and its weight per metre
-REST_STIFFNESS = 1e7
-REST_SHARE = 1e7  # and by its tension over this and the pretensions and points that it may carry
 CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
 
 
@@ -147,7 +142,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
     bed = _seabed(scene, name, coordinates)
     resistances = _resistances(scene, bed)
     return Line(
-        law=Linear(_rest_stiffness(scene, name)) if inextensible else law_of(material),
+        law=rod_law(scene, name) if inextensible else law_of(material),
         mass=_number(part.mass),
         segment_length=length,
         node_length=node_lengths(length, segments),
@@ -166,19 +161,6 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         give=1.0 / _number(material.EA) if inextensible and material.EA is not None else None,
         inextensible=inextensible,
     )
-
-
-def _rest_stiffness(scene: Scene, name: str) -> Float[Array, ""]:
-    """EA (N) of an inextensible line while its shape at rest is found, from what it may carry."""
-    stiff = REST_STIFFNESS * STANDARD_GRAVITY * _number(scene.lines[name].mass)
-    for line in scene.lines.values():
-        for end in (line.start, line.end):
-            if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
-                stiff = stiff + REST_SHARE * _number(end.held.pretension)
-    for body in scene.bodies.values():
-        if isinstance(body, Body) and not body.rigid:
-            stiff = stiff + REST_SHARE * STANDARD_GRAVITY * _number(body.mass)
-    return stiff
 
 
 def _loads(

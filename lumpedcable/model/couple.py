@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.inertia import kinetic_energy
 from lumpedcable.model.line import Line
 from lumpedcable.model.passing import on_payout, passing_kinds
 from lumpedcable.model.riders import Rider
@@ -322,11 +323,10 @@ def body_powers(
         force = body.force(q, v) if pull is None else body.force(q, v) + pull
         total["hauling"] = jnp.dot((body.mass(q) @ gain - force) * (1.0 - body.free), v)
     if isinstance(body, Winch):
-        # what is paid out brings its energy of motion and of height with it
+        # what is paid out brings its energy of motion and of height with it, added mass included
         line = live_line(model, body.line, displacement, velocity)
-        share = line.node_length / jnp.sum(line.node_length)
-        squares = jnp.sum(share * jnp.sum(velocity[body.line] ** 2, axis=0))
-        moving = 0.5 * line.mass * squares
+        moving = kinetic_energy(found[body.line].nodes, velocity[body.line])
+        moving = moving / jnp.sum(line.node_length)
         if body.driven:
             total["control"] = body.taken(q, v, gain, found.drawn[name])
         own = body.resisting(q, v)

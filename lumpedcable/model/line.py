@@ -75,9 +75,9 @@ class Line(eqx.Module):
     `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre of unstretched
     length (kg/m). What the line does not have is None and is not in the compiled program.
 
-    An `inextensible` line has a stiff `law` at rest; once it moves, each segment keeps the length
-    that it has in the reference, and is a rod (`model.rods`), or with `give` (1/N, 1/EA) the length
-    l (1 + T give).
+    An `inextensible` line has a `law` at rest by which it keeps its length, or with `give` (1/N, 1/EA)
+    that of EA; once it moves, each segment keeps the length that it has in the reference, and is a rod
+    (`model.rods`), or with `give` the length l (1 + T give).
     """
 
     law: AbstractTensionLaw

@@ -29,7 +29,7 @@ class _Law(Part):
     """What every tension law has."""
 
     tension_only: StrictBool = False
-    """T = max(T, 0): the line cannot push."""
+    """T = max(T, 0), and 0 below the strain where T is 0: the line cannot push."""
     damping: Damping | None = None
     """Kelvin-Voigt constant c in N s: T gains c de/dt. Absent: none."""
     max_strain: PositiveNumber = 0.5
@@ -102,6 +102,23 @@ class TanhMaterial(_Law):
     def curve(self, strain: np.ndarray) -> np.ndarray:
         """Return p1 tanh(p2 e + p3) + p4 + p5 e in N."""
         return self.p1 * np.tanh(self.p2 * strain + self.p3) + self.p4 + self.p5 * strain
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault where a line that cannot push would pull again when it is slack."""
+        yield from super().problems()
+        if not self.tension_only:
+            return
+        strain = np.linspace(0.0, -1.0, _SAMPLES)
+        with np.errstate(all="ignore"):
+            tension = self.curve(strain)
+        again = (tension > 0.0) & np.logical_or.accumulate(tension <= 0.0)
+        if np.any(again):
+            at = int(np.argmax(again))
+            yield Problem(
+                ("p5",),
+                "expected no tension in a slack line with tension_only, found "
+                f"{format_quantity(tension[at], 'N')} at strain {strain[at]:.3g}",
+            )
 
 
 class PolynomialMaterial(_Law):

@@ -14,7 +14,6 @@ from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.motion import Still
-from lumpedcable.physics.tension import AbstractTensionLaw, Linear, TensionOnly
 from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
@@ -30,11 +29,10 @@ from lumpedcable.solve.resting import (
     seabed_of,
     slope_under,
 )
-from lumpedcable.solve.statics import Equilibrium, equilibrium, held_position
+from lumpedcable.solve.statics import Equilibrium, held_position
+from lumpedcable.solve.stiffening import stiffening
 
 __all__ = ["start_of"]
-
-STAGES = 5  # of growing stiffness, to the final one, in which a stretched-out line finds its shape
 
 
 def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
@@ -69,7 +67,7 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     if is_carried(model):
         return carried_equilibrium(model, tolerance, scene.statics.max_iterations)
     held = _held_joints(model, given)
-    found = _stiffening(held, tolerance, scene.statics.max_iterations, bool(given))
+    found = stiffening(scene, held, tolerance, scene.statics.max_iterations, bool(given))
     return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
 
 
@@ -88,46 +86,6 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
             if isinstance(end, JoinedEnd) and isinstance(kind, Joined):
                 given[kind.junction] = coordinates.point(end.at)
     return given
-
-
-def _stiffening(
-    model: Model, tolerance: Float[Array, ""], max_iterations: int, given: bool
-) -> Equilibrium:
-    """Equilibrium; of inextensible lines in stages of growing stiffness, each from the one before.
-
-    Newton's method does not find a chain that lies stretched out on the bed from a guess that is
-    wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does. So it is
-    with steel between joints whose places are `given`.
-    """
-    stiff = [
-        name
-        for name, line in model.lines.items()
-        if line.inextensible or (given and isinstance(_uncut(line.law), Linear))
-    ]
-    if not stiff:
-        return equilibrium(model, tolerance, max_iterations)
-
-    def stage(places, share):
-        lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
-        for name in stiff:
-            law = jax.tree.map(lambda EA: share * EA, model.lines[name].law)
-            lines[name] = placed(eqx.tree_at(lambda x: x.law, lines[name], law), places[name])
-        at = eqx.tree_at(lambda m: m.lines, model, lines)
-        found = equilibrium(at, tolerance, max_iterations)
-        after = {name: line.reference for name, line in found.model.lines.items()}
-        return after, (found.imbalance, found.converged, found.iterations)
-
-    start = {name: line.reference for name, line in model.lines.items()}
-    shares = 10.0 ** jnp.arange(-STAGES + 1.0, 1.0)
-    places, (imbalance, converged, iterations) = jax.lax.scan(stage, start, shares)
-    lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
-    there = eqx.tree_at(lambda m: m.lines, model, lines)
-    return Equilibrium(there, imbalance[-1], converged[-1], jnp.sum(iterations))
-
-
-def _uncut(law: AbstractTensionLaw) -> AbstractTensionLaw:
-    """A law without its cut at zero."""
-    return law.law if isinstance(law, TensionOnly) else law
 
 
 def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[int]):

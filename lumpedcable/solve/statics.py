@@ -19,6 +19,7 @@ from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import Net, junction_forces, make_net
 from lumpedcable.model.splices import splices
+from lumpedcable.physics.tension import Rigid
 from lumpedcable.physics.weight import Weight
 from lumpedcable.solve.blocks import block_jacobian, solve_blocks
 from lumpedcable.solve.hanging import nodal_weight
@@ -83,9 +84,12 @@ def laid_out_exactly(model: Model) -> bool:
 
     A line between two points is found by iteration and goes on to Newton's method, which costs it
     nothing where that iteration was good. Joints count as points, except where they only cut a line.
+    Rods are laid out with a stretch that they do not keep.
     """
     only_weight = all(
-        line.current is None and all(isinstance(load, Weight) for load in line.loads)
+        line.current is None
+        and not isinstance(line.law, Rigid)
+        and all(isinstance(load, Weight) for load in line.loads)
         for line in model.lines.values()
     )
     loaded = any(isinstance(end, Loaded) for pair in model.ends.values() for end in pair)

@@ -129,10 +129,11 @@ def _rest_near(
     """The state of rest, looked for from nodes (m) that are near it.
 
     Lines without joints between them are laid out from nothing: that is sure, and stays so where a
-    line from before hangs slack because it has become longer.
+    line from before hangs slack because it has become longer. Rods go through their stages each time.
     """
     model = assemble(scene, layout, coordinates)
-    if not model.junctions or laid_out_exactly(model):
+    rods = any(line.inextensible for line in model.lines.values())
+    if rods or not model.junctions or laid_out_exactly(model):
         return start_of(scene, layout, coordinates)
     near = dict(jax.lax.stop_gradient(nodes))
     for name, ends in model.ends.items():

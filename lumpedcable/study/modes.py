@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import jax
 import numpy as np
 
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.net import make_net
-from lumpedcable.scene import SceneError, Study
+from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.scene.carried import CarriedBody
+from lumpedcable.scene.errors import Fault
 from lumpedcable.solve.modal import Modes, natural_modes
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure, linearise, number, prepare_batch
@@ -24,10 +28,12 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     """The `count` lowest natural modes of run number `run` of a study.
 
     Raises:
-        SceneError: the scene cannot be laid out, or nothing in it can move.
+        SceneError: the scene cannot be laid out or has a trolley or an ideal line; nothing can move.
         NoEquilibriumError: it has no static equilibrium that could be found.
     """
     scene = study.runs[run]
+    if left_out := list(_left_out(study, scene)):
+        raise SceneError(left_out)
     try:
         layout = make_layout(scene)
     except ValueError as error:
@@ -52,3 +58,15 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
         return natural_modes(linearise(model), make_net(model), layout, coordinates, count)
     except ValueError as error:
         raise SceneError([study.fault("lines", str(error))]) from None
+
+
+def _left_out(study: Study, scene: Scene) -> Iterator[Fault]:
+    """Parts of a scene whose motion is no part of the linearised system."""
+    for name, line in scene.lines.items():
+        if line.model == "ideal":
+            message = 'expected a lumped line for natural modes, found model = "ideal"'
+            yield study.fault(f"lines.{name}.model", message)
+    for name, body in scene.bodies.items():
+        if isinstance(body, CarriedBody):
+            message = f'expected no trolley for natural modes, found one on line "{body.on.line}"'
+            yield study.fault(f"bodies.{name}.on", message)

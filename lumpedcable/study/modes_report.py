@@ -13,6 +13,7 @@ from rich.text import Text
 import lumpedcable
 from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, Study, format_quantity
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.solve.modal import Modes
 from lumpedcable.study.report import WIDE
 
@@ -132,6 +133,9 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
         )
     if scene.seabed is not None:
         notes.append("What lies on the bed stays on it; what hangs above it does not meet it.")
+    ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
+    if any(isinstance(end, WinchEnd) for end in ends):
+        notes.append("Winches are held: each line keeps the length that it has at rest.")
     if len(study.runs) > 1:
         notes.append(f"Run {run} of 0 to {len(study.runs) - 1}; --run takes another.")
     return notes

@@ -136,5 +136,35 @@ def test_a_line_that_cannot_push():
     assert float(law.tension(num(0.1))) == float(NYLON.tension(num(0.1)))
 
 
+def test_a_slack_line_of_a_law_that_turns_back_up_does_not_pull():
+    # T = 1e5 e + 2e6 e^2 is above 0 below e = -0.05 too: 30 kN at -0.15, where its slope is -5e5 N
+    coefficients = jnp.array([1e5, 2e6])
+    law = TensionOnly(Polynomial(coefficients), num(0.5))
+    slack, taut = jnp.array([-0.6, -0.15, -0.02]), jnp.array([1e-3, 0.01, 0.3])
+    for value in (*tension_and_stiffness(law, slack), law.energy(slack)):
+        assert np.all(value == 0.0)
+    tension, slope = tension_and_stiffness(law, taut)
+    np.testing.assert_allclose(tension, 1e5 * taut + 2e6 * taut**2, rtol=1e-12)
+    np.testing.assert_allclose(slope, 1e5 + 4e6 * taut, rtol=1e-12)
+    by_number = jax.jacrev(lambda c: TensionOnly(Polynomial(c), num(0.5)).tension(slack))
+    assert np.all(by_number(coefficients) == 0.0)
+    # its slack side has no waves: the stiffest place is the far end, 1e5 + 4e6 * 0.5
+    assert float(stiffness_bound(law, num(0.5))) == pytest.approx(2.1e6, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["linear", "tanh", "table"])
+def test_laws_that_stay_slack_have_nothing_more_in_the_program(name):
+    law = LAWS[name]
+    cut = TensionOnly(law, num(0.5))
+    bare, more = (
+        sum(1 for _ in jax.make_jaxpr(lambda e, law=law: law.tension(e))(POINTS).eqns)
+        for law in (law, cut)
+    )
+    assert more == bare + 1  # the maximum with 0
+    # below the strain without tension none of them pulls again
+    deep = jnp.linspace(-1.0, float(cut.slack_strain), 501)[:-1]
+    assert np.all(jax.jit(lambda e: law.tension(e))(deep) <= 0.0)
+
+
 def test_a_law_with_a_large_strain_does_not_overflow():
     assert np.isfinite(float(NYLON.energy(num(1e3))))

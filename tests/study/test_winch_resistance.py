@@ -102,3 +102,39 @@ def test_a_winch_drags_a_line_over_the_bed_if_friction_lets_it(tmp_path, frictio
     else:  # what is left of the pull makes it slide: T - c v = mu m g L
         assert speed == pytest.approx((1e3 - 1.0 * 10.0 * length) / 200.0, rel=0.02)
     assert ran.outcomes[0].energy_closure < 5e-3
+
+
+SHAKEN = """
+gravity = 9.81
+[water]
+density = 1025
+[materials.rope]
+law = "linear"
+EA = "1 MN"
+[lines.rope]
+material = "rope"
+length = "40 m"
+segments = 6
+mass = "2 kg/m"
+diameter = "150 mm"
+added_mass = { normal = 1.0, tangential = 0.2 }
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = "ship.post", tension = "8 kN", inertia = "20 kg" } }
+[bodies.ship]
+position = ["40 m", 0, 0]
+points = { post = [0, 0, 0] }
+[bodies.ship.motion]
+surge = { amplitude = "4 m", period = "2.5 s" }
+heave = { amplitude = "4 m", period = "3 s" }
+ramp = "1 s"
+[output]
+duration = "3 s"
+every = "50 ms"
+"""
+
+
+def test_what_a_winch_pays_out_brings_the_motion_of_its_water_along(tmp_path):
+    # the added mass is nine times the rope's own: left out, a tenth of all energy would be missing
+    ran = run_text(tmp_path, SHAKEN, "solver.courant=0.4")
+    assert ran.statuses == ["OK"]
+    assert ran.outcomes[0].energy_closure < 1e-3

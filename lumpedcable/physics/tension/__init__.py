@@ -9,6 +9,7 @@ from lumpedcable.physics.tension.base import (
 )
 from lumpedcable.physics.tension.linear import Linear
 from lumpedcable.physics.tension.polynomial import Polynomial
+from lumpedcable.physics.tension.rigid import Rigid
 from lumpedcable.physics.tension.table import Table
 from lumpedcable.physics.tension.tanh import Tanh
 from lumpedcable.physics.tension.tension_only import TensionOnly
@@ -17,6 +18,7 @@ __all__ = [
     "AbstractTensionLaw",
     "Linear",
     "Polynomial",
+    "Rigid",
     "Table",
     "Tanh",
     "TensionOnly",

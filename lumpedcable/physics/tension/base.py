@@ -1,6 +1,7 @@
 """The interface of a tension law, and what can be derived from any law without knowing it."""
 
 import abc
+from typing import ClassVar
 
 import equinox as eqx
 import jax
@@ -22,7 +23,12 @@ class AbstractTensionLaw(eqx.Module):
     The strain is e = (l - l0) / l0 with l the length and l0 the unstretched length of a segment (m).
     A law is written for one strain and used on arrays of them; its derivative is taken by automatic
     differentiation. A new law is one such class and one line in `lumpedcable.model.materials`.
+
+    `stays_slack` says that below the strain at which T = 0 there is none with T > 0: then the sign
+    of T alone tells where a line that cannot push is slack.
     """
+
+    stays_slack: ClassVar[bool] = False
 
     @abc.abstractmethod
     def tension(self, strain: Float[Array, "..."]) -> Float[Array, "..."]:

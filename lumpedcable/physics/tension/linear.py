@@ -1,5 +1,7 @@
 """The linear law: a line that obeys Hooke."""
 
+from typing import ClassVar
+
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.tension.base import AbstractTensionLaw
@@ -9,6 +11,8 @@ __all__ = ["Linear"]
 
 class Linear(AbstractTensionLaw):
     """T(e) = EA e, U(e) = EA e^2 / 2, with EA the axial stiffness (N)."""
+
+    stays_slack: ClassVar[bool] = True
 
     EA: Float[Array, ""]
 

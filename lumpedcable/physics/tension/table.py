@@ -1,5 +1,7 @@
 """A law given by a table of strains and tensions, as a test bench measures it."""
 
+from typing import ClassVar
+
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.curve import MonotoneCubic
@@ -14,6 +16,8 @@ class Table(AbstractTensionLaw):
     See `physics.curve`: a table that never falls gives a law that never falls, with a continuous
     derivative (a wave speed without jumps); beyond the table it goes on straight.
     """
+
+    stays_slack: ClassVar[bool] = True
 
     curve: MonotoneCubic
 

@@ -1,5 +1,7 @@
 """The five-parameter tanh law of synthetic rope."""
 
+from typing import ClassVar
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -15,6 +17,8 @@ class Tanh(AbstractTensionLaw):
     p1, p4, p5 in N; p2, p3 without unit. Fitted to break tests of nylon, it stiffens up to
     e = -p3 / p2 and softens beyond. T(0) = p1 tanh(p3) + p4 is small but not exactly zero.
     """
+
+    stays_slack: ClassVar[bool] = True
 
     p1: Float[Array, ""]
     p2: Float[Array, ""]

@@ -1,5 +1,7 @@
 """A line that cannot push: any law, cut where it would turn to compression."""
 
+from typing import ClassVar
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -15,6 +17,8 @@ class TensionOnly(AbstractTensionLaw):
     from e_s (J/m). The derivative at e_s is one-sided.
     """
 
+    stays_slack: ClassVar[bool] = True
+
     law: AbstractTensionLaw
     slack_strain: Float[Array, ""]
 
@@ -23,8 +27,12 @@ class TensionOnly(AbstractTensionLaw):
         self.slack_strain = strain_at(law, jnp.zeros_like(jnp.asarray(max_strain)), max_strain)
 
     def tension(self, strain: Float[Array, "..."]) -> Float[Array, "..."]:
-        """max(law(e), 0) (N)."""
-        return jnp.maximum(self.law.tension(strain), 0.0)
+        """max(law(e), 0) (N) for e > e_s, else 0."""
+        pull = jnp.maximum(self.law.tension(strain), 0.0)
+        if self.law.stays_slack:
+            return pull
+        # a law that turns back up in compression would pull on a slack line
+        return jnp.where(strain > self.slack_strain, pull, 0.0)
 
     def energy(self, strain: Float[Array, "..."]) -> Float[Array, "..."]:
         """U(max(e, e_s)) - U(e_s) of the law underneath (J/m)."""

@@ -1,0 +1,122 @@
+"""Static equilibrium of lines that keep, or all but keep, their length: in stages of stiffness."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from lumpedcable.model.line import placed
+from lumpedcable.model.materials import rest_stiffness
+from lumpedcable.model.model import Model, Vectors
+from lumpedcable.physics.tension import AbstractTensionLaw, Linear, Rigid, TensionOnly
+from lumpedcable.scene import Scene
+from lumpedcable.solve.statics import Equilibrium, equilibrium
+
+__all__ = ["stiffening"]
+
+STAGES = 5  # of growing stiffness, to the final one, in which a stretched-out line finds its shape
+MORE = 8  # stages that take the stretch out of rods
+STIFFEST = 1e6  # of the largest tension: more would be rounding in the tensions
+SOFTEST = 1e3  # of it at the end, which leaves none
+TIGHT = 1e-7  # strain at which rods keep their length
+
+
+class _Stage(NamedTuple):
+    """How a stage ends: nodes (m) of all lines, tensions (N) and largest strain of rods."""
+
+    places: Vectors
+    tension: dict[str, Float[Array, " n"]]
+    imbalance: Float[Array, ""]
+    converged: Bool[Array, ""]
+    iterations: Int[Array, ""]
+    strain: Float[Array, ""]
+
+
+def stiffening(
+    scene: Scene, model: Model, tolerance: Float[Array, ""], max_iterations: int, given: bool
+) -> Equilibrium:
+    """Equilibrium; of inextensible lines in stages of growing stiffness, each from the one before.
+
+    Newton's method does not find a chain that lies stretched out on the bed from a guess that is
+    wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does. So it is
+    with steel between joints whose places are `given`.
+
+    Rods go on from there, ten times stiffer at each stage, up to `STIFFEST` times what they carry,
+    and begin it with the tension that they have: their strain falls to nothing. The last stage is a
+    soft one, whose tensions have no rounding. Rods with `EA` end at theirs. Where lines are a little too
+    short, by rounded numbers, and stretch for ever, the state before is kept.
+    """
+    rods = [name for name, line in model.lines.items() if line.inextensible]
+    soft = [
+        name
+        for name, line in model.lines.items()
+        if given and not line.inextensible and isinstance(_uncut(line.law), Linear)
+    ]
+    if not rods and not soft:
+        return equilibrium(model, tolerance, max_iterations)
+    first = {name: rest_stiffness(scene, name) for name in rods}
+
+    def stage(carry, now):
+        places, tension = carry
+        share, keeps, ends = now
+        laws = {}
+        for name in soft:
+            laws[name] = jax.tree.map(lambda EA: share * EA, model.lines[name].law)
+        for name in rods:
+            own = model.lines[name]
+            if own.give is None:
+                laws[name] = _rigid(first[name], tension[name], share, keeps, ends)
+            else:
+                EA = own.law.tension(jnp.ones(()))
+                laws[name] = Linear(jnp.where(ends, EA, jnp.minimum(EA, share * first[name])))
+        lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
+        for name, law in laws.items():
+            lines[name] = eqx.tree_at(lambda x: x.law, lines[name], law)
+        at = eqx.tree_at(lambda m: m.lines, model, lines)
+        found = equilibrium(at, tolerance, max_iterations)
+        after = {name: line.reference for name, line in found.model.lines.items()}
+        strain = {name: found.model.lines[name].reference_strain for name in rods}
+        tension = {name: laws[name].tension(strain[name]) for name in rods}
+        most = jnp.max(jnp.stack([jnp.zeros(()), *(jnp.max(jnp.abs(e)) for e in strain.values())]))
+        end = _Stage(after, tension, found.imbalance, found.converged, found.iterations, most)
+        return (after, tension), end
+
+    start = {name: line.reference for name, line in model.lines.items()}
+    nothing = {name: jnp.zeros(model.lines[name].segments) for name in rods}
+    count = STAGES + MORE if rods else STAGES
+    k = jnp.arange(count)
+    now = 10.0 ** (k + 1.0 - STAGES), k >= STAGES, k == STAGES + MORE - 1
+    _, every = jax.lax.scan(stage, (start, nothing), now)
+    end = jax.tree.map(lambda x: x[-1], every)
+    if any(model.lines[name].give is None for name in rods):
+        tight = end.converged & (end.strain <= TIGHT)
+        end = jax.tree.map(lambda x: jnp.where(tight, x[-1], x[STAGES - 1]), every)
+    lines = {name: placed(line, end.places[name]) for name, line in model.lines.items()}
+    for name in rods:
+        if lines[name].give is None:  # stiff again, for what vibrates
+            EA = _stiffest(first[name], end.tension[name])
+            law = Rigid(end.tension[name] - EA * lines[name].reference_strain, EA)
+            lines[name] = eqx.tree_at(lambda x: x.law, lines[name], law)
+    there = eqx.tree_at(lambda m: m.lines, model, lines)
+    return Equilibrium(there, end.imbalance, end.converged, jnp.sum(every.iterations))
+
+
+def _rigid(first, tension, share, keeps, ends) -> Rigid:
+    """The law of rods at a stage, from the `tension` (N) of the one before and their `first` EA (N)."""
+    most = _stiffest(first, tension)
+    least = jnp.maximum(first * 10.0 ** (1.0 - STAGES), most * (SOFTEST / STIFFEST))
+    EA = jnp.where(keeps, jnp.minimum(share * first, most), share * first)
+    return Rigid(jnp.where(keeps, tension, 0.0), jnp.where(ends, least, EA))
+
+
+def _stiffest(first, tension) -> Float[Array, ""]:
+    """The largest EA (N) of rods that carry a `tension` (N), which is no less than the `first`."""
+    carried = jnp.max(jnp.abs(jax.lax.stop_gradient(tension)))
+    return jnp.maximum(first, STIFFEST * carried)
+
+
+def _uncut(law: AbstractTensionLaw) -> AbstractTensionLaw:
+    """A law without its cut at zero."""
+    return law.law if isinstance(law, TensionOnly) else law

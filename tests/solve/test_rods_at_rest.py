@@ -1,0 +1,122 @@
+"""Inextensible lines at rest: their lengths, their tensions, and what their EA makes of both."""
+
+import jax
+import numpy as np
+import pytest
+from engine_runs import equilibrium_of, nodes_in_space, run_text, scene_of
+from modal_runs import modes_of
+from scipy.optimize import brentq
+
+from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.model.layout import make_layout
+from lumpedcable.solve.start import start_of
+
+G, SPAN, MASS, RODS = 9.81, 1000.0, 5.0, 40
+WIRE = f"""
+gravity = {G}
+[materials.wire]
+law = "inextensible"
+[lines.rope]
+material = "wire"
+length = 1001.066
+segments = {RODS}
+mass = {MASS}
+start = {{ fixed = [0, 0, 0] }}
+end = {{ fixed = [{SPAN}, 0, 0] }}
+[solver]
+step = "1 ms"
+[output]
+"""
+
+
+def rods_exactly(length):
+    """Horizontal tension (N), tensions (N) and sag (m) of equal rods, weighing at their joints."""
+    rod = length / RODS
+    upwards = MASS * G * rod * (RODS / 2 - 0.5 - np.arange(RODS))
+
+    def tensions(pull):
+        return np.hypot(pull, upwards)
+
+    pull = brentq(lambda h: np.sum(rod * h / tensions(h)) - SPAN, 1e3, 1e7, rtol=1e-14)
+    return pull, tensions(pull), np.sum((rod * upwards / tensions(pull))[: RODS // 2])
+
+
+def test_a_taut_line_of_rods_hangs_by_its_own_length(tmp_path):
+    # the slack is 1.066 m: a stretch of half a thousandth would be half of it
+    found, coordinates = equilibrium_of(scene_of(tmp_path, WIRE))
+    assert bool(found.converged)
+    _, tensions, sag = rods_exactly(1001.066)
+    line, place = found.model.lines["rope"], nodes_in_space(found, coordinates)
+    assert -np.min(place[2]) == pytest.approx(sag, rel=1e-8)
+    np.testing.assert_allclose(line.law.tension(line.reference_strain), tensions, rtol=1e-8)
+    rods = np.linalg.norm(np.diff(place), axis=0)
+    np.testing.assert_allclose(rods, 1001.066 / RODS, rtol=1e-9)
+
+
+def test_its_derivatives_are_those_of_rods(tmp_path):
+    scene = scene_of(tmp_path, WIRE)
+    coordinates, layout = coordinates_of([scene]), make_layout(scene)
+    numbers = scene.numbers()
+
+    def first(length):
+        mine = scene.with_numbers(numbers | {"lines.rope.length": length})
+        line = start_of(mine, layout, Coordinates(*coordinates)).model.lines["rope"]
+        return line.law.tension(line.reference_strain)[0]
+
+    h = 1e-3
+    slope = (rods_exactly(1001.066 + h)[1][0] - rods_exactly(1001.066 - h)[1][0]) / (2 * h)
+    assert jax.jvp(jax.jit(first), (1001.066,), (1.0,))[1] == pytest.approx(slope, rel=1e-5)
+    assert jax.jit(jax.grad(first))(1001.066) == pytest.approx(slope, rel=1e-5)
+
+
+def test_it_vibrates_as_what_does_not_stretch(tmp_path):
+    # Irvine & Caughey (1974): f = c/L first, and c u/(pi L) with tan(u) = u of the first shape that
+    # is the same on both sides; c^2 = H/m
+    found = modes_of(tmp_path, WIRE)
+    speed = np.sqrt(rods_exactly(1001.066)[0] / MASS)
+    even = brentq(lambda u: np.tan(u) - u, 4.0, 4.6)
+    expected = speed / SPAN * np.array([1.0, even / np.pi])
+    np.testing.assert_allclose(found.frequency[:2], expected, rtol=5e-3)
+
+
+def test_lines_that_seem_too_short_by_rounding_stretch(tmp_path):
+    text = WIRE.replace("1001.066", "999.9")
+    found, coordinates = equilibrium_of(scene_of(tmp_path, text))
+    assert bool(found.converged)
+    place = nodes_in_space(found, coordinates)
+    whole = np.sum(np.linalg.norm(np.diff(place), axis=0))
+    assert SPAN < whole < 1.001 * SPAN
+
+
+BOB = f"""
+gravity = {G}
+[materials.wire]
+law = "inextensible"
+EA = "100 kN"
+[lines.wire]
+material = "wire"
+length = 10
+segments = 1
+mass = 0.01
+start = {{ fixed = [0, 0, 0] }}
+end = "bob"
+[bodies.bob]
+mass = 100
+[solver]
+step = "1 ms"
+[output]
+duration = "20 ms"
+every = "10 ms"
+"""
+
+
+def test_rods_that_give_way_hang_and_swing_as_springs(tmp_path):
+    # half the wire hangs at its lower end
+    carried = 100.0 + 0.05
+    below = 10.0 * (1.0 + carried * G / 1e5)
+    ran = run_text(tmp_path, BOB)
+    assert ran.statuses == ["OK"]
+    np.testing.assert_allclose(ran["wire.position"][0, :, -1, 2], -below, rtol=1e-12)
+    np.testing.assert_allclose(ran["wire.tension"][0, :, 0], carried * G, rtol=1e-9)
+    found = modes_of(tmp_path, BOB)
+    assert found.frequency[0] == pytest.approx(np.sqrt(1e4 / carried) / (2 * np.pi), rel=1e-9)
