@@ -39,6 +39,7 @@ def describe(path: str | Path) -> str:
             ("solver", _solver(result)),
             ("status", _statuses(result)),
             *_failures(result),
+            *_remarks(result),
             *_origin(result),
         ]
     width = max(len(name) for name, _ in rows)
@@ -141,6 +142,21 @@ def _failures(result: ResultFile) -> list[tuple[str, str]]:
         rows.append((f"run {run}", f"{result.status[run]}{when}{which}: {messages[run]}"))
     if len(failed) > _FAILURES_SHOWN:
         rows.append(("", f"and {len(failed) - _FAILURES_SHOWN} more"))
+    return rows
+
+
+def _remarks(result: ResultFile) -> list[tuple[str, str]]:
+    """What is to be said of runs that went well: "ok; ..."."""
+    told = zip(result.status, result.status_message, strict=True)
+    said = {
+        run: words for run, (word, words) in enumerate(told) if word == OK and words not in ("", OK)
+    }
+    rows = [
+        (f"run {run}", words.removeprefix(f"{OK}; "))
+        for run, words in list(said.items())[:_FAILURES_SHOWN]
+    ]
+    if len(said) > _FAILURES_SHOWN:
+        rows.append(("", f"and {len(said) - _FAILURES_SHOWN} more runs with such a remark"))
     return rows
 
 

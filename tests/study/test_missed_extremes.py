@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from engine_runs import study_of
 
+from lumpedcable.results import describe
 from lumpedcable.study.carried import missed_extremes
 from lumpedcable.study.report import results_table
 from lumpedcable.study.run import run_study
@@ -74,3 +75,5 @@ def test_a_run_remarks_on_it_under_its_table(tmp_path, every, remarks):
     assert outcomes[0].status.name == "OK"
     assert (f"run 0: {WORDS.format('pull')}" in out.getvalue()) is remarks
     assert outcomes[0].message == ("ok; " + WORDS.format("pull") if remarks else "ok")
+    # and whoever asks for the file again, or ends a study, is told as well
+    assert (WORDS.format("pull") in describe(tmp_path / "r.h5")) is remarks
