@@ -6,6 +6,7 @@ numbers in SI; one call takes milliseconds and compiles nothing. Defaults are th
 them (its section 5.2), else a sensible value.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -158,18 +159,21 @@ def _equations(line: Highline | StraightHighline) -> tuple[str, ...]:
         )
     found = []
     for part in line.parts:
-        size = part.horizontal / part.weight
-        along = f"x/{size:.6g}" if part.x == 0.0 else f"(x - {_number(part.x)})/{size:.6g}"
+        size = float(part.horizontal / part.weight)
+        # both numbers are of 1 and stand before the size: that leaves 6 digits of the span
+        digits = 7 + max(0, math.ceil(math.log10(size / float(line.span))))
+        along = "x" if part.x == 0.0 else f"(x - {_number(part.x)})"
+        along = f"{along}/{size:.{digits}g}"
         start = "" if part.z == 0.0 else f"{_number(part.z)} + "
         found.append(
-            f"z = {start}{size:.6g} [cosh({_number(part.angle)} - {along}) "
-            f"- {np.cosh(part.angle):.6g}]"
+            f"z = {start}{size:.{digits}g} [cosh({_number(part.angle, digits)} - {along}) "
+            f"- {_number(np.cosh(part.angle), digits)}]"
         )
     return tuple(found)
 
 
-def _number(value: ArrayLike) -> str:
-    return f"{float(np.asarray(value)):.6g}"
+def _number(value: ArrayLike, digits: int = 6) -> str:
+    return f"{float(np.asarray(value)):.{digits}g}"
 
 
 def _signed(value: ArrayLike) -> str:

@@ -266,9 +266,12 @@ def make_layout(scene: Scene, seams: bool = False) -> Layout:
         inside.sort()
         cuts = [0, *(_cut(line, place) for place, _ in inside), _segments(line)]
         if any(b <= a for a, b in pairwise(cuts)):
+            pairs = zip(pairwise(inside), pairwise(cuts[1:-1]), strict=True)
+            same = [f'"{a[1]}" and "{b[1]}"' for (a, b), (i, j) in pairs if i >= j]
+            why = f", and {same[0]} break it at one node" if same else ""
             raise ValueError(
                 f'line "{name}" has too few segments for its breaks along its length: '
-                f"{_segments(line)} segments, {len(inside)} breaks"
+                f"{_segments(line)} segments, {len(inside)} breaks{why}"
             )
         if seams and len(inside) == 1 and bool(_seam_cut(scene, name, cuts[1])):
             event = inside[0][1]

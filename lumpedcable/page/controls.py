@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -101,7 +101,7 @@ def chosen(models: Mapping[str, Model], asked: Any) -> tuple[Model, dict[str, fl
             near = difflib.get_close_matches(name, known, 1)
             raise ValueError(f"no number {name!r}" + (f"; nearest: {near[0]}" if near else ""))
         good = isinstance(value, int | float) and not isinstance(value, bool)
-        if not good or not math.isfinite(value):
-            raise ValueError(f"{known[name].words}: expected a number, found {value!r}")
+        if not good or not abs(value) <= sys.float_info.max:
+            raise ValueError(f"{known[name].words}: expected a number, found {value!r:.40}")
         values[name] = float(value)
     return model, values

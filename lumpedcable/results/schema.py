@@ -18,7 +18,7 @@ h5py, Panoply, MATLAB and the HDF5 tools all read it with names and units::
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -132,7 +132,7 @@ def check_version(path: Path, version: str) -> None:
         )
 
 
-def axis_names(keys: Sequence[str]) -> list[str]:
+def axis_names(keys: Sequence[str], others: Collection[str] = ()) -> list[str]:
     """Short dataset names for swept keys: the last two parts, more where that is not unique.
 
     "lines.rope.end.held.pretension" becomes "held_pretension"; two lines swept alike become
@@ -140,22 +140,24 @@ def axis_names(keys: Sequence[str]) -> list[str]:
 
     Args:
         keys: full dotted paths, all different.
+        others: names that are taken, such as those of measures.
 
     Returns:
-        One name per key, all different and none in `RESERVED`.
+        One name per key, all different and none in `RESERVED` or `others`.
 
     Raises:
         ValueError: a key is given twice.
     """
     if len(set(keys)) != len(keys):
         raise ValueError(f"swept keys must differ, found {list(keys)}")
+    taken = {*RESERVED, *others}
     depth = [2] * len(keys)
     while True:
         names = ["_".join(key.split(".")[-n:]) for key, n in zip(keys, depth, strict=True)]
         clashing = [
             i
             for i, name in enumerate(names)
-            if (names.count(name) > 1 or name in RESERVED) and depth[i] < keys[i].count(".") + 1
+            if (names.count(name) > 1 or name in taken) and depth[i] < keys[i].count(".") + 1
         ]
         if not clashing:
             break
@@ -163,7 +165,7 @@ def axis_names(keys: Sequence[str]) -> list[str]:
             depth[i] += 1
     # what the whole key cannot tell apart (a_b.c and a.b_c, or a key that is a reserved word)
     for i, name in enumerate(names):
-        while name in RESERVED or name in names[:i]:
+        while name in taken or name in names[:i]:
             name += "_"
         names[i] = name
     return names
@@ -193,19 +195,22 @@ def axes_words(keys: Sequence[str]) -> list[str]:
     ]
 
 
-def sweep_coordinates(axes: Sequence[tuple[str, str, ArrayLike]]) -> dict[str, Coordinate]:
+def sweep_coordinates(
+    axes: Sequence[tuple[str, str, ArrayLike]], others: Collection[str] = ()
+) -> dict[str, Coordinate]:
     """The coordinates along `run` of a sweep, named and labelled.
 
     Args:
         axes: for every swept key the full dotted path, the SI unit ("" or "1" if none) and the
             value in every run, shape (run,).
+        others: names that are taken by other datasets.
 
     Returns:
         Coordinates by dataset name, in the order of the axes, each with attributes `key` (the path)
         and `axis` (its place in the order, 0 for the slowest).
     """
     keys = [key for key, _, _ in axes]
-    names, words = axis_names(keys), axes_words(keys)
+    names, words = axis_names(keys, others), axes_words(keys)
     return {
         name: Coordinate(
             values=np.asarray(values),

@@ -374,6 +374,12 @@ def _events(draft: Draft) -> Iterator[Problem]:
             yield Problem(
                 path, f'expected an end that is held, found "{event.breaks}", which is free'
             )
+    for name in draft.lines:
+        whole, _, number = name.rpartition("-")
+        cuts = sum(line == whole and not isinstance(place, str) for line, place in broken)
+        if cuts and number in map(str, range(1, cuts + 2)):
+            message = f'expected another name, found "{name}", a part of "{whole}" when that breaks'
+            yield Problem(("lines", name), message)
 
 
 def _tied(draft: Draft, end: str) -> bool:

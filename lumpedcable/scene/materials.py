@@ -23,6 +23,7 @@ from lumpedcable.scene.quantities import (
 from lumpedcable.scene.units import format_quantity
 
 _SAMPLES = 2001  # strains looked at between 0 and max_strain, both included
+_NOTHING = 1e-3  # of p1: a pull of a slack line that may be left out
 
 
 class _Law(Part):
@@ -111,7 +112,8 @@ class TanhMaterial(_Law):
         strain = np.linspace(0.0, -1.0, _SAMPLES)
         with np.errstate(all="ignore"):
             tension = self.curve(strain)
-        again = (tension > 0.0) & np.logical_or.accumulate(tension <= 0.0)
+        # what a fitted p5 just below 0 leaves is nothing
+        again = (tension > _NOTHING * abs(self.p1)) & np.logical_or.accumulate(tension <= 0.0)
         if np.any(again):
             at = int(np.argmax(again))
             yield Problem(

@@ -41,5 +41,6 @@ RESULTS = {
     if name not in _OF_THE_SOLVER
 }
 """Numbers of a run that a source may give, with their units; the measures of a scene are more."""
-TAKEN = frozenset({*SUMMARIES, "solver_steps", *RESULTS})
-"""Names of a run's own numbers, and of those that references give."""
+_OF_RUNS = ("run", "time", "case", "status", "status_time", "status_message", "written", "xyz")
+TAKEN = frozenset({*SUMMARIES, "solver_steps", *RESULTS, *_OF_RUNS})
+"""Names of a run's own numbers, of what tells runs and times apart, and of what references give."""

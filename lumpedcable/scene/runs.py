@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, overload
 
@@ -67,6 +67,21 @@ class Factor:
     def text(self, row: int) -> str:
         """Return a row for people: "events.break.time = 5 ms"."""
         return ", ".join(f"{axis.key} = {axis.text(row)}" for axis in self.axes)
+
+
+def distinct(factors: list[Factor]) -> list[Factor]:
+    """Return the factors with keys as labels where short labels would be the same."""
+    labels = [axis.label for factor in factors for axis in factor.axes]
+    return [
+        replace(
+            factor,
+            axes=tuple(
+                replace(axis, label=axis.key) if labels.count(axis.label) > 1 else axis
+                for axis in factor.axes
+            ),
+        )
+        for factor in factors
+    ]
 
 
 class Runs(Sequence[Scene]):

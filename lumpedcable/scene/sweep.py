@@ -16,9 +16,18 @@ from lumpedcable.scene.entries import DRAW, RANGE, Entry
 from lumpedcable.scene.labels import label_of
 from lumpedcable.scene.part import Path, Problem, did_you_mean, either
 from lumpedcable.scene.quantities import Count, Quantity, found
-from lumpedcable.scene.runs import Axis, Factor
+from lumpedcable.scene.runs import Axis, Factor, distinct
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.tree import Absent, Spot, is_broken, is_drawn, numeric, paths, spot_at
+from lumpedcable.scene.tree import (
+    Absent,
+    Spot,
+    is_broken,
+    is_drawn,
+    number_at,
+    numeric,
+    paths,
+    spot_at,
+)
 from lumpedcable.scene.validate import SECTIONS
 
 MAX_RUNS = 10_000_000
@@ -52,7 +61,7 @@ def read_factors(entries: Iterable[Entry], data: dict[str, Any]) -> Reading:
             and (entry.kind == "list" or not reader.problems[wrong:])
         ):
             factors.append(factor)
-    return Reading(_distinct(factors), reader.places, reader.problems)
+    return Reading(distinct(factors), reader.places, reader.problems)
 
 
 class _Reader:
@@ -92,16 +101,16 @@ class _Reader:
             kind = self._kind(key, first[0])
             if kind is None:
                 continue
-            own = spot_at(self.root, tuple(key.split(".")))
+            own = number_at(self.root, tuple(key.split(".")))
             values = []
             for i, cell in enumerate(cells):
                 place = (*entry.place, i, key) if cell is None else cell[0]
-                if cell is None and (own is None or own.value is Absent):
+                if cell is None and own is Absent:
                     self._tell(
                         place, f'expected "{key}" in every case or in the scene, found nothing'
                     )
                     continue
-                value = self._read(kind, place, own.value if cell is None else cell[1])  # type: ignore[union-attr]
+                value = self._read(kind, place, own if cell is None else cell[1])
                 values += [] if value is None else [value]
             if len(values) == len(cells):
                 axes.append(self._axis(key, values, kind))
@@ -378,18 +387,3 @@ def _is_swept(root: Spot, path: Path) -> bool:
         and numeric(spot) is not None
         and not is_drawn(root, path)
     )
-
-
-def _distinct(factors: list[Factor]) -> list[Factor]:
-    """Return the factors with keys as labels where short labels would be the same."""
-    labels = [axis.label for factor in factors for axis in factor.axes]
-    return [
-        replace(
-            factor,
-            axes=tuple(
-                replace(axis, label=axis.key) if labels.count(axis.label) > 1 else axis
-                for axis in factor.axes
-            ),
-        )
-        for factor in factors
-    ]

@@ -121,6 +121,19 @@ def spot_at(root: Spot, path: Path) -> Spot | None:
     return spot
 
 
+def number_at(root: Spot, path: Path) -> Any:
+    """Return the raw value at a path, or the number that its absence stands for; Absent without one."""
+    spot, parent = spot_at(root, path), spot_at(root, path[:-1])
+    if spot is None or parent is None or parent.value is Absent:
+        return Absent
+    if spot.value is not Absent:
+        return spot.value
+    kind = model(parent)
+    field = None if kind is None else kind.model_fields.get(str(path[-1]))
+    default = None if field is None else field.default
+    return default if isinstance(default, int | float) and not isinstance(default, bool) else Absent
+
+
 def is_drawn(root: Spot, path: Path) -> bool:
     """Whether nothing that is computed depends on a key."""
     parts = ((path[n], spot_at(root, path[:n])) for n in range(1, len(path)))

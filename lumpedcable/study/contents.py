@@ -202,7 +202,8 @@ class Contents:
         runs = self.study.runs
         if runs.axes:
             columns = runs.columns(self.runs)
-            found |= sweep_coordinates([(a.key, a.unit, columns[a.key]) for a in runs.axes])
+            swept = [(a.key, a.unit, columns[a.key]) for a in runs.axes]
+            found |= sweep_coordinates(swept, self.scene.measures)
         if runs.named:
             names = np.array([runs.name(int(run)) for run in self.runs], object)
             found["case"] = Coordinate(names, "1", "name of the case", ("run",))

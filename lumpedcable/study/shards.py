@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -24,6 +25,10 @@ __all__ = ["Share", "apart", "compute_shard", "open_study", "run_here", "show_al
 # shards under way at once in a process: while one is checked, brought to rest, summed up or written,
 # which is work of Python on one core, the other moves
 AT_ONCE = 2
+TURNS, WAIT = (
+    50,
+    0.1,
+)  # times (and s between them) that a process tries to write what others write too
 
 
 @dataclass(frozen=True)
@@ -67,15 +72,21 @@ def open_study(study: Study, path: Path, shard: int | None = None) -> tuple[Stud
 def show_all(folder: StudyFolder, laid: Laid) -> None:
     """Write the file that shows all shards as one; it says whether they are complete."""
     contents = Contents(laid, np.arange(folder.manifest.runs), exact=False)
-    missing = folder.missing()
-    try:
-        with contents.open(folder.view, folder.parts()) as writer:
-            writer.finish(complete=not missing)
-    except OutputError as error:
-        # one that is there says the same, or another process writes it now; but a full disk is told
-        # before anything is computed
-        if not folder.view.exists() or (missing and isinstance(error, DiskError)):
-            raise
+    for turn in range(TURNS):
+        missing = folder.missing()
+        try:
+            with contents.open(folder.view, folder.parts()) as writer:
+                writer.finish(complete=not missing)
+            return
+        except OutputError as error:
+            # a full disk is told before anything is computed; else another process that has begun on
+            # the same folder writes the file now, and may not know yet what is there
+            full = isinstance(error, DiskError)
+            if full and not missing and folder.view.exists():
+                return
+            if full or (turn == TURNS - 1 and not folder.view.exists()):
+                raise
+        time.sleep(WAIT)
 
 
 def compute_shard(

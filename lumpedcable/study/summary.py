@@ -23,6 +23,7 @@ from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
 from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
 from lumpedcable.status import MEANING, Status, advice_of
 from lumpedcable.study.account import Account, balance, statuses
+from lumpedcable.study.begins import begins_of, other_begins, source_of
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
@@ -252,9 +253,9 @@ def _recoil(
     lived, study = len(part.runs), contents.laid.study
     line = jax.tree.map(lambda x: np.asarray(x)[:lived], ready.model.lines[recoil.line])
     strain = at_end(line, np.asarray(line.reference_strain, float), recoil.node)
-    source = _source(part.structure.scene, recoil.line)
+    source = source_of(part.structure.scene, recoil.line)
     tension = _tensions(study, part, source, strain)
-    begins = _begins(study, part, recoil)
+    begins = begins_of(study, part, recoil)
     nan = np.full(lived, np.nan)
     numbers = dict.fromkeys(QUANTITIES, nan) | {"break_start": begins}
     begun = status != Status.STATICS_NOT_CONVERGED
@@ -269,6 +270,7 @@ def _recoil(
         # a far end that lost tension before the break lost it to something else
         rest = np.asarray(watch.rest, float)
         full = np.asarray(watch.loaded, float) >= (1.0 - ARRIVAL_DROP) * rest
+        full &= ~(other_begins(study, part, recoil) < arrival)
         felt = np.where(begun & full & ~(arrival >= when), arrival, nan) - begins
         numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
         with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement
@@ -318,32 +320,6 @@ def _tensions(
     return np.array([_curve(study.runs[int(r)], line)(np.asarray([e]))[0] for r, e in each])
 
 
-def _begins(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64]:
-    """When the break of a recoiling end begins in each run (s): its own, or the first at its joint.
-
-    From a body only the end goes that breaks there.
-    """
-    layout, scene = part.structure.layout, part.structure.scene
-    index, members = layout.joint_of(recoil.line, recoil.node), ((recoil.line, recoil.node),)
-    joint = None if index is None else layout.joints[index]
-    own = layout.event_at(recoil.line, recoil.node)
-    if joint is not None and (joint.body is None or own is None):
-        members = joint.members
-    events = [layout.event_at(*member) for member in members]
-    moved = study.runs.numbers(part.runs)
-    starts = [
-        np.broadcast_to(moved.get(f"events.{e}.start", scene.events[e].start), len(part.runs))
-        for e in events
-        if e is not None
-    ]
-    return np.min(starts, axis=0).astype(float)
-
-
-def _source(scene: Scene, piece: str) -> str:
-    """The scene's line that a piece belongs to: "rope" for "rope" and for "rope-2"."""
-    return piece if piece in scene.lines else piece.rpartition("-")[0]
-
-
 def _curve(scene: Scene, line: str) -> Callable[[ArrayLike], NDArray[np.float64]]:
     """The tension law of a line (N over strain) as a plain function, cut at zero where it is."""
     material = scene.materials[scene.lines[line].material]
@@ -368,7 +344,7 @@ def _exact(
     first = all(event.start >= begins for event in scene.events.values())
     if not tension > 0.0 or not first:
         return {}
-    source = _source(scene, recoil.line)
+    source = source_of(scene, recoil.line)
     length = part_length(line, k, recoil.node)
     try:
         wave = release_wave(_curve(scene, source), scene.lines[source].mass, tension0=tension)

@@ -206,6 +206,12 @@ def test_a_highline_opens_with_the_stage_that_it_looks_like(scene, first, known)
 # --- any scene -----------------------------------------------------------------------------------
 
 
+def test_a_number_beyond_all_floats_is_told(catenary):
+    for value in (10**400, float("inf"), True):
+        with pytest.raises(ValueError, match="expected a number, found"):
+            catenary.solve("scene", **{"lines.wire.length": value})
+
+
 def test_any_scene_has_its_own_numbers_as_sliders(catenary):
     own = next(m for m in catenary.head["models"] if m["key"] == "scene")
     keys = {c["key"]: (c["value"], c["unit"], c["factor"]) for c in own["controls"]}

@@ -223,6 +223,12 @@ def test_names_of_swept_keys_are_short_and_differ(keys, names):
     assert axis_names(keys) == names
 
 
+def test_names_of_swept_keys_leave_those_that_are_taken():
+    keys = ["lines.a.end.held.pretension", "break.time"]
+    assert axis_names(keys, {"held_pretension"}) == ["end_held_pretension", "break_time"]
+    assert list(sweep_coordinates([("gravity", "m/s2", [9.8])], {"gravity"})) == ["gravity_"]
+
+
 def test_sweep_coordinates_carry_key_unit_and_order():
     made = sweep_coordinates([("water.density", "kg/m3", [1.0]), ("solver.courant", "", [0.9])])
     assert list(made) == ["water_density", "solver_courant"]

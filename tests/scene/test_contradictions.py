@@ -45,7 +45,9 @@ def faults(folder, text, *sets):
     return [(fault.key, fault.message) for fault in caught.value.faults]
 
 
-@pytest.mark.parametrize("name", ["peak_tension", "energy_closure", "solver_steps", "reach"])
+@pytest.mark.parametrize(
+    "name", ["peak_tension", "energy_closure", "solver_steps", "reach", "run", "time"]
+)
 def test_a_measure_is_not_called_like_a_number_of_the_run(tmp_path, name):
     # /summary has one number of a name, and a reference means one of them
     ((key, message),) = faults(tmp_path, f'{LINE}[measures.{name}]\ntension = "rope@30 m"\n')
@@ -55,7 +57,24 @@ def test_a_measure_is_not_called_like_a_number_of_the_run(tmp_path, name):
 
 
 def test_the_names_that_are_taken_are_all_that_a_run_writes():
-    assert {*SUMMARIES, *QUANTITIES, "solver_steps"} == TAKEN
+    written = {"run", "time", "case", "status", "status_time", "status_message", "written", "xyz"}
+    assert {*SUMMARIES, *QUANTITIES, "solver_steps", *written} == TAKEN
+
+
+@pytest.mark.parametrize(
+    ("name", "clashes"), [("rope-1", True), ("rope-2", True), ("rope-3", False)]
+)
+def test_a_line_is_not_called_like_a_part_of_another(tmp_path, name, clashes):
+    # which would be one with it in the results
+    own = LINE[LINE.index("[lines.rope]") : LINE.index("[events.break]")].replace("rope", name)
+    assert read(tmp_path, LINE + own).scene
+    parted = LINE.replace('"rope.end"', '"rope@30 m"') + own
+    if not clashes:
+        assert read(tmp_path, parted).scene
+        return
+    ((key, message),) = faults(tmp_path, parted)
+    assert key == f"lines.{name}"
+    assert message == f'expected another name, found "{name}", a part of "rope" when that breaks'
 
 
 SHIP = LINE.replace('{ fixed = ["55 m", 0, 0] }', '"ship.bow"')

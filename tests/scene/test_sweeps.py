@@ -87,6 +87,15 @@ def test_cases_have_names_and_keys_of_their_own(tmp_path):
     assert seen == [(45e3, 60.0, 0.005), (180e3, 60.0, 0.005), (45e3, 80.0, 0.0)]
 
 
+def test_what_a_case_leaves_out_may_be_what_its_absence_stands_for(tmp_path):
+    start = "events.break.start"  # 0 if it is not given
+    study = study_of(
+        tmp_path,
+        f'[[sweep.cases]]\nname = "at once"\n[[sweep.cases]]\nname = "later"\n{start} = "2 ms"\n',
+    )
+    assert [r.events["break"].start for r in study.runs] == [0.0, 0.002]
+
+
 @pytest.mark.parametrize("method", ["random", "latin-hypercube", "sobol"])
 def test_draws_are_those_of_scipy_and_the_seed(tmp_path, method):
     sweep = f"""

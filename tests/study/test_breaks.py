@@ -204,6 +204,48 @@ def test_more_breaks_than_segments(tmp_path):
         run_text(tmp_path, text, "rope.segments=1")
 
 
+def test_two_breaks_at_one_node_are_named(tmp_path):
+    event = 'breaks = "rope@40 m"\ntime = "2 ms"\n'
+    text = HOOKE.replace('breaks = "rope.end"', 'breaks = "rope@42 m"') + f"[events.other]\n{event}"
+    with pytest.raises(SceneError, match='"other" and "break" break it at one node'):
+        run_text(tmp_path, text, "rope.segments=10")
+
+
+def test_the_far_end_feels_no_break_of_its_own(tmp_path):
+    # waves of 1000 m/s along 20 m; the part between the breaks is 6 m long
+    ran = run_text(
+        tmp_path,
+        """
+[materials.m]
+law = "linear"
+EA = "1 MN"
+[lines.rope]
+material = "m"
+length = 20
+segments = 40
+mass = 1
+start = { fixed = [0, 0, 0] }
+end = { fixed = [21, 0, 0] }
+[events.first]
+breaks = "rope@4 m"
+start = "3 ms"
+time = "0.5 ms"
+[events.second]
+breaks = "rope@10 m"
+start = "5 ms"
+time = "0.5 ms"
+[output]
+duration = "20 ms"
+every = "1 ms"
+""",
+    )
+    felt = {end: found["front_arrival"] for end, found in ran.outcomes[0].recoils.items()}
+    # a front is a segment wide, 0.5 ms
+    assert felt["rope-1.end"] == pytest.approx(4e-3, abs=5e-4)
+    # 6 ms away lies the other break, which begins after 2; and what comes later feels the first one
+    assert np.isnan([felt[end] for end in ("rope-2.start", "rope-2.end", "rope-3.start")]).all()
+
+
 def test_a_joint_that_everything_leaves(tmp_path):
     body = LATER["fixed end"][0].replace("end = { fixed = [105, 0, 0] }", 'end = "bob"')
     with pytest.raises(SceneError, match='end at body "bob" that does not break'):

@@ -135,6 +135,30 @@ def test_a_table_of_a_study_tells_of_a_damaged_shard(scene, tmp_path):
     assert f"{folder.name(1)} is damaged" in said.err
 
 
+def test_processes_that_begin_at_once_wait_for_the_file_that_shows_all(
+    scene, tmp_path, monkeypatch
+):
+    # another process has begun to write it, and ends after a few tries
+    study = load_study(scene)
+    prepare, tries = disk.prepare, []
+
+    def busy(target, partial, overwrite):
+        tries.append(target.name)
+        if tries.count("study.h5") <= 3:
+            raise errors.OutputError(f"cannot write {target}: another run is writing it")
+        prepare(target, partial, overwrite)
+
+    monkeypatch.setattr(disk, "prepare", busy)
+    monkeypatch.setattr(shards, "WAIT", 0.0)
+    folder, _ = open_study(study, tmp_path / "s", 4)
+    assert tries == ["study.h5"] * 4
+    assert folder.view.exists()
+    monkeypatch.setattr(shards, "TURNS", 2)
+    tries.clear()
+    with pytest.raises(errors.OutputError, match="another run is writing it"):
+        open_study(study, tmp_path / "t", 4)
+
+
 def test_a_folder_whose_shards_were_deleted_goes_on(scene, tmp_path):
     folder, _ = open_study(load_study(scene), tmp_path / "s", 4)
     (folder.path / "shards").rmdir()
