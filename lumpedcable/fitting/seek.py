@@ -12,6 +12,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from lumpedcable.fitting.arrays import Arrays, Spec
+from lumpedcable.fitting.bounds import with_slopes
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import penalised, unpacked
@@ -186,6 +187,7 @@ def settled(
         spec, arrays, found, lambda a, end: unpacked(spec, a, end.flat).steps,
         lambda end, a: once(end.z, a),
     )  # fmt: skip
+    found = with_slopes(spec, arrays, found)
     values = np.asarray(to_values(arrays.transform, found.z))
     loss = float(np.sum(found.residual**2))
     return Start(start, values, loss, steps, failed, bool(found.converged)), found, arrays

@@ -39,6 +39,16 @@ def bent(folder, more, bound="low = 0"):
     return fit_problem(written(folder, POLYNOMIAL, free, more).problem)
 
 
+def light(folder, strain, load, first, second='start = "40 N", low = "0 N"', more="", noise="20 N"):
+    """The fit of c0 e + c1 e^2 to tensions of some newtons."""
+    write_bench(folder, strain, load)
+    law = "[materials.nylon]\n" + POLYNOMIAL + "max_strain = 2.0\n"
+    scene = SCENE.replace(SCENE[: SCENE.index("[lines")], law)
+    keys = [f'"materials.nylon.coefficients.{k}"' for k in range(2)]
+    free = f"[free]\n{keys[0]} = {{ {first} }}\n{keys[1]} = {{ {second} }}\n"
+    return fit_of(folder, f'scene = "scene.toml"\n{free}{BENCH}noise = "{noise}"\n{more}', scene)
+
+
 @pytest.mark.parametrize("bound", ["low = 0", 'low = 0, high = "10 MN"'], ids=["one", "two"])
 def test_a_number_at_its_lower_bound_leaves_the_others_what_they_are(tmp_path, bound):
     fitted = with_profiles(bent(tmp_path, KNOWN, bound))
@@ -81,6 +91,21 @@ def test_a_number_at_its_upper_bound_has_a_profile_below_it(tmp_path):
     said = say(tmp_path, "fit", "fit.toml", "-o", "out")
     assert said.code == 0, said.err
     assert (tmp_path / "out" / "profiles.png").exists()
+
+
+@pytest.mark.parametrize("high", ["110 N", "110.5 N"])
+@pytest.mark.parametrize("low", ['low = "0 N", ', ""], ids=["two", "one"])
+def test_a_number_far_out_at_its_bound_has_the_spread_of_all_left_free(tmp_path, low, high):
+    # the search for it runs so far out that its own derivatives fade away: exp(-853)
+    strain = np.linspace(0.1, 1.0, 8)
+    load = np.array([-5.54, -1.02, 37.12, 68.78, 103.02, 104.07, 114.06, 134.3])
+    study = light(tmp_path, strain, load, f'start = "60 N", {low}high = "{high}"')
+    fitted = fit_problem(study.problem)
+    assert fitted.at_bound == (True, False)
+    matrix = np.stack([strain, strain**2], axis=1)
+    own = 20.0 * np.sqrt(np.linalg.inv(matrix.T @ matrix)[0, 0])
+    assert fitted.certainty.std[0] == pytest.approx(own, rel=1e-6)
+    assert contents_of(fitted)["parameters"][0]["std"] == pytest.approx(own, rel=1e-6)
 
 
 def test_a_profile_of_the_best_value_alone_is_not_drawn(tmp_path):
