@@ -1,4 +1,4 @@
-"""Numbers at their bounds: which are there, and what the data see of them."""
+"""Numbers at their bounds: which are there, what the data see of them, and whether they should stay."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import Found
 from lumpedcable.fitting.residual import value_and_jacobian
-from lumpedcable.fitting.transforms import before_bounds
+from lumpedcable.fitting.transforms import before_bounds, share_of
 from lumpedcable.study.compiled import RUN_ONCE
 
-__all__ = ["AT_BOUND", "at_bounds", "way_of", "with_slopes"]
+__all__ = ["AT_BOUND", "at_bounds", "falling", "inside", "way_of", "with_slopes"]
 
 Array = NDArray[np.float64]
 AT_BOUND = 1e-4  # share of the gap between bounds (or of the start) within which a value is at one
 UNFELT = 1e-2  # and change of all deviations together, over the noise, that the way to it may make
 EXACT = 1e-6  # noise, over the largest value, below which data without a given noise have none
+GAIN = 1e-5  # of the loss, which a search may leave where it ends
+SEEN = 1e-6  # share of a column of J that those of the others must leave of it
+INSIDE = 3.0  # |z| of a start off a bound: a twentieth of the way from it
 
 
 def way_of(p) -> float:
@@ -69,3 +72,37 @@ def with_slopes(spec: Spec, arrays: Arrays, found: Found) -> Found:
 @partial(jax.jit, static_argnames=("spec",), compiler_options=RUN_ONCE)
 def _slopes(spec: Spec, arrays: Arrays, z):
     return value_and_jacobian(spec, arrays, z)[2]
+
+
+def falling(problem: Problem, arrays: Arrays, found: Found) -> NDArray[np.bool_]:
+    """Numbers (p,) next to a bound, from which the loss falls inwards: no minimum has them there.
+
+    With J_k the derivatives of r by such a number and P what is left beside all J_j of numbers away
+    from their bounds, the sum of squares falls by (J_k' P r)^2/|P J_k|^2 where J is constant, the
+    others going along. The sign of J_k' P r tells whether it does so inwards.
+
+    Args:
+        problem, arrays: what was fitted.
+        found: where a search ended, `with_slopes`.
+    """
+    near = share_of(arrays.transform, found.z) < AT_BOUND
+    r, count = found.residual, found.z.size
+    if not np.any(near) or not (np.all(np.isfinite(r)) and np.all(np.isfinite(found.slope))):
+        return np.zeros(count, bool)
+    largest = np.max(np.abs(found.slope), axis=0)  # first, or squares would underflow
+    columns = found.slope / np.where(largest > 0.0, largest, 1.0)
+    norms = np.sqrt(np.sum(columns**2, axis=0))
+    columns = columns / np.where(norms > 0.0, norms, 1.0)
+    inner = columns[:, ~near]
+    own = columns - inner @ np.linalg.lstsq(inner, columns, rcond=None)[0]
+    square = np.sum(own**2, axis=0)
+    steep = own.T @ r
+    gain = np.where(square > SEEN**2, steep**2 / np.maximum(square, SEEN**2), 0.0)
+    least = (UNFELT * _noise(problem, r)) ** 2 + GAIN * float(np.sum(r**2))
+    # |z| grows towards every bound
+    return near & (steep * found.z > 0.0) & (gain > least)
+
+
+def inside(z: Array, which: NDArray[np.bool_]) -> Array:
+    """The same place with some numbers off their bounds."""
+    return np.where(which, np.sign(z) * INSIDE, z)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import Arrays, Spec, arrays_of, grouped
-from lumpedcable.fitting.bounds import at_bounds, way_of
+from lumpedcable.fitting.bounds import at_bounds, falling, way_of
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import REVERSE_FROM, Found
 from lumpedcable.fitting.outliers import Forgiven, deviations_of, forgiven, influence
@@ -43,7 +43,8 @@ class Fitted:
 
     predicted: the model's answer, one array a series. deviation (n,): (model - data) over the noise,
     or over the largest value where no noise was given. rough: by series, the largest change that a
-    coarser interpolation between outputs would make, 0 where none was needed.
+    coarser interpolation between outputs would make, 0 where none was needed. stalled: numbers at whose
+    bound the search ended though the loss falls inwards.
     """
 
     problem: Problem
@@ -60,6 +61,7 @@ class Fitted:
     seconds: float
     profiles: tuple[Profile, ...] = ()
     draws: Draws | None = None
+    stalled: tuple[bool, ...] = ()
 
     @property
     def starts(self) -> tuple[Start, ...]:
@@ -169,6 +171,7 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
     return Fitted(
         problem, values, certainty, criteria, predicted, deviation, rough, failures,
         tuple(map(bool, bound)), spec, sought, seconds,
+        stalled=tuple(map(bool, falling(problem, arrays, found) & found.converged)),
     )  # fmt: skip
 
 
