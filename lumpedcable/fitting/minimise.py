@@ -39,7 +39,8 @@ class Found(NamedTuple):
 
     `steps` are evaluations of the model, each with its derivatives; in `failed` runs of the scene
     the run failed (-1: not counted). `residual` (n,) is what was squared, `slope` (n, p) its
-    derivatives by z, `flat` the model's answer, all at the end.
+    derivatives by z (once a search is over, at `before_bounds`), `flat` the model's answer, all at the
+    end.
     """
 
     z: Float[Any, " p"]

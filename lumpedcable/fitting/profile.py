@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from lumpedcable.fitting.bounds import AT_BOUND, way_of
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import unpacked
-from lumpedcable.fitting.run import AT_BOUND, Fitted, way_of
+from lumpedcable.fitting.run import Fitted
 from lumpedcable.fitting.transforms import to_unbounded
 from lumpedcable.fitting.uncertainty import Profile, reach_of
 from lumpedcable.status import Status

@@ -33,11 +33,10 @@ WIDE = 140  # columns where no terminal says how many there are
 UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
 MOST_ROWS = 30
-MIXED, FEW = (
-    1.02,
-    100,
-)  # R-hat from which chains disagree; independent draws below which they are few
+# R-hat from which chains disagree; independent draws below which they are few
+MIXED, FEW = 1.02, 100
 MOST_NUMBERS = 5
+OTHER_STARTS = "give other starts, or more of them (method.starts)"
 
 
 def console_of() -> Console:
@@ -151,13 +150,18 @@ def remarks_of(fitted: Fitted) -> list[str]:
     """Plain words: how well the data are met, what failed, and what cannot be told apart."""
     problem, certainty = fitted.problem, fitted.certainty
     said = [_quality(fitted)]
-    if not fitted.converged and not fitted.failures:
+    names = [p.label for p in problem.parameters]
+    if any(fitted.stalled):
+        stalled = ", ".join(np.array(names)[np.array(fitted.stalled)])
+        said.append(
+            f"Ended at a bound from which the loss falls inwards: {stalled}; {OTHER_STARTS}."
+        )
+    elif not fitted.converged and not fitted.failures:
         said.append(
             "The search did not come to its end: raise method.max_steps, or give better starts."
         )
     for name, status in fitted.failures:
         said.append(f"Without an answer at the values found: {failure_text(name, status)}.")
-    names = [p.label for p in problem.parameters]
     held = [name for name, at_bound in zip(names, fitted.at_bound, strict=True) if at_bound]
     if held and len(held) < len(names):
         said.append(f"Held at its bound for the intervals of the others: {', '.join(held)}.")
@@ -194,10 +198,7 @@ def _of_profile(fitted: Fitted, profile: Profile) -> list[str]:
     """What is to be said of a profile: a better fit on the way, runs that fail."""
     said, p = [], fitted.problem.parameters[profile.parameter]
     if profile.better:
-        said.append(
-            f"The profile of {p.label} passes a better fit than this one: give other starts, or more "
-            "of them (method.starts)."
-        )
+        said.append(f"The profile of {p.label} passes a better fit than this one: {OTHER_STARTS}.")
     for failed, word, end in zip(profile.failed, ("below", "above"), (0, -1), strict=True):
         if failed:
             said.append(

@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 from lumpedcable.fitting.arrays import Arrays, GroupArrays, Spec, TableArrays, arrays_of
+from lumpedcable.fitting.bounds import falling, with_slopes
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import Found, searches
 from lumpedcable.fitting.profile import flagged, with_profiles
@@ -68,11 +69,12 @@ def _together(problems: Mapping[str, Problem], made: Mapping[str, Setting]) -> d
     for k, (name, problem) in enumerate(problems.items()):
         begun = clock.perf_counter()
         mine, own = (jax.tree.map(lambda leaf, k=k: leaf[k], tree) for tree in (found, arrays))
+        mine = with_slopes(spec, own, mine)
         start = np.array([p.start for p in problem.parameters])
         values = np.asarray(to_values(own.transform, mine.z))
         one = Start(
             start, values, float(np.sum(mine.residual**2)), int(mine.steps), int(mine.failed),
-            bool(mine.converged),
+            bool(mine.converged) and not np.any(falling(problem, own, mine)),
         )  # fmt: skip
         sought = Sought((one,), mine, own, 0)
         if problem.method.starts is not None or bad_end(problem, spec, sought):

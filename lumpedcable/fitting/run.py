@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import Arrays, Spec, arrays_of, grouped
+from lumpedcable.fitting.bounds import at_bounds, falling, way_of
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import REVERSE_FROM, Found
 from lumpedcable.fitting.outliers import Forgiven, deviations_of, forgiven, influence
@@ -30,12 +31,9 @@ from lumpedcable.scene import Fault, Scene, SceneError
 from lumpedcable.scene.units import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of", "way_of"]
+__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of"]
 
 Array = NDArray[np.float64]
-AT_BOUND = 1e-4  # share of the gap between bounds (or of the start) within which a value is at one
-UNFELT = 1e-2  # and change of all deviations together, over the noise, that the way to it may make
-EXACT = 1e-6  # noise, over the largest value, below which data without a given noise have none
 SPARE = 1.25  # steps beyond those needed at the start, where reverse mode fixes their number
 
 
@@ -45,7 +43,8 @@ class Fitted:
 
     predicted: the model's answer, one array a series. deviation (n,): (model - data) over the noise,
     or over the largest value where no noise was given. rough: by series, the largest change that a
-    coarser interpolation between outputs would make, 0 where none was needed.
+    coarser interpolation between outputs would make, 0 where none was needed. stalled: numbers at whose
+    bound the search ended though the loss falls inwards.
     """
 
     problem: Problem
@@ -62,6 +61,7 @@ class Fitted:
     seconds: float
     profiles: tuple[Profile, ...] = ()
     draws: Draws | None = None
+    stalled: tuple[bool, ...] = ()
 
     @property
     def starts(self) -> tuple[Start, ...]:
@@ -151,7 +151,7 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
     with np.errstate(over="ignore", invalid="ignore"):
         if spec.loss != "squares" and np.isfinite(np.sum(rows**2)):
             rows, loss = _as_forgiven(spec, arrays, rows, left)
-    bound = _at_bounds(problem, values, rows, left)
+    bound = at_bounds(problem, values, rows, left)
     sizes = np.array([_size(*one) for one in zip(problem.parameters, values, bound, strict=True)])
     with np.errstate(over="ignore", invalid="ignore"):
         shares = np.sum((rows * sizes) ** 2)
@@ -171,6 +171,7 @@ def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) ->
     return Fitted(
         problem, values, certainty, criteria, predicted, deviation, rough, failures,
         tuple(map(bool, bound)), spec, sought, seconds,
+        stalled=tuple(map(bool, falling(problem, arrays, found) & found.converged)),
     )  # fmt: skip
 
 
@@ -211,37 +212,14 @@ def _size(p, x: float, at_bound: bool) -> float:
     return gap if np.isfinite(gap) else 1.0
 
 
-def way_of(p) -> float:
-    """The gap between a parameter's bounds, or how far from its only one it began; else its start."""
-    if np.isfinite(p.high - p.low):
-        return p.high - p.low
-    ways = [abs(p.start - edge) for edge in (p.low, p.high) if np.isfinite(edge)]
-    return ways[0] if ways else abs(p.start) or 1.0
-
-
-def _at_bounds(problem: Problem, values: Array, slope: Array, left: Array) -> NDArray[np.bool_]:
-    """Whether each value is at a bound: near it for the search, and for the data as good as on it.
-
-    A start far from a bound alone says nothing of how near the end is to it; what the data see of
-    the way to it, |J_k| d over the noise, does.
-    """
-    low, high = (np.array([getattr(p, key) for p in problem.parameters]) for key in ("low", "high"))
-    near = np.minimum(values - low, high - values)
-    free = max(problem.points - values.size, 1)
-    with np.errstate(invalid="ignore", over="ignore"):  # told by `fitted_from`
-        noise = 1.0 if problem.known_noise else max(np.sqrt(np.sum(left**2) / free), EXACT)
-        felt = near * np.sqrt(np.sum(slope**2, axis=0))
-    ways = np.array([way_of(p) for p in problem.parameters])
-    return (near < AT_BOUND * ways) & (felt < UNFELT * noise)
-
-
 def slopes_of(arrays: Arrays, found: Found) -> Array:
     """Derivatives (n, p) of the rows that were squared by the parameters in SI.
 
-    Of a value that is its bound to rounding nothing is known: zero.
+    Args:
+        arrays: what was fitted.
+        found: where a search ended, `with_slopes`.
     """
-    change = slope_at(arrays.transform, found.z)
-    return found.slope / np.where(change != 0.0, change, np.inf)
+    return found.slope / slope_at(arrays.transform, found.z)
 
 
 def _data_rows(arrays: Arrays) -> int:

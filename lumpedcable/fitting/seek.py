@@ -12,6 +12,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from lumpedcable.fitting.arrays import Arrays, Spec
+from lumpedcable.fitting.bounds import falling, inside, with_slopes
 from lumpedcable.fitting.data import Problem
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import penalised, unpacked
@@ -182,13 +183,26 @@ def settled(
         return found
 
     found = _nudged(problem, once, once(z, arrays), arrays)
+    found = _off_bounds(problem, spec, once, found, arrays)
     found, arrays = at_own_steps(
         spec, arrays, found, lambda a, end: unpacked(spec, a, end.flat).steps,
         lambda end, a: once(end.z, a),
     )  # fmt: skip
+    found = with_slopes(spec, arrays, found)
     values = np.asarray(to_values(arrays.transform, found.z))
     loss = float(np.sum(found.residual**2))
-    return Start(start, values, loss, steps, failed, bool(found.converged)), found, arrays
+    converged = bool(found.converged) and not np.any(falling(problem, arrays, found))
+    return Start(start, values, loss, steps, failed, converged), found, arrays
+
+
+def _off_bounds(problem: Problem, spec: Spec, once, found: Found, arrays: Arrays) -> Found:
+    """A search that ran to a bound from which the loss falls inwards goes on from off that bound."""
+    found = with_slopes(spec, arrays, found)
+    falls = falling(problem, arrays, found)
+    if not (found.converged and np.any(falls)):
+        return found
+    other = once(inside(found.z, falls), arrays)
+    return other if np.sum(other.residual**2) < np.sum(found.residual**2) else found
 
 
 def at_own_steps(

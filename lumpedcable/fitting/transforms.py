@@ -12,7 +12,18 @@ from jaxtyping import Float
 
 from lumpedcable.fitting.parameters import Parameter
 
-__all__ = ["Transform", "slope_at", "to_unbounded", "to_values", "transform_of"]
+__all__ = [
+    "Transform",
+    "before_bounds",
+    "share_of",
+    "slope_at",
+    "to_unbounded",
+    "to_values",
+    "transform_of",
+]
+
+FAR = 40.0
+"""|z| towards a bound beyond which x is the bound to rounding: exp(-40) = 4e-18 of the scale away."""
 
 
 class Transform(NamedTuple):
@@ -72,11 +83,26 @@ def to_unbounded(t: Transform, x: np.ndarray) -> np.ndarray:
     return np.where(t.has_low | t.has_high, bounded, x / t.scale)
 
 
-def slope_at(t: Transform, z: np.ndarray) -> np.ndarray:
-    """dx/dz."""
+def before_bounds(t: Transform, z: np.ndarray) -> np.ndarray:
+    """z, but no further out than `FAR` towards a bound: the same x to rounding."""
+    z = np.asarray(z, float)
+    out = np.where(t.has_low & t.has_high, FAR, np.inf)
+    return np.where(t.has_low | t.has_high, np.clip(z, -FAR, out), z)
+
+
+def share_of(t: Transform, z: np.ndarray) -> np.ndarray:
+    """How far x is from its nearest bound, over the scale; inf without bounds."""
     z = np.clip(np.asarray(z, float), -700.0, 700.0)
-    share = 1.0 / (1.0 + np.exp(np.abs(z)))
-    with np.errstate(over="ignore"):  # of what is not used
-        one = np.where(t.has_low, t.scale, -t.scale) * np.exp(z)
-    bounded = np.where(t.has_low & t.has_high, t.scale * share * (1.0 - share), one)
+    both = 1.0 / (1.0 + np.exp(np.abs(z)))
+    bounded = np.where(t.has_low & t.has_high, both, np.exp(z))
+    return np.where(t.has_low | t.has_high, bounded, np.inf)
+
+
+def slope_at(t: Transform, z: np.ndarray) -> np.ndarray:
+    """dx/dz at `before_bounds`."""
+    z = before_bounds(t, z)
+    share = share_of(t, z)
+    with np.errstate(invalid="ignore"):  # of what is not used
+        one = np.where(t.has_low, t.scale, -t.scale) * share
+        bounded = np.where(t.has_low & t.has_high, t.scale * share * (1.0 - share), one)
     return np.where(t.has_low | t.has_high, bounded, t.scale)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_line import say
 from fit_files import BENCH, SCENE, fit_of, write_bench
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize
 
 from lumpedcable.fitting.profile import flagged, with_profiles
 from lumpedcable.fitting.report import contents_of, remarks_of
@@ -23,6 +23,7 @@ KNOWN = 'noise = "1 kN"\n'
 NORMAL = 1.959964
 POLYNOMIAL = 'law = "polynomial"\ncoefficients = ["400 kN", "200 kN"]\n'
 LINEAR = 'law = "linear"\nEA = "400 kN"\n'
+TOO_LOW = '"materials.nylon.EA" = { high = "490 kN" }'
 
 
 def written(folder, law, free, more=KNOWN, rows=4):
@@ -37,6 +38,16 @@ def bent(folder, more, bound="low = 0"):
     keys = [f'"materials.nylon.coefficients.{k}"' for k in range(2)]
     free = f"{keys[0]} = {{}}\n{keys[1]} = {{ {bound} }}"
     return fit_problem(written(folder, POLYNOMIAL, free, more).problem)
+
+
+def light(folder, strain, load, first, second='start = "40 N", low = "0 N"', more="", noise="20 N"):
+    """The fit of c0 e + c1 e^2 to tensions of some newtons."""
+    write_bench(folder, strain, load)
+    law = "[materials.nylon]\n" + POLYNOMIAL + "max_strain = 2.0\n"
+    scene = SCENE.replace(SCENE[: SCENE.index("[lines")], law)
+    keys = [f'"materials.nylon.coefficients.{k}"' for k in range(2)]
+    free = f"[free]\n{keys[0]} = {{ {first} }}\n{keys[1]} = {{ {second} }}\n"
+    return fit_of(folder, f'scene = "scene.toml"\n{free}{BENCH}noise = "{noise}"\n{more}', scene)
 
 
 @pytest.mark.parametrize("bound", ["low = 0", 'low = 0, high = "10 MN"'], ids=["one", "two"])
@@ -67,7 +78,7 @@ def test_a_number_at_its_lower_bound_leaves_the_others_what_they_are(tmp_path, b
 
 
 def test_a_number_at_its_upper_bound_has_a_profile_below_it(tmp_path):
-    study = written(tmp_path, LINEAR, '"materials.nylon.EA" = { high = "490 kN" }')
+    study = written(tmp_path, LINEAR, TOO_LOW)
     fitted = with_profiles(fit_problem(study.problem))
     assert fitted.at_bound == (True,)
     square = STRAIN @ STRAIN
@@ -81,6 +92,91 @@ def test_a_number_at_its_upper_bound_has_a_profile_below_it(tmp_path):
     said = say(tmp_path, "fit", "fit.toml", "-o", "out")
     assert said.code == 0, said.err
     assert (tmp_path / "out" / "profiles.png").exists()
+
+
+@pytest.mark.parametrize("high", ["110 N", "110.5 N"])
+@pytest.mark.parametrize("low", ['low = "0 N", ', ""], ids=["two", "one"])
+def test_a_number_far_out_at_its_bound_has_the_spread_of_all_left_free(tmp_path, low, high):
+    # the search for it runs so far out that its own derivatives fade away: exp(-853)
+    strain = np.linspace(0.1, 1.0, 8)
+    load = np.array([-5.54, -1.02, 37.12, 68.78, 103.02, 104.07, 114.06, 134.3])
+    study = light(tmp_path, strain, load, f'start = "60 N", {low}high = "{high}"')
+    fitted = fit_problem(study.problem)
+    assert fitted.at_bound == (True, False)
+    matrix = np.stack([strain, strain**2], axis=1)
+    own = 20.0 * np.sqrt(np.linalg.inv(matrix.T @ matrix)[0, 0])
+    assert fitted.certainty.std[0] == pytest.approx(own, rel=1e-6)
+    assert contents_of(fitted)["parameters"][0]["std"] == pytest.approx(own, rel=1e-6)
+
+
+SPREAD_STRAIN = np.linspace(0.1, 1.0, 12)
+SPREAD = [
+    92.52882440508608, 2.5133623194058075, 29.00188104703636, 28.88013695976739, 125.5624909602109,
+    58.987710362272736, 69.41645306053708, 95.43461114981389, 183.29062788405287, 112.71725766760783,
+    138.06745264573644, 158.29855307061325,
+]  # fmt: skip
+SPREAD = np.array(SPREAD)
+FIRST, AWAY, CAUCHY = (
+    'start = "60 N"',
+    'start = "40 N", high = "100 N"',
+    '[method]\nloss = "cauchy"\n',
+)
+
+
+def spread(folder, more=""):
+    """Both coefficients of values so spread that a search for them comes to a bound on its way."""
+    return light(folder, SPREAD_STRAIN, SPREAD, FIRST, AWAY, CAUCHY + more, "10 N")
+
+
+def inner_minimum():
+    """Where the cauchy loss is least, and how large, by a search without derivatives or bounds."""
+
+    def loss(c):
+        r = (c[0] * SPREAD_STRAIN + c[1] * SPREAD_STRAIN**2 - SPREAD) / 10.0
+        return 1.5**2 * np.sum(np.log1p((r / 1.5) ** 2))
+
+    end = minimize(
+        loss, (60.0, 80.0), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-13}
+    )
+    assert end.x[1] < 95.0  # and so between the bounds
+    return end
+
+
+def test_a_search_that_stalls_at_a_bound_goes_on_to_the_minimum_inside(tmp_path):
+    best = inner_minimum()
+    fitted = fit_problem(spread(tmp_path).problem)
+    assert fitted.values == pytest.approx(best.x, rel=1e-4)
+    assert fitted.loss == pytest.approx(best.fun, rel=1e-8)
+    assert fitted.converged
+    assert fitted.at_bound == (False, False)
+
+
+def test_so_does_that_of_one_of_many_ropes(tmp_path):
+    best = inner_minimum()
+    spread(tmp_path)
+    write_bench(tmp_path, SPREAD_STRAIN, SPREAD, "wide.csv")
+    write_bench(tmp_path, SPREAD_STRAIN, 60.0 * SPREAD_STRAIN + 50.0 * SPREAD_STRAIN**2, "even.csv")
+    text = (tmp_path / "fit.toml").read_text().replace("bench.csv", "{rope}.csv")
+    text = text.replace("[free]", 'ropes = ["wide", "even"]\n[free]', 1)
+    fits = fit_ropes(fit_of(tmp_path, text, (tmp_path / "scene.toml").read_text()).ropes)
+    assert fits["wide"].values == pytest.approx(best.x, rel=1e-4)
+    assert fits["wide"].converged
+    assert fits["even"].values == pytest.approx([60.0, 50.0], rel=1e-6)
+
+
+def test_a_search_that_stays_at_such_a_bound_has_not_converged_and_says_so(tmp_path, monkeypatch):
+    # without the second search, which finds the way on
+    monkeypatch.setattr(
+        "lumpedcable.fitting.seek._off_bounds", lambda problem, spec, once, found, arrays: found
+    )
+    fitted = fit_problem(spread(tmp_path, "starts = 1\n").problem)
+    assert fitted.stalled == (False, True)
+    assert not fitted.converged
+    told = "Ended at a bound from which the loss falls inwards: nylon coefficients 1; give other starts"
+    assert sum(words.startswith(told) for words in remarks_of(fitted)) == 1
+    assert contents_of(fitted)["status"] == "not converged"
+    # a bound that holds is none of these
+    assert fit_problem(written(tmp_path, LINEAR, TOO_LOW).problem).stalled == (False,)
 
 
 def test_a_profile_of_the_best_value_alone_is_not_drawn(tmp_path):
