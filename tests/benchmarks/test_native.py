@@ -29,6 +29,14 @@ def test_engine_and_c_agree(engine, flags):
     assert np.all(run.peak_speed >= np.max(np.abs(found.velocity)) * (1.0 - 1e-9))
 
 
+def test_the_process_keeps_its_denormal_numbers(engine):
+    _, numbers, strain, _ = engine
+    go(numbers, np.array([strain]), np.array([450e3]), 50, 10, 1e-5, flags="fast")
+    smallest = np.array([np.finfo(float).tiny])
+    assert (smallest / 2.0)[0] > 0.0
+    assert float("1e-320") > 0.0
+
+
 def test_another_line_would_be_found(engine):
     runner, numbers, strain, found = engine
     steps, dt = runner.steps * runner.count, runner.every / runner.steps
