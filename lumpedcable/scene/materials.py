@@ -23,7 +23,6 @@ from lumpedcable.scene.quantities import (
 from lumpedcable.scene.units import format_quantity
 
 _SAMPLES = 2001  # strains looked at between 0 and max_strain, both included
-_NOTHING = 1e-3  # of p1: a pull of a slack line that may be left out
 
 
 class _Law(Part):
@@ -103,24 +102,6 @@ class TanhMaterial(_Law):
     def curve(self, strain: np.ndarray) -> np.ndarray:
         """Return p1 tanh(p2 e + p3) + p4 + p5 e in N."""
         return self.p1 * np.tanh(self.p2 * strain + self.p3) + self.p4 + self.p5 * strain
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield a fault where a line that cannot push would pull again when it is slack."""
-        yield from super().problems()
-        if not self.tension_only:
-            return
-        strain = np.linspace(0.0, -1.0, _SAMPLES)
-        with np.errstate(all="ignore"):
-            tension = self.curve(strain)
-        # what a fitted p5 just below 0 leaves is nothing
-        again = (tension > _NOTHING * abs(self.p1)) & np.logical_or.accumulate(tension <= 0.0)
-        if np.any(again):
-            at = int(np.argmax(again))
-            yield Problem(
-                ("p5",),
-                "expected no tension in a slack line with tension_only, found "
-                f"{format_quantity(tension[at], 'N')} at strain {strain[at]:.3g}",
-            )
 
 
 class PolynomialMaterial(_Law):

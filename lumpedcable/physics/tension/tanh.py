@@ -18,6 +18,7 @@ class Tanh(AbstractTensionLaw):
     e = -p3 / p2 and softens beyond. T(0) = p1 tanh(p3) + p4 is small but not exactly zero.
     """
 
+    # with p5 < 0 only down to strains of some -0.4, shorter than lines that are slack become
     stays_slack: ClassVar[bool] = True
 
     p1: Float[Array, ""]
