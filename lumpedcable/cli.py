@@ -78,9 +78,10 @@ def run(
 
             outcomes, clock = run_with_progress(study, target, stopped)
     except KeyboardInterrupt:
+        from lumpedcable.results.schema import partial_of
         from lumpedcable.results.target import followed
 
-        partial = followed(target).with_name(followed(target).name + ".partial")
+        partial = partial_of(followed(target))
         kept = f"; what was finished is in {partial}" if partial.exists() else ""
         interrupted(f"interrupted{kept}")
     if study.scene.output.static:

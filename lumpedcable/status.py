@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-__all__ = ["ADVICE", "MEANING", "SIGNS", "PlatformError", "Status", "advice_of"]
+__all__ = ["ADVICE", "MEANING", "SIGNS", "PlatformError", "Status", "advice_of", "remark_of"]
 
 
 class PlatformError(Exception):
@@ -101,3 +101,9 @@ def advice_of(status: Status, step_given: bool) -> str:
     if step_given:
         return told.replace(_ON_BEDS, "").replace("solver.courant", "solver.step")
     return told
+
+
+def remark_of(message: str) -> str:
+    """What the message of a run that went well says beside that; "" of nothing, and of other runs."""
+    well, _, remark = message.partition("; ")
+    return remark if well == MEANING[Status.OK] else ""

@@ -10,10 +10,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Values = NDArray[Any]
-"""Array of float64, or of complex128 where derivatives are carried."""
+from .checks import Values
 
 STEP = 1e-30
 """Size of the complex step."""

@@ -45,7 +45,7 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
         line = result.line(name)
         if not line.has("position"):
             continue
-        count = int(np.isfinite(line.unstretched_position(run)).sum())
+        count = line.node_count(run)
         position = line.position(run)[:, :count]
         if not np.isfinite(position).any():
             raise ResultError(

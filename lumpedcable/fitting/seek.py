@@ -183,12 +183,11 @@ def settled(
         return found
 
     found = _nudged(problem, once, once(z, arrays), arrays)
-    found = _off_bounds(problem, spec, once, found, arrays)
+    found = _off_bounds(problem, spec, once, with_slopes(spec, arrays, found), arrays)
     found, arrays = at_own_steps(
         spec, arrays, found, lambda a, end: unpacked(spec, a, end.flat).steps,
-        lambda end, a: once(end.z, a),
+        lambda end, a: with_slopes(spec, a, once(end.z, a)),
     )  # fmt: skip
-    found = with_slopes(spec, arrays, found)
     values = np.asarray(to_values(arrays.transform, found.z))
     loss = float(np.sum(found.residual**2))
     converged = bool(found.converged) and not np.any(falling(problem, arrays, found))
@@ -197,11 +196,10 @@ def settled(
 
 def _off_bounds(problem: Problem, spec: Spec, once, found: Found, arrays: Arrays) -> Found:
     """A search that ran to a bound from which the loss falls inwards goes on from off that bound."""
-    found = with_slopes(spec, arrays, found)
     falls = falling(problem, arrays, found)
     if not (found.converged and np.any(falls)):
         return found
-    other = once(inside(found.z, falls), arrays)
+    other = with_slopes(spec, arrays, once(inside(found.z, falls), arrays))
     return other if np.sum(other.residual**2) < np.sum(found.residual**2) else found
 
 

@@ -56,8 +56,8 @@ def beside_lines(result: ResultFile, run: int) -> Beside:
     drawn = [name for name in result.lines if result.line(name).has("position")]
     for point in points_apart(surroundings(scene)["points"], drawn, ways):
         line = result.line(point["line"])
-        count = int(np.isfinite(line.unstretched_position(run)).sum())
-        found.balls.append(line.position(run)[:, count - 1 if point["at_end"] else 0])
+        node = line.node_count(run) - 1 if point["at_end"] else 0
+        found.balls.append(line.position(run)[:, node])
     return found
 
 

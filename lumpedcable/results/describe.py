@@ -10,6 +10,7 @@ import numpy as np
 from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity, size
 from lumpedcable.results.reader import OK, Axis, ResultFile, open_result
+from lumpedcable.status import remark_of
 
 _FAILURES_SHOWN = 10
 
@@ -146,15 +147,10 @@ def _failures(result: ResultFile) -> list[tuple[str, str]]:
 
 
 def _remarks(result: ResultFile) -> list[tuple[str, str]]:
-    """What is to be said of runs that went well: "ok; ..."."""
-    told = zip(result.status, result.status_message, strict=True)
-    said = {
-        run: words for run, (word, words) in enumerate(told) if word == OK and words not in ("", OK)
-    }
-    rows = [
-        (f"run {run}", words.removeprefix(f"{OK}; "))
-        for run, words in list(said.items())[:_FAILURES_SHOWN]
-    ]
+    """What is to be said of runs that went well."""
+    every = enumerate(map(remark_of, result.status_message))
+    said = [(f"run {run}", remark) for run, remark in every if remark]
+    rows = said[:_FAILURES_SHOWN]
     if len(said) > _FAILURES_SHOWN:
         rows.append(("", f"and {len(said) - _FAILURES_SHOWN} more runs with such a remark"))
     return rows

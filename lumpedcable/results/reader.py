@@ -17,7 +17,7 @@ from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError, check_known
 from lumpedcable.results.folder import StudyFolder, is_study_folder
 from lumpedcable.results.joined import damaged
-from lumpedcable.results.schema import PARTIAL_SUFFIX, axes_words, check_version
+from lumpedcable.results.schema import axes_words, check_version, partial_of
 from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
@@ -42,6 +42,10 @@ class LineData:
     def nodes(self) -> int:
         """Number of nodes, the largest where runs differ."""
         return _dataset(self._group, "node").shape[0]
+
+    def node_count(self, run: int) -> int:
+        """Number of nodes that a run has; the rest of the arrays is padding."""
+        return int(np.isfinite(self.unstretched_position(run)).sum())
 
     @property
     def fields(self) -> list[str]:
@@ -352,7 +356,7 @@ def open_result(path: str | Path) -> ResultFile:
         if path.is_dir():
             raise ResultError(f"{path} is a folder, expected a results file (*.h5)")
         if not path.exists():
-            partial = path.with_name(path.name + PARTIAL_SUFFIX)
+            partial = partial_of(path)
             hint = f"; there is an unfinished {partial.name} beside it" if partial.exists() else ""
             raise ResultError(f"no such file: {path}{hint}")
         # no lock: a file still being written must be readable, and its structure is fixed

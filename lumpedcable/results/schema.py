@@ -117,6 +117,11 @@ class Coordinate:
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
+def partial_of(target: Path) -> Path:
+    """Where a results file is written until it is whole."""
+    return target.with_name(target.name + PARTIAL_SUFFIX)
+
+
 def check_version(path: Path, version: str) -> None:
     """Refuse a file without a layout version, or with one newer than is known (ResultError)."""
     if not version:

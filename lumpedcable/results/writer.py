@@ -26,13 +26,13 @@ from lumpedcable.results import disk
 from lumpedcable.results.errors import OutputError
 from lumpedcable.results.joined import joined
 from lumpedcable.results.schema import (
-    PARTIAL_SUFFIX,
     SCHEMA_VERSION,
     Coordinate,
     Variable,
     as_dataset,
     attribute,
     group_of,
+    partial_of,
     resolve,
 )
 from lumpedcable.results.target import followed
@@ -77,7 +77,7 @@ class ResultWriter:
     ) -> None:
         # references are looked for beside the file that has them
         self.target: Path = Path(target) if parts else followed(Path(target))
-        self.partial: Path = self.target.with_name(self.target.name + PARTIAL_SUFFIX)
+        self.partial: Path = partial_of(self.target)
         self._dims = dict(dims)
         self._variables = {variable.path: variable for variable in variables}
         self._flushed, self._parts = False, tuple(parts)

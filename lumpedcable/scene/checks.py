@@ -7,6 +7,7 @@ so that one mistake is told once.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
@@ -374,12 +375,14 @@ def _events(draft: Draft) -> Iterator[Problem]:
             yield Problem(
                 path, f'expected an end that is held, found "{event.breaks}", which is free'
             )
-    for name in draft.lines:
-        whole, _, number = name.rpartition("-")
-        cuts = sum(line == whole and not isinstance(place, str) for line, place in broken)
-        if cuts and number in map(str, range(1, cuts + 2)):
-            message = f'expected another name, found "{name}", a part of "{whole}" when that breaks'
-            yield Problem(("lines", name), message)
+    cuts = Counter(line for line, place in broken if not isinstance(place, str))
+    for whole, count in cuts.items():
+        for name in (f"{whole}-{k + 1}" for k in range(count + 1)):
+            if name in draft.lines:
+                message = (
+                    f'expected another name, found "{name}", a part of "{whole}" when that breaks'
+                )
+                yield Problem(("lines", name), message)
 
 
 def _tied(draft: Draft, end: str) -> bool:

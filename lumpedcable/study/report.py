@@ -14,7 +14,7 @@ from rich.text import Text
 
 from lumpedcable.results.human import scale
 from lumpedcable.scene import Axis, Study, format_quantity
-from lumpedcable.status import MEANING, Status
+from lumpedcable.status import Status, remark_of
 from lumpedcable.study.run import Timings, run_study
 from lumpedcable.study.summary import EXACT, Outcome
 
@@ -226,11 +226,10 @@ def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) 
 
 def _remarks(console: Console, outcomes: Sequence[Outcome]) -> None:
     """What is to be said of runs that went well."""
-    plain = MEANING[Status.OK]
-    said = [o for o in outcomes if o.status is Status.OK and o.message != plain]
-    for outcome in said[:MOST_FAILURES]:
-        words = outcome.message.removeprefix(f"{plain}; ")
-        console.print(Text(f"run {outcome.run}: {words}", "dim"))
+    every = [(outcome.run, remark_of(outcome.message)) for outcome in outcomes]
+    said = [(run, remark) for run, remark in every if remark]
+    for run, remark in said[:MOST_FAILURES]:
+        console.print(Text(f"run {run}: {remark}", "dim"))
     if len(said) > MOST_FAILURES:
         console.print(Text(f"and {len(said) - MOST_FAILURES} more runs with such a remark", "dim"))
 

@@ -78,13 +78,14 @@ def show_all(folder: StudyFolder, laid: Laid) -> None:
             with contents.open(folder.view, folder.parts()) as writer:
                 writer.finish(complete=not missing)
             return
-        except OutputError as error:
-            # a full disk is told before anything is computed; else another process that has begun on
-            # the same folder writes the file now, and may not know yet what is there
-            full = isinstance(error, DiskError)
-            if full and not missing and folder.view.exists():
-                return
-            if full or (turn == TURNS - 1 and not folder.view.exists()):
+        except DiskError:
+            if missing or not folder.view.exists():
+                raise  # before anything is computed
+            return
+        except OutputError:
+            # another process that has begun on the same folder writes it now, and may not know yet
+            # what is there
+            if turn == TURNS - 1 and not folder.view.exists():
                 raise
         time.sleep(WAIT)
 

@@ -21,7 +21,7 @@ from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
-from lumpedcable.view.sampling import extent, node_count, side_view
+from lumpedcable.view.sampling import extent, side_view
 
 __all__ = ["MOVIES", "animate_result"]
 
@@ -123,7 +123,7 @@ class _Film:
         if not shown:
             raise ResultError(f"{result.path} holds no positions with tensions to show")
         names, lines = list(shown), list(shown.values())
-        counts = [node_count(line, run) for line in lines]
+        counts = [line.node_count(run) for line in lines]
         self.position = [li.position(run)[:, :n] for li, n in zip(lines, counts, strict=True)]
         self.tension = [li.tension(run)[:, : n - 1] for li, n in zip(lines, counts, strict=True)]
         if not any(np.isfinite(place).any() for place in self.position):

@@ -17,7 +17,7 @@ from lumpedcable.results.reader import LineData, ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
-from lumpedcable.view.sampling import extent, node_count, side_view
+from lumpedcable.view.sampling import extent, side_view
 
 Array = NDArray[Any]
 
@@ -73,7 +73,7 @@ def _end_tensions(line: LineData, run: int) -> tuple[Array, Array]:
     if _has_ends(line):
         return line.field("start_tension", run), line.field("end_tension", run)
     tension = line.tension(run)
-    return tension[:, 0], tension[:, node_count(line, run) - 2]
+    return tension[:, 0], tension[:, line.node_count(run) - 2]
 
 
 def shape_figure(result: SoundFile, group: Group) -> Figure:
@@ -112,7 +112,7 @@ def _shapes(result: ResultFile, run: int, times: Array) -> list[Array]:
     for name in result.lines:
         line = result.line(name)
         if line.has("position"):
-            found.append(line.position(run)[times, : node_count(line, run)])
+            found.append(line.position(run)[times, : line.node_count(run)])
     return found
 
 

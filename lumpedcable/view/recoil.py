@@ -23,7 +23,7 @@ from lumpedcable.results.human import quantity, scale
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
-from lumpedcable.view.sampling import RecoilingEnd, curve_times, node_count
+from lumpedcable.view.sampling import RecoilingEnd, curve_times
 
 Array = NDArray[Any]
 
@@ -36,7 +36,7 @@ def tension_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figur
     """Tension along the unstretched line at a round spacing of time, a panel for each run."""
 
     def tension(run: int, times: Array) -> tuple[Array, Array]:
-        kept = node_count(end.line, run) - 1
+        kept = end.line.node_count(run) - 1
         place = end.line.unstretched_segment(run)[:kept]
         return place, end.line.tension(run)[times, :kept]
 
@@ -124,7 +124,7 @@ def xt_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
         group.heading(result, f"Tension over {end.line.name} and time"),
         height=2.3,
     )
-    fields = [end.line.tension(run)[:, : node_count(end.line, run) - 1] for run in group.runs]
+    fields = [end.line.tension(run)[:, : end.line.node_count(run) - 1] for run in group.runs]
     pushed = any(np.nanmin(t, initial=0) < -_PUSHED * style.largest(t) for t in fields)
     entries: dict[str, Line2D] = {}
     for ax, run, tension in zip(axes, group.runs, fields, strict=True):

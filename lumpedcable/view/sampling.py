@@ -43,11 +43,6 @@ def curve_times(time: Array) -> tuple[Array, float]:
     return picked, spacing
 
 
-def node_count(line: LineData, run: int) -> int:
-    """Number of nodes a run has; the rest of the arrays is padding."""
-    return int(np.isfinite(line.unstretched_position(run)).sum())
-
-
 def along(line: LineData, run: int) -> tuple[Array, Array]:
     """Velocity along the line as it lay at first, and the nodes' unstretched places.
 
@@ -57,7 +52,7 @@ def along(line: LineData, run: int) -> tuple[Array, Array]:
     Returns:
         Unstretched places in m, shape (node,), and velocities in m/s, shape (time, node).
     """
-    nodes = node_count(line, run)
+    nodes = line.node_count(run)
     first = line.position(run, 0)[:nodes]
     secant = np.empty_like(first)
     secant[1:-1] = first[2:] - first[:-2]
@@ -118,7 +113,7 @@ class RecoilingEnd:
 
     def speed(self, run: int) -> Array:
         """Speed of the broken end in m/s, shape (time,)."""
-        node = node_count(self.line, run) - 1 if self.at_end else 0
+        node = self.line.node_count(run) - 1 if self.at_end else 0
         return np.linalg.norm(self.line.velocity(run)[:, node], axis=-1)
 
     def recoil(self, run: int) -> tuple[Array, Array]:
