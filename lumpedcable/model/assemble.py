@@ -25,6 +25,7 @@ from lumpedcable.model.layout import LEAST, Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import STANDARD_GRAVITY, law_of, rod_law
 from lumpedcable.model.model import Model
+from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
@@ -56,10 +57,6 @@ from lumpedcable.scene.lines import (
 __all__ = ["assemble", "make_line", "release_of", "seam_of", "segment_lengths", "wave_scheme"]
 
 CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
-
-
-def _number(value) -> Float[Array, ""]:
-    return jnp.asarray(value, float)
 
 
 def wave_scheme(scene: Scene) -> str:
@@ -128,37 +125,37 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
     fluid, drag, added = scene.fluid, None, None
     if fluid is not None and part.drag is not None:
         drag = Drag(
-            _number(fluid.density), _number(part.diameter), _number(part.drag.normal),
-            _number(part.drag.tangential), part.drag.convention,
+            number(fluid.density), number(part.diameter), number(part.drag.normal),
+            number(part.drag.tangential), part.drag.convention,
         )  # fmt: skip
     if fluid is not None and part.added_mass is not None:
         along = part.added_mass.tangential
         if d > 1 or along is not None:
             added = AddedMass(
-                _number(fluid.density), _number(part.diameter), _number(part.added_mass.normal),
-                None if along is None else _number(along),
+                number(fluid.density), number(part.diameter), number(part.added_mass.normal),
+                if_given(along),
             )  # fmt: skip
     scheme = wave_scheme(scene)
     bed = _seabed(scene, name, coordinates)
     resistances = _resistances(scene, bed)
     return Line(
         law=rod_law(scene, name) if inextensible else law_of(material),
-        mass=_number(part.mass),
+        mass=number(part.mass),
         segment_length=length,
         node_length=node_lengths(length, segments),
         reference=jnp.zeros((d, segments + 1)),
         reference_step=jnp.zeros((d, segments)),
         reference_strain=jnp.zeros(segments),
-        max_strain=_number(material.max_strain),
+        max_strain=number(material.max_strain),
         loads=_loads(scene, name, coordinates, segments, outer, bed),
         resistances=resistances,
         grip=_grip(scene, bed, resistances),
-        damping=None if material.damping is None else _number(material.damping),
+        damping=if_given(material.damping),
         drag=drag,
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,
         waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
-        give=1.0 / _number(material.EA) if inextensible and material.EA is not None else None,
+        give=1.0 / number(material.EA) if inextensible and material.EA is not None else None,
         inextensible=inextensible,
     )
 
@@ -170,11 +167,11 @@ def _loads(
     part = scene.lines[name]
     loads: list[AbstractLoad] = []
     if scene.gravity is not None:
-        gravity = _number(scene.gravity)
-        weight = _number(part.mass) * gravity
+        gravity = number(scene.gravity)
+        weight = number(part.mass) * gravity
         if scene.fluid is not None and part.diameter is not None:
             weight = weight - buoyancy_per_length(
-                _number(scene.fluid.density), gravity, _number(part.diameter)
+                number(scene.fluid.density), gravity, number(part.diameter)
             )
         loads.append(Weight(weight * coordinates.vector((0.0, 0.0, -1.0))))
     if part.bending is not None and coordinates.dimensions > 1:
@@ -185,7 +182,7 @@ def _loads(
             for end, mine in zip((part.start, part.end), outer, strict=True)
         ]
         if segments > 1 or not all(outer) or any(clamp is not None for clamp in clamps):
-            loads.append(Bending(_number(part.bending.EI), *clamps))
+            loads.append(Bending(number(part.bending.EI), *clamps))
     if bed is not None:
         loads.append(bed)
     return tuple(loads)
@@ -194,24 +191,24 @@ def _loads(
 def _seabed(scene: Scene, name: str, coordinates: Coordinates) -> AbstractSeabed | None:
     if scene.seabed is None:
         return None
-    stiffness = _number(scene.seabed.stiffness)
-    height = _number(scene.seabed.height) - _number(coordinates.origin[2])
-    weight = _number(scene.lines[name].mass) * STANDARD_GRAVITY
+    stiffness = number(scene.seabed.stiffness)
+    height = number(scene.seabed.height) - number(coordinates.origin[2])
+    weight = number(scene.lines[name].mass) * STANDARD_GRAVITY
     blend = CONTACT_BLEND * weight / stiffness
     up = coordinates.vector((0.0, 0.0, 1.0))
     if scene.seabed.profile is None:
         return Seabed(up, height, stiffness, blend)
     points = (scene.seabed.profile.x, scene.seabed.profile.depth)
-    depth = MonotoneCubic(*(jnp.stack([_number(v) for v in values]) for values in points))
+    depth = MonotoneCubic(*(vector(values) for values in points))
     across = coordinates.vector((1.0, 0.0, 0.0))
-    origin = _number(coordinates.origin[0])
+    origin = number(coordinates.origin[0])
     return SlopingSeabed(up, height, stiffness, blend, across, origin, depth)
 
 
 def _resistances(scene: Scene, bed: AbstractSeabed | None) -> tuple[SeabedDamping, ...]:
     if bed is None or scene.seabed is None or scene.seabed.damping is None:
         return ()
-    return (SeabedDamping(bed, _number(scene.seabed.damping)),)
+    return (SeabedDamping(bed, number(scene.seabed.damping)),)
 
 
 def _grip(
@@ -220,7 +217,7 @@ def _grip(
     if bed is None or scene.seabed is None or scene.seabed.friction is None:
         return None
     damping = resistances[0] if resistances else None
-    return BedGrip(_number(scene.seabed.friction), bed, damping)
+    return BedGrip(number(scene.seabed.friction), bed, damping)
 
 
 def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:
@@ -232,7 +229,7 @@ def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:
         return UniformCurrent(velocity)
     profile = fluid.current
     return PowerLawCurrent(
-        velocity, _number(profile.exponent), _number(profile.depth), _number(profile.surface)
+        velocity, number(profile.exponent), number(profile.depth), number(profile.surface)
     )
 
 
@@ -250,15 +247,15 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
             _end(scene, layout, piece, 0, coordinates),
             _end(scene, layout, piece, -1, coordinates),
         )
-    junctions, number = [], {}
+    junctions, nth = [], {}
     for index, joint in enumerate(layout.joints):
         if _holder(scene, layout, joint) is None:
-            number[index] = len(junctions)
+            nth[index] = len(junctions)
             junctions.append(_junction(scene, layout, joint, coordinates))
-    ends = {name: (_numbered(a, number), _numbered(b, number)) for name, (a, b) in ends.items()}
+    ends = {name: (_numbered(a, nth), _numbered(b, nth)) for name, (a, b) in ends.items()}
     up = base = None
     if any(line.current is not None for line in lines.values()):
-        up, base = coordinates.vector((0.0, 0.0, 1.0)), _number(coordinates.origin[2])
+        up, base = coordinates.vector((0.0, 0.0, 1.0)), number(coordinates.origin[2])
     bodies: dict[str, AbstractBody] = {
         name: make_body(scene, name, coordinates, _current(scene, coordinates))
         for name, body in scene.bodies.items()
@@ -272,16 +269,16 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
     return Model(lines, ends, tuple(junctions), up, base, bodies, couplings, measures)
 
 
-def _numbered(end: End, number: dict[int, int]) -> End:
+def _numbered(end: End, nth: dict[int, int]) -> End:
     """An end with its joint's number among all joints changed to that among the junctions."""
-    return Joined(number[end.junction], end.release) if isinstance(end, Joined) else end
+    return Joined(nth[end.junction], end.release) if isinstance(end, Joined) else end
 
 
 def release_of(scene: Scene, event: str | None) -> Release | None:
     """The break of an event, None for none."""
     if event is None:
         return None
-    return Release(_number(scene.events[event].start), _number(scene.events[event].time))
+    return Release(number(scene.events[event].start), number(scene.events[event].time))
 
 
 def _own_end(scene: Scene, layout: Layout, name: str, node: int):
@@ -313,7 +310,7 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
         if own is None:
             return Joined(joint, release)
     if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
-        force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
+        force = number(own.held.pretension) * coordinates.vector(own.held.direction)
         return Loaded(force, release)
     if (tied := body_place(scene, own, coordinates)) is not None:
         return Attached(*tied, release)
@@ -335,13 +332,13 @@ def _motion(end, coordinates: Coordinates) -> AbstractMotion:
     motion = end.motion
     if isinstance(motion, RecordedMotion):
         record = jnp.stack([coordinates.point(place) for place in motion.position])
-        return Recorded(jnp.stack([_number(t) for t in motion.time]), record)
+        return Recorded(vector(motion.time), record)
     absent = {
-        "velocity": None if motion.velocity is None else coordinates.vector(motion.velocity),
-        "amplitude": None if motion.amplitude is None else coordinates.vector(motion.amplitude),
-        "period": None if motion.period is None else _number(motion.period),
-        "phase": None if motion.amplitude is None else _number(motion.phase),
-        "ramp": None if motion.ramp is None else _number(motion.ramp),
+        "velocity": if_given(motion.velocity, coordinates.vector),
+        "amplitude": if_given(motion.amplitude, coordinates.vector),
+        "period": if_given(motion.period),
+        "phase": None if motion.amplitude is None else number(motion.phase),
+        "ramp": if_given(motion.ramp),
     }
     return Harmonic(coordinates.point(motion.position), **absent)
 
@@ -351,15 +348,15 @@ def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinat
     if joint.body is not None:
         body = scene.bodies[joint.body]
         assert isinstance(body, Body)  # lines are tied to no other
-        mass = _number(body.mass)
+        mass = number(body.mass)
         if scene.gravity is not None:
             weight = mass
             if body.volume is not None and scene.fluid is not None:
-                weight = mass - _number(scene.fluid.density) * _number(body.volume)
-            load = weight * _number(scene.gravity) * coordinates.vector((0.0, 0.0, -1.0))
+                weight = mass - number(scene.fluid.density) * number(body.volume)
+            load = weight * number(scene.gravity) * coordinates.vector((0.0, 0.0, -1.0))
     for name, node in joint.members:
         own = _own_end(scene, layout, name, node)
         if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
-            force = _number(own.held.pretension) * coordinates.vector(own.held.direction)
+            force = number(own.held.pretension) * coordinates.vector(own.held.direction)
             load = force if load is None else load + force
     return Junction(joint.members, mass, load, layout.cuts(joint))

@@ -13,6 +13,7 @@ from lumpedcable.model.couple import Coupled, winch_name
 from lumpedcable.model.floating import reference_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
+from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.model.places import PlaceMeasured, Seen, place_measured
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.ships import motion_of, point_of_body
@@ -90,14 +91,6 @@ class Measured(eqx.Module):
         return jnp.concatenate([self.origin + self.axes @ q[:d], turn])
 
 
-def _number(value) -> Float[Array, ""]:
-    return jnp.asarray(value, float)
-
-
-def _vector(values) -> Float[Array, " 3"]:
-    return jnp.stack([_number(value) for value in values])
-
-
 def place_motion(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotion | None:
     """The path of a place [x, y, z] (m) or of a point of a moved body; None for anything else."""
     if isinstance(place, WinchEnd):
@@ -155,7 +148,7 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
         if given is None:
             continue
         node, winch = given
-        tension = _number(winch.tension)
+        tension = number(winch.tension)
         strain = strain_at(line.law, tension, line.max_strain)
         length = jnp.sum(line.node_length)
         mass = line.mass * length / 3.0
@@ -163,12 +156,12 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
         integral = control is not None and control.rate is not None
         found[winch_name(name)] = Winch(
             reference=jnp.stack([length, jnp.zeros_like(length)][: 2 if integral else 1]),
-            kilograms=mass if winch.inertia is None else mass + _number(winch.inertia),
+            kilograms=mass if winch.inertia is None else mass + number(winch.inertia),
             pull=(1.0 + strain) * tension - line.law.energy(strain),
             tension=tension,
             stretch=1.0 + strain,
-            damping=None if winch.damping is None else _number(winch.damping),
-            speed=None if winch.speed is None else _number(winch.speed),
+            damping=if_given(winch.damping),
+            speed=if_given(winch.speed),
             control=control,
             sheave=_sheave(winch),
             line=name,
@@ -180,15 +173,15 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
 def _control(winch: WinchPart) -> Control | None:
     if winch.control is None:
         return None
-    gain, time = _number(winch.control.gain), winch.control.integral_time
-    return Control(gain, None if time is None else gain / _number(time))
+    gain, time = number(winch.control.gain), winch.control.integral_time
+    return Control(gain, None if time is None else gain / number(time))
 
 
 def _sheave(winch: WinchPart) -> Sheave | None:
     if winch.sheave is None:
         return None
-    grip = _number(winch.sheave.friction) * _number(winch.sheave.wrap)
-    return Sheave(grip, _number(winch.sheave.speed))
+    grip = number(winch.sheave.friction) * number(winch.sheave.wrap)
+    return Sheave(grip, number(winch.sheave.speed))
 
 
 def make_riders(scene: Scene, coordinates: Coordinates) -> dict[str, AbstractBody]:
@@ -220,27 +213,27 @@ def _rider(scene: Scene, body: CarriedBody, coordinates: Coordinates) -> Rider:
     level = way - jnp.dot(way, up) * up
     span = jnp.sqrt(jnp.sum(level**2))
     along = level / span
-    place = start + _number(body.on.place) * along
+    place = start + number(body.on.place) * along
     if body.height is not None:
-        rise = _number(body.height) - _number(coordinates.origin[2]) - jnp.dot(place, up)
+        rise = number(body.height) - number(coordinates.origin[2]) - jnp.dot(place, up)
         place = place + rise * up
     angles = jnp.zeros(0 if body.depth is None else d - 1)
     q = jnp.concatenate([place, angles])
-    mass, free, path = _number(body.mass), None, None
+    mass, free, path = number(body.mass), None, None
     if body.on.speed is not None:
         # hauled along a coordinate axis: the scene was checked
         free = jnp.concatenate([1.0 - jnp.round(along**2), jnp.ones_like(angles)])
-        travel = span - _number(body.on.place) - _number(body.on.stop)
+        travel = span - number(body.on.place) - number(body.on.stop)
         direction = jnp.concatenate([along, jnp.zeros_like(angles)])
-        path = Hauled(q, direction, _number(body.on.speed), travel, _number(body.on.ease))
+        path = Hauled(q, direction, number(body.on.speed), travel, number(body.on.ease))
     weight = None
     if scene.gravity is not None:
-        weight = -mass * _number(scene.gravity) * up
+        weight = -mass * number(scene.gravity) * up
     return Rider(
         reference=q,
         kilograms=mass,
-        depth=None if body.depth is None else _number(body.depth),
-        inertia=None if body.inertia is None else _number(body.inertia),
+        depth=if_given(body.depth),
+        inertia=if_given(body.inertia),
         weight=weight,
         free=free,
         path=path,
@@ -257,7 +250,7 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
             continue
         line, given = body.on.line, _winch(scene, body.on.line)
         assert given is not None  # the scene was checked
-        tension = _number(given[1].tension)
+        tension = number(given[1].tension)
         if scene.lines[line].model == "ideal":
             start, end = _posts(scene, line, coordinates)
             law = IdealCable(start, end, tension)
@@ -266,10 +259,10 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
         friction, bending = body.on.friction, scene.lines[line].bending
         law = Trolley(
             tension,
-            None if friction is None else _number(friction.coefficient),
-            None if friction is None else _number(friction.speed),
+            None if friction is None else number(friction.coefficient),
+            None if friction is None else number(friction.speed),
             _hertz(body.on.contact),
-            None if bending is None else _number(bending.EI),
+            None if bending is None else number(bending.EI),
         )
         found.append(Coupled(name, line, law))
     return tuple(found)
@@ -278,9 +271,9 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
 def _hertz(part: Contact | None) -> Hertz | None:
     if part is None:
         return None
-    damping = None if part.damping is None else _number(part.damping)
-    depth = None if part.depth is None else _number(part.depth)
-    return Hertz(_number(part.stiffness), _number(part.exponent), damping, depth)
+    damping = if_given(part.damping)
+    depth = if_given(part.depth)
+    return Hertz(number(part.stiffness), number(part.exponent), damping, depth)
 
 
 def make_measures(
@@ -319,20 +312,20 @@ def _measure(scene: Scene, part: BodyMeasure) -> AbstractMeasure:
     if part.near is not None:
         carried = scene.point_of(part.near)
         space = Coordinates(jnp.eye(3), jnp.zeros(3))  # type: ignore[arg-type]
-        bounds = [None if b is None else _number(b) for b in (part.within, part.beyond)]
+        bounds = [if_given(b) for b in (part.within, part.beyond)]
         # a post on a free body is put in where it is at the moment
         still = Still(jnp.zeros(3))
         near = Near(still if carried is None else point_of_body(scene, *carried, space), *bounds)
     if isinstance(part, SpeedMeasure):
         return measures.ClimbMeasure(near=near)
     if part.over is None:
-        return measures.HeightMeasure(level=_number(part.level), near=near)
+        return measures.HeightMeasure(level=number(part.level), near=near)
     ship = scene.bodies[part.over]
     if not isinstance(ship, MovedBody):
-        return measures.HeightMeasure(level=_number(part.level), near=near)
+        return measures.HeightMeasure(level=number(part.level), near=near)
     return measures.HeightMeasure(
-        level=_number(part.level),
+        level=number(part.level),
         motion=motion_of(scene, ship),
-        mean=_vector(ship.position),
+        mean=vector(ship.position),
         near=near,
     )

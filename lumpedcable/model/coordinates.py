@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from lumpedcable.model.numbers import vector
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, WAYS, Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
@@ -49,14 +50,13 @@ class Coordinates(NamedTuple):
             return jnp.eye(3)
         return jnp.asarray(self.normal)[None] if self.dimensions == 2 else jnp.zeros((0, 3))
 
-    def vector(self, vector: Sequence[Any]) -> Float[Array, " d"]:
+    def vector(self, given: Sequence[Any]) -> Float[Array, " d"]:
         """A direction, velocity or force given in x, y, z, in the scene's own coordinates."""
-        return jnp.asarray(self.axes).T @ jnp.stack([jnp.asarray(c, float) for c in vector])
+        return jnp.asarray(self.axes).T @ vector(given)
 
     def point(self, point: Sequence[Any]) -> Float[Array, " d"]:
         """A place given in x, y, z (m), in the scene's own coordinates (m)."""
-        place = jnp.stack([jnp.asarray(c, float) for c in point])
-        return jnp.asarray(self.axes).T @ (place - jnp.asarray(self.origin))
+        return jnp.asarray(self.axes).T @ (vector(point) - jnp.asarray(self.origin))
 
     def expand(self, q: np.ndarray, axis: int, place: bool = False) -> np.ndarray:
         """Arrays with d components along `axis`, with x, y, z there instead; places if `place`."""

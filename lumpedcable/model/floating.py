@@ -5,6 +5,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.model.ships import waves_of
 from lumpedcable.physics.body import (
     AbstractBodyLoad,
@@ -35,7 +36,7 @@ def make_body(
     assert isinstance(body, Body)
     assert body.position is not None
     d = coordinates.dimensions
-    mass = jnp.asarray(body.mass, float)
+    mass = number(body.mass)
     reference = reference_of(body, coordinates)
     angles = reference[d:]
     start = None
@@ -63,17 +64,17 @@ def reference_of(body: Body, coordinates: Coordinates) -> Float[Array, " m"]:
 
 def _angles(coordinates: Coordinates, attitude) -> Float[Array, " a"]:
     """Roll, pitch and yaw (rad), the angle in the plane, or nothing."""
-    return coordinates.turns() @ jnp.stack([jnp.asarray(angle, float) for angle in attitude])
+    return coordinates.turns() @ vector(attitude)
 
 
 def _inertia(coordinates: Coordinates, body: Body) -> Float[Array, " a"]:
     """Moments of inertia (kg m2) about the axes that there are; of a uniform box where none is given."""
     if body.inertia is not None:
-        whole = jnp.stack([jnp.asarray(i, float) for i in body.inertia])
+        whole = vector(body.inertia)
     else:
         assert body.size is not None
-        square = jnp.stack([jnp.asarray(s, float) for s in body.size]) ** 2
-        whole = jnp.asarray(body.mass, float) / 12.0 * (jnp.sum(square) - square)
+        square = vector(body.size) ** 2
+        whole = number(body.mass) / 12.0 * (jnp.sum(square) - square)
     return coordinates.turns() ** 2 @ whole
 
 
@@ -96,17 +97,16 @@ def _loads(
         return keeping
     if body.hull is not None:
         return (_hydrostatics(scene, body, coordinates), *keeping)
-    weight = jnp.asarray(body.mass, float)
+    weight = number(body.mass)
     if body.volume is not None and scene.fluid is not None:
-        weight = weight - jnp.asarray(scene.fluid.density, float) * body.volume
+        weight = weight - number(scene.fluid.density) * body.volume
     down = coordinates.vector((0.0, 0.0, -1.0))
     return (BodyWeight(weight * scene.gravity * down), *keeping)
 
 
 def _each(coordinates: Coordinates, along, about) -> Float[Array, " m"]:
     """Numbers along x, y, z and about them as numbers of a body's coordinates; 0 where None."""
-    whole = [jnp.zeros(3) if v is None else jnp.stack([jnp.asarray(x, float) for x in v])
-             for v in (along, about)]  # fmt: skip
+    whole = [jnp.zeros(3) if v is None else vector(v) for v in (along, about)]
     places = jnp.asarray(coordinates.axes).T ** 2 @ whole[0]
     return jnp.concatenate([places, coordinates.turns() ** 2 @ whole[1]])
 
@@ -125,14 +125,14 @@ def _steering(body: Body, coordinates: Coordinates) -> tuple[AbstractBodyResista
     if part is None:
         return ()
     given = (part.force, part.moment, part.damping, part.turn_damping)
-    if all(number is None for number in given):
+    if all(each is None for each in given):
         return ()
     damping = None
     if part.damping is not None or part.turn_damping is not None:
         damping = _each(coordinates, part.damping, part.turn_damping)
     return (
         Steering(
-            None if part.force is None else coordinates.vector(part.force),
+            if_given(part.force, coordinates.vector),
             None if part.moment is None else _angles(coordinates, part.moment),
             damping,
         ),
@@ -145,8 +145,8 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
     assert body.size is not None
     assert scene.fluid is not None
     assert scene.gravity is not None
-    size = tuple(jnp.asarray(s, float) for s in body.size)
-    density, mass = jnp.asarray(scene.fluid.density, float), jnp.asarray(body.mass, float)
+    size = tuple(number(s) for s in body.size)
+    density, mass = number(scene.fluid.density), number(body.mass)
     draught = box_draught(mass, density, size)
     above = _above_keel(body, size, draught)
     weight = mass * scene.gravity
@@ -167,13 +167,13 @@ def _above_keel(body: Body, size, draught) -> Float[Array, ""]:
     if body.hull.above_water is not None:
         return draught + body.hull.above_water
     given = body.hull.above_keel
-    return 0.5 * size[2] if given is None else jnp.asarray(given, float)
+    return 0.5 * size[2] if given is None else number(given)
 
 
 def _friction(coordinates: Coordinates, body: Body) -> BedFriction | None:
     if body.friction is None:
         return None
-    return BedFriction(jnp.asarray(body.friction, float), coordinates.vector((0.0, 0.0, 1.0)))
+    return BedFriction(number(body.friction), coordinates.vector((0.0, 0.0, 1.0)))
 
 
 def _resistances(
@@ -182,27 +182,27 @@ def _resistances(
     found: list[AbstractBodyResistance] = [*_steering(body, coordinates)]
     if scene.fluid is None or body.size is None:
         return tuple(found)
-    density = jnp.asarray(scene.fluid.density, float)
-    length, breadth, height = (jnp.asarray(s, float) for s in body.size)
+    density = number(scene.fluid.density)
+    length, breadth, height = (number(s) for s in body.size)
     if body.drag is not None:
         faces = jnp.stack([breadth * height, length * height, length * breadth])
-        factor = 0.5 * density * faces * jnp.stack([jnp.asarray(c, float) for c in body.drag])
+        factor = 0.5 * density * faces * vector(body.drag)
         up = coordinates.vector((0.0, 0.0, 1.0))
-        base = jnp.asarray(coordinates.origin[2], float)
+        base = number(coordinates.origin[2])
         own = jnp.asarray(coordinates.axes).T ** 2 @ factor
         found.append(BoxDrag(own, up, base, current))
     if body.hull is not None and body.hull.resistance is not None:
         part = body.hull.resistance
-        draught = box_draught(jnp.asarray(body.mass, float), density, (length, breadth, height))
+        draught = box_draught(number(body.mass), density, (length, breadth, height))
         wetted = length * breadth + 2.0 * draught * (length + breadth)
         share = {"textbook": 0.5, "doubled": 1.0}[part.convention]
         found.append(
             HullResistance(
                 share * density * wetted,
                 length,
-                jnp.asarray(part.viscosity, float),
-                jnp.asarray(part.roughness, float),
-                jnp.asarray(body.hull.surface, float),
+                number(part.viscosity),
+                number(part.roughness),
+                number(body.hull.surface),
                 current,
             )
         )

@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.numbers import number, vector
 from lumpedcable.physics.tension import (
     AbstractTensionLaw,
     Linear,
@@ -25,24 +26,18 @@ REST_STIFFNESS = 1e7
 REST_SHARE = 1e7  # and of its tension over this and the pretensions and points that it may carry
 
 
-def _number(value):
-    return jnp.asarray(value, float)
-
-
 LAWS = {
-    "linear": lambda m: Linear(_number(m.EA)),
-    "tanh": lambda m: Tanh(*(_number(getattr(m, f"p{k}")) for k in range(1, 6))),
-    "polynomial": lambda m: Polynomial(jnp.stack([_number(c) for c in m.coefficients])),
-    "table": lambda m: Table(
-        jnp.stack([_number(e) for e in m.strain]), jnp.stack([_number(t) for t in m.tension])
-    ),
+    "linear": lambda m: Linear(number(m.EA)),
+    "tanh": lambda m: Tanh(*(number(getattr(m, f"p{k}")) for k in range(1, 6))),
+    "polynomial": lambda m: Polynomial(vector(m.coefficients)),
+    "table": lambda m: Table(vector(m.strain), vector(m.tension)),
 }
 
 
 def law_of(material) -> AbstractTensionLaw:
     """The law of a material of the scene, cut at zero where it is tension-only."""
     law = LAWS[material.law](material)
-    return TensionOnly(law, _number(material.max_strain)) if material.tension_only else law
+    return TensionOnly(law, number(material.max_strain)) if material.tension_only else law
 
 
 def rod_law(scene: Scene, name: str) -> AbstractTensionLaw:
@@ -50,18 +45,18 @@ def rod_law(scene: Scene, name: str) -> AbstractTensionLaw:
     material = scene.materials[scene.lines[name].material]
     assert isinstance(material, InextensibleMaterial)
     if material.EA is not None:
-        return Linear(_number(material.EA))
+        return Linear(number(material.EA))
     return Rigid(jnp.zeros(()), rest_stiffness(scene, name))
 
 
 def rest_stiffness(scene: Scene, name: str) -> Float[Array, ""]:
     """EA (N) with which an inextensible line at rest is first found, from what it may carry."""
-    stiff = REST_STIFFNESS * STANDARD_GRAVITY * _number(scene.lines[name].mass)
+    stiff = REST_STIFFNESS * STANDARD_GRAVITY * number(scene.lines[name].mass)
     for line in scene.lines.values():
         for end in (line.start, line.end):
             if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
-                stiff = stiff + REST_SHARE * _number(end.held.pretension)
+                stiff = stiff + REST_SHARE * number(end.held.pretension)
     for body in scene.bodies.values():
         if isinstance(body, Body) and not body.rigid:
-            stiff = stiff + REST_SHARE * STANDARD_GRAVITY * _number(body.mass)
+            stiff = stiff + REST_SHARE * STANDARD_GRAVITY * number(body.mass)
     return stiff

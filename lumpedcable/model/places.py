@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.couple import live_line
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
+from lumpedcable.model.numbers import number
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seam import Seam
@@ -107,4 +108,4 @@ def place_measured(scene: Scene, layout: Layout, part: LineMeasure) -> PlaceMeas
     pieces = tuple(piece.name for piece in layout.of_line(line))
     if side is not None:
         return PlaceMeasured(part.KIND, pieces, 0 if side == "start" else -1, None)
-    return PlaceMeasured(part.KIND, pieces, None, jnp.asarray(place, float))
+    return PlaceMeasured(part.KIND, pieces, None, number(place))

@@ -1,9 +1,9 @@
 """From the moved bodies of a scene, and the waves on free ones, to laws of time of the engine."""
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.physics import ships
 from lumpedcable.physics.motion import Recorded
 from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing, rotation
@@ -14,14 +14,6 @@ from lumpedcable.scene.motions import FREEDOMS, HarmonicBody, HarmonicWaves, Rec
 from lumpedcable.scene.moved import MovedBody
 
 __all__ = ["motion_of", "point_of_body", "waves_of"]
-
-
-def _number(value) -> Float[Array, ""]:
-    return jnp.asarray(value, float)
-
-
-def _vector(values) -> Float[Array, "..."]:
-    return jnp.stack([_number(value) for value in values])
 
 
 def motion_of(scene: Scene, body: MovedBody) -> AbstractBodyMotion:
@@ -36,8 +28,8 @@ def waves_of(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | 
         return None
     assert body.position is not None  # the scene was checked
     law = _law(scene, part.model_copy(update={"ramp": None}), body.position)
-    ramp = None if part.ramp is None else _number(part.ramp)
-    yaw = _number(0.0 if body.attitude is None else body.attitude[2])
+    ramp = if_given(part.ramp)
+    yaw = number(0.0 if body.attitude is None else body.attitude[2])
     heading = rotation(jnp.stack([jnp.zeros(()), jnp.zeros(()), yaw]))
     along = jnp.asarray(coordinates.axes, float).T @ heading
     about = coordinates.turns()
@@ -55,27 +47,25 @@ def _law(
         swings = []
         for name in motion.names():
             part = getattr(motion, name)
-            numbers = (_number(part.amplitude), _number(part.period), _number(part.phase))
+            numbers = (number(part.amplitude), number(part.period), number(part.phase))
             swings.append(Swing(FREEDOMS.index(name), *numbers))
-        return ships.HarmonicBody(
-            tuple(swings), None if motion.ramp is None else _number(motion.ramp)
-        )
+        return ships.HarmonicBody(tuple(swings), if_given(motion.ramp))
     if isinstance(motion, RecordedBody):
-        time = _vector(motion.time)
+        time = vector(motion.time)
         columns = [getattr(motion, name) for name in FREEDOMS]
-        table = [jnp.zeros_like(time) if c is None else _vector(c) for c in columns]
+        table = [jnp.zeros_like(time) if c is None else vector(c) for c in columns]
         return ships.RecordedBody(Recorded(time, jnp.stack(table, axis=1)))
     sea = scene.sea
     assert sea is not None  # the scene was checked
-    place, direction = _vector(position), _number(sea.direction)
+    place, direction = vector(position), number(sea.direction)
     way = place[0] * jnp.cos(direction) + place[1] * jnp.sin(direction)
     response = {
-        FREEDOMS.index(name): jnp.stack([_vector(pair) for pair in motion.response[name]])
+        FREEDOMS.index(name): jnp.stack([vector(pair) for pair in motion.response[name]])
         for name in motion.names()
     }
     return ships.SeaBody.of(
-        _number(sea.height), _number(sea.period), _number(sea.gamma), sea.seed, sea.components,
-        way, _vector(motion.omega), response,
+        number(sea.height), number(sea.period), number(sea.gamma), sea.seed, sea.components,
+        way, vector(motion.omega), response,
     )  # fmt: skip
 
 
@@ -84,6 +74,6 @@ def point_of_body(
 ) -> PointOfBody:
     """The path of a point (m, in the body's axes) of a moved body."""
     return PointOfBody(
-        motion_of(scene, body), _vector(body.position), _vector(point),
+        motion_of(scene, body), vector(body.position), vector(point),
         jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float),
     )  # fmt: skip
