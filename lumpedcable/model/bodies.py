@@ -17,7 +17,7 @@ from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance, B
 from lumpedcable.physics.rigid import place_of, rigid_mass, rotation
 from lumpedcable.physics.wave_force import WaveForce
 
-__all__ = ["AbstractBody", "RigidBody", "body_key", "is_body_key"]
+__all__ = ["AbstractBody", "RigidBody", "body_key"]
 
 _MARK = "body "
 
@@ -25,11 +25,6 @@ _MARK = "body "
 def body_key(name: str) -> str:
     """Where a body stands in the state: no line has a name with a space."""
     return _MARK + name
-
-
-def is_body_key(key: str) -> bool:
-    """Whether an entry of the state belongs to a body."""
-    return key.startswith(_MARK)
 
 
 class AbstractBody(eqx.Module):

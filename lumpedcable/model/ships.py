@@ -6,7 +6,8 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.physics import ships
 from lumpedcable.physics.motion import Recorded
-from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing, rotation
+from lumpedcable.physics.rigid import rotation
+from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing
 from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body

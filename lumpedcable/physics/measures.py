@@ -8,7 +8,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.motion import AbstractMotion
-from lumpedcable.physics.ships import AbstractBodyMotion, rotation
+from lumpedcable.physics.rigid import rotation
+from lumpedcable.physics.ships import AbstractBodyMotion
 
 __all__ = ["AbstractMeasure", "ClimbMeasure", "HeightMeasure", "Near"]
 

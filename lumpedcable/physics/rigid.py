@@ -9,30 +9,32 @@ y, then yaw about z (singular at a pitch of 90 degrees). Places in m, angles in 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["PITCH", "ROLL", "YAW", "angle_count", "place_of", "rigid_mass", "rotation", "spin"]
+__all__ = ["PITCH", "ROLL", "YAW", "place_of", "rigid_mass", "rotation", "spin"]
 
 
 ROLL, PITCH, YAW = 3, 4, 5
 """Where the angles of a body in space stand among its coordinates."""
 
 
-def angle_count(dimensions: int) -> int:
-    """Number of angles of a body in 1, 2 or 3 dimensions: 0, 1 or 3."""
-    return {1: 0, 2: 1, 3: 3}[dimensions]
-
-
 def rotation(angles: Float[Array, " a"]) -> Float[Array, "d d"]:
-    """The matrix that takes vectors fixed to the body into the scene's coordinates."""
+    """The matrix that takes vectors fixed to the body into the scene's coordinates.
+
+    In space Rz(yaw) Ry(pitch) Rx(roll) of angles (rad).
+    """
     if angles.shape[0] == 0:
         return jnp.eye(1, dtype=angles.dtype)
-    c, s = jnp.cos(angles), jnp.sin(angles)
+    cosines, sines = jnp.cos(angles), jnp.sin(angles)
     if angles.shape[0] == 1:
-        return jnp.stack([jnp.stack([c[0], s[0]]), jnp.stack([-s[0], c[0]])])
-    one, none = jnp.ones_like(c[0]), jnp.zeros_like(c[0])
-    roll = jnp.stack([one, none, none, none, c[0], -s[0], none, s[0], c[0]]).reshape(3, 3)
-    pitch = jnp.stack([c[1], none, s[1], none, one, none, -s[1], none, c[1]]).reshape(3, 3)
-    yaw = jnp.stack([c[2], -s[2], none, s[2], c[2], none, none, none, one]).reshape(3, 3)
-    return yaw @ pitch @ roll
+        (a,), (A,) = cosines, sines
+        return jnp.stack([jnp.stack([a, A]), jnp.stack([-A, a])])
+    (a, b, c), (A, B, C) = cosines, sines  # of roll, pitch and yaw
+    return jnp.stack(
+        [
+            jnp.stack([c * b, c * B * A - C * a, c * B * a + C * A]),
+            jnp.stack([C * b, C * B * A + c * a, C * B * a - c * A]),
+            jnp.stack([-B, b * A, b * a]),
+        ]
+    )
 
 
 def place_of(q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.motion import AbstractMotion, Recorded
 from lumpedcable.physics.ramp import growth
+from lumpedcable.physics.rigid import rotation
 
 __all__ = [
     "AbstractBodyMotion",
@@ -20,7 +21,6 @@ __all__ = [
     "Swing",
     "grown",
     "jonswap",
-    "rotation",
 ]
 
 GRAVITY = 9.80665  # m/s2, for the length of waves on deep water
@@ -37,18 +37,6 @@ class AbstractBodyMotion(eqx.Module):
     @abc.abstractmethod
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
         """Surge, sway, heave (m), roll, pitch, yaw (rad) at t (s)."""
-
-
-def rotation(turn: Float[Array, " 3"]) -> Float[Array, "3 3"]:
-    """Rz(yaw) Ry(pitch) Rx(roll) of angles (rad): from the body's axes to those of space."""
-    (a, b, c), (A, B, C) = jnp.cos(turn), jnp.sin(turn)
-    return jnp.stack(
-        [
-            jnp.stack([c * b, c * B * A - C * a, c * B * a + C * A]),
-            jnp.stack([C * b, C * B * A + c * a, C * B * a - c * A]),
-            jnp.stack([-B, b * A, b * a]),
-        ]
-    )
 
 
 def grown(

@@ -23,6 +23,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
+from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.coupling import IdealCable, Posts, PostState
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import strain_at
@@ -285,12 +286,5 @@ def _at_rest(body: Rider, law: IdealCable, posts: Posts) -> Rider:
         pull = law.pull(t, at[:d], None, posts).body[last]
         return pull + body.force(at, jnp.zeros_like(at))[last] > 0.0
 
-    def halve(_, bounds):
-        low, high = bounds
-        middle = 0.5 * (low + high)
-        up = carries(middle)
-        return jnp.where(up, middle, low), jnp.where(up, high, middle)
-
-    bounds = (top - 1e3 * span, top + span)
-    low, _ = jax.lax.stop_gradient(jax.lax.fori_loop(0, HALVINGS, halve, bounds))
+    low, _ = bisected(carries, top - 1e3 * span, top + span, HALVINGS)
     return eqx.tree_at(lambda b: b.reference, body, q.at[last].set(low))

@@ -14,6 +14,7 @@ from lumpedcable.model.couple import paid_out, payout_force
 from lumpedcable.model.line import Line, LineForces, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.winches import Winch
+from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.physics.weight import Weight
 from lumpedcable.solve.hanging import nodal_weight, spanning_line
@@ -87,15 +88,8 @@ def hung_length(
         return (power < MOST) & taut(slack(power))
 
     power = jax.lax.while_loop(too_short, lambda power: power + 1.0 / FINER, jnp.asarray(LEAST))
-
-    def halve(_, bounds):
-        low, high = bounds
-        middle = 0.5 * (low + high)
-        short = taut(middle)
-        return jnp.where(short, middle, low), jnp.where(short, high, middle)
-
     low = jnp.where(power > LEAST, slack(power - 1.0 / FINER), least)
-    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (low, slack(power)))
+    low, high = bisected(taut, low, slack(power), HALVINGS)
     # with a tension too low to hold up the line there is none: then nearly straight
     return jnp.where(power < MOST, 0.5 * (low + high), slack(-10.0))
 

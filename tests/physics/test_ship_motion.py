@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import lumpedcable.study.compiled  # noqa: F401  (double precision)
 from lumpedcable.physics.motion import Recorded, velocity_of
+from lumpedcable.physics.rigid import rotation
 from lumpedcable.physics.ships import (
     GRAVITY,
     HarmonicBody,
@@ -15,7 +16,6 @@ from lumpedcable.physics.ships import (
     SeaBody,
     Swing,
     jonswap,
-    rotation,
 )
 
 HEAVE, ROLL = 2, 3

@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.bisection import bisected
+
 __all__ = [
     "AbstractTensionLaw",
     "stiffness",
@@ -65,15 +67,8 @@ def strain_at(
     tension = jnp.asarray(tension)
     low = jnp.where(law.tension(jnp.zeros_like(tension)) <= tension, 0.0, -1.0)
     high = jnp.broadcast_to(max_strain, tension.shape).astype(tension.dtype)
-
-    def halve(_, bounds):
-        low, high = bounds
-        middle = 0.5 * (low + high)
-        below = law.tension(middle) < tension
-        return jnp.where(below, middle, low), jnp.where(below, high, middle)
-
-    low, high = jax.lax.fori_loop(0, 60, halve, jax.lax.stop_gradient((low, high)))
-    strain = jax.lax.stop_gradient(0.5 * (low + high))
+    low, high = bisected(lambda strain: law.tension(strain) < tension, low, high, 60)
+    strain = 0.5 * (low + high)
     value, slope = tension_and_stiffness(law, strain)
     slope = jax.lax.stop_gradient(slope)
     flat = slope <= 0.0
