@@ -24,53 +24,75 @@ def stepping_problems(
     others: Mapping[str, Any],
 ) -> Iterator[Problem]:
     """Yield what is asked for and not found; None stands for the unreadable."""
-    solver, output = others.get("solver", Solver()), others.get("output")
-    if isinstance(output, Output) and output.stop is not None:
-        moving = [
-            n for n, b in bodies.items() if b is None or any(getattr(b, "velocity", None) or ())
-        ]
-        if output.stop not in moving:
-            told = did_you_mean(output.stop, moving) or f"; known: {', '.join(moving) or 'none'}"
-            yield Problem(
-                ("output", "stop"),
-                f'expected a body that starts with a velocity, found "{output.stop}"{told}',
-            )
+    solver = others.get("solver", Solver())
+    yield from _stop(bodies, others.get("output"))
     if not isinstance(solver, Solver) or None in lines.values():
         return
-    seabed = others.get("seabed")
-    if getattr(seabed, "friction", None) is not None and solver.method != "leapfrog":
-        yield Problem(
-            ("seabed", "friction"),
-            f'expected solver.method = "leapfrog" where the bed has friction, found "{solver.method}"',
-        )
-    if getattr(seabed, "profile", None) is not None:
-        for name, body in bodies.items():
-            if isinstance(body, Body) and body.friction is not None:
-                yield Problem(
-                    ("bodies", name, "friction"),
-                    "expected a flat seabed where a body has friction, found one with a profile",
-                )
-    laws = {
-        name: getattr(materials.get(line.material), "law", None)
-        for name, line in lines.items()
-        if line is not None
-    }
-    rigid = [name for name, law in laws.items() if law == "inextensible"]
+    known = {name: line for name, line in lines.items() if line is not None}
+    laws = {name: getattr(materials.get(x.material), "law", None) for name, x in known.items()}
+    rigid = {name: known[name] for name, law in laws.items() if law == "inextensible"}
+    yield from _bed(bodies, others.get("seabed"), solver)
     if not rigid:
-        for name, body in bodies.items():
-            if isinstance(body, Body) and body.friction is not None and solver.method != "leapfrog":
-                yield Problem(
-                    ("bodies", name, "friction"),
-                    'expected solver.method = "leapfrog" where a body has friction, found '
-                    f'"{solver.method}"',
-                )
+        yield from _gripping(bodies, solver)
         return
     for name, law in laws.items():
         if law not in ("inextensible", None):
             yield Problem(
                 ("lines", name, "material"),
-                f'expected an inextensible material, as of "{rigid[0]}", found law = "{law}"',
+                f'expected an inextensible material, as of "{next(iter(rigid))}", '
+                f'found law = "{law}"',
             )
+    yield from _rod_solver(solver)
+    yield from _rod_company(bodies, events)
+    yield from _rod_lines(rigid)
+
+
+def _stop(bodies: Mapping[str, Any], output: Any) -> Iterator[Problem]:
+    """A body whose end of motion ends the run must move."""
+    if not isinstance(output, Output) or output.stop is None:
+        return
+    moving = [n for n, b in bodies.items() if b is None or any(getattr(b, "velocity", None) or ())]
+    if output.stop not in moving:
+        told = did_you_mean(output.stop, moving) or f"; known: {', '.join(moving) or 'none'}"
+        yield Problem(
+            ("output", "stop"),
+            f'expected a body that starts with a velocity, found "{output.stop}"{told}',
+        )
+
+
+def _bed(bodies: Mapping[str, Any], seabed: Any, solver: Solver) -> Iterator[Problem]:
+    if getattr(seabed, "friction", None) is not None and solver.method != "leapfrog":
+        yield Problem(
+            ("seabed", "friction"),
+            f'expected solver.method = "leapfrog" where the bed has friction, found "{solver.method}"',
+        )
+    if getattr(seabed, "profile", None) is None:
+        return
+    for name in _with_friction(bodies):
+        yield Problem(
+            ("bodies", name, "friction"),
+            "expected a flat seabed where a body has friction, found one with a profile",
+        )
+
+
+def _gripping(bodies: Mapping[str, Any], solver: Solver) -> Iterator[Problem]:
+    if solver.method == "leapfrog":
+        return
+    for name in _with_friction(bodies):
+        yield Problem(
+            ("bodies", name, "friction"),
+            'expected solver.method = "leapfrog" where a body has friction, found '
+            f'"{solver.method}"',
+        )
+
+
+def _with_friction(bodies: Mapping[str, Any]) -> Iterator[str]:
+    for name, body in bodies.items():
+        if isinstance(body, Body) and body.friction is not None:
+            yield name
+
+
+def _rod_solver(solver: Solver) -> Iterator[Problem]:
     if solver.step is None:
         yield Problem(
             ("solver", "step"), "expected a step (s) where lines are inextensible, found nothing"
@@ -86,6 +108,10 @@ def stepping_problems(
             ("solver", "dtype"),
             f'expected "float64" where lines are inextensible, found "{solver.dtype}"',
         )
+
+
+def _rod_company(bodies: Mapping[str, Any], events: Mapping[str, Any]) -> Iterator[Problem]:
+    """What does not go with inextensible lines in one scene."""
     for name in events:
         yield Problem(("events", name), "expected no event where lines are inextensible, found one")
     for name, body in bodies.items():
@@ -94,15 +120,17 @@ def stepping_problems(
                 ("bodies", name, "on"),
                 "expected elastic lines under a trolley, found inextensible ones",
             )
-    for name in rigid:
-        line = lines[name]
+
+
+def _rod_lines(rigid: Mapping[str, Line]) -> Iterator[Problem]:
+    for name, line in rigid.items():
         for side in SIDES:
-            if line is not None and isinstance(getattr(line, side), WinchEnd):
+            if isinstance(getattr(line, side), WinchEnd):
                 yield Problem(
                     ("lines", name, side),
                     "expected an elastic line on a winch, found an inextensible one",
                 )
-        if line is not None and line.bending is not None:
+        if line.bending is not None:
             yield Problem(
                 ("lines", name, "bending"), "expected no bending of an inextensible line, found one"
             )
