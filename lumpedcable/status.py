@@ -24,6 +24,7 @@ class Status(IntEnum):
     STILL_MOVING = 9
     BODY_UPENDED = 10
     LENGTH_LOST = 11
+    STEP_NOT_FOUND = 12
 
 
 SIGNS = (
@@ -31,6 +32,7 @@ SIGNS = (
     Status.LENGTH_LOST,
     Status.STEP_BOUND_BROKEN,
     Status.TOO_MANY_STEPS,
+    Status.STEP_NOT_FOUND,
     Status.NON_FINITE,
     Status.LINE_REVERSED,
 )
@@ -55,6 +57,10 @@ MEANING = {
     Status.STILL_MOVING: "the body that should come to rest was still moving at the end",
     Status.LENGTH_LOST: (
         "an inextensible line lost its length, since the step is too long for how it is pulled"
+    ),
+    Status.STEP_NOT_FOUND: (
+        "the method found no step that goes on from there: its stages had no solution, or its error "
+        "stayed too large, however short it was"
     ),
 }
 
@@ -92,6 +98,10 @@ ADVICE = {
     ),
     Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
     Status.LENGTH_LOST: "lower solver.step; the run ends before that step, and is right until then",
+    Status.STEP_NOT_FOUND: (
+        'use the leapfrog method; an implicit one (kvaerno) needs solver.waves = "viscous" or "plain", '
+        "and where solver.step or solver.courant is given perhaps a lower one"
+    ),
 }
 
 

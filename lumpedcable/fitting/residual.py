@@ -184,7 +184,7 @@ def history(
 
     def look_at(run: Progress, k):
         t = (own(k) + 1) * numbers.every
-        return seen(run, sample(model, t, run.y, plan.quantities, dt, run.exhausted))
+        return seen(run, sample(model, t, run.y, plan.quantities, dt, run.stuck))
 
     begun, first = begin(model, plan, numbers)
 

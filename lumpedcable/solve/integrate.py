@@ -33,6 +33,7 @@ from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, held, rests
 from lumpedcable.solve.upright import upright, uprightest
 from lumpedcable.solve.watching import Watching
+from lumpedcable.status import Status
 
 __all__ = [
     "METHODS",
@@ -46,6 +47,8 @@ __all__ = [
 ]
 
 Kept = TypeVar("Kept")
+# of an output interval: a step as short as this that is refused will not be followed by a better one
+LEAST_STEP = 1e-10
 METHODS = {
     "leapfrog": Leapfrog,
     "constrained": Constrained,
@@ -95,13 +98,14 @@ class Progress(NamedTuple):
 
     `stopped` is when its body came to rest (s), NaN before; `peaks` the largest tensions so far of the
     segments of inextensible lines (N), `upright` the least |cos(pitch)| so far of bodies that turn in
-    space. A run whose rods have `lost` their lengths stays as it was before that step.
+    space. `stuck` is 0 while steps are found, else the `Status` of why there was none, and time stands
+    still; a run whose rods have `lost` their lengths stays as it was before that step.
     """
 
     y: State
     solver_state: PyTree
     seen: tuple[Watch, ...]
-    exhausted: Bool[Array, ""]
+    stuck: Int[Array, ""]
     stopped: Float[Array, ""]
     peaks: dict[str, Float[Array, " n"]]
     lost: Bool[Array, ""]
@@ -159,12 +163,12 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
         solver = fixed_solver(plan, numbers)
         solver_state = solver.init(CableTerm(zero), zero, dt, y, model)
     seen = watches(model, y, plan.recoils)
-    never = jnp.zeros((), bool)
-    first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, never)
+    never, going = jnp.zeros((), bool), jnp.zeros((), jnp.int32)
+    first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, going)
     moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
     standing = upright(model, y)
     first = first._replace(largest=first.largest | watched(seen), upright=standing)
-    return Progress(y, solver_state, seen, never, moving, y.tension, never, standing), first
+    return Progress(y, solver_state, seen, going, moving, y.tension, never, standing), first
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
@@ -197,12 +201,12 @@ def _fixed(
         if not staggered:
             y = _settled(model, t1, y, dt.astype(plan.dtype))
         seen = watch(model, y, run.seen, plan.recoils, t1, dt)
-        # only an implicit method can fail to find its stages
-        failed = result != diffrax.RESULTS.successful if implicit else False
+        stuck = run.stuck
+        if implicit:  # no other method can fail to find its stages
+            stuck = _first(stuck, result != diffrax.RESULTS.successful, Status.STEP_NOT_FOUND)
         peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.peaks.items()}
         standing = uprightest(model, y, run.upright)
-        failed = run.exhausted | failed
-        after = Progress(y, state, seen, failed, run.stopped, peaks, run.lost, standing)
+        after = Progress(y, state, seen, stuck, run.stopped, peaks, run.lost, standing)
         if isinstance(solver, Constrained):
             after = held(run, after, result != diffrax.RESULTS.successful)
         return after if plan.stop is None else halted(model, plan, run, after, t0, dt)
@@ -224,9 +228,12 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     own, guess = cast((numbers, guess), str(dtype))
     steps = diffrax.PIDController(rtol=own.rtol, atol=own.atol, norm=_size)
 
+    least = jnp.maximum(LEAST_STEP, 4.0 * jnp.finfo(dtype).eps) * own.every
+
     def part(carry, until):
-        t0, y, seen, taken, failed = carry
-        controller = Watching(steps, seen, start, plan.recoils) if seen else steps
+        t0, y, seen, taken, stuck = carry
+        until = jnp.where(stuck > 0, t0, until)
+        controller = Watching(steps, seen, start, least, plan.recoils)
         solution = diffrax.diffeqsolve(
             CableTerm(start), METHODS[plan.method](), t0, until, guess, y, args=model,
             stepsize_controller=controller, max_steps=plan.max_steps, throw=False,
@@ -239,17 +246,25 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
         if seen:
             assert solution.controller_state is not None
             _, seen = solution.controller_state
-        failed = failed | (solution.result != diffrax.RESULTS.successful)
-        return (until, y, seen, taken + solution.stats["num_accepted_steps"], failed), None
+        stuck = _first(
+            stuck, solution.result == diffrax.RESULTS.max_steps_reached, Status.TOO_MANY_STEPS
+        )
+        stuck = _first(stuck, solution.result != diffrax.RESULTS.successful, Status.STEP_NOT_FOUND)
+        return (until, y, seen, taken + solution.stats["num_accepted_steps"], stuck), None
 
-    found = jnp.zeros((), dtype), run.y, run.seen, jnp.zeros((), jnp.int64), run.exhausted
+    found = jnp.zeros((), dtype), run.y, run.seen, jnp.zeros((), jnp.int64), run.stuck
     if run.y.reaction:
         found, _ = jax.lax.scan(part, found, _until_breaks(model, own.every, start))
     else:
         found, _ = part(found, own.every)
-    _, y, seen, taken, failed = found
+    _, y, seen, taken, stuck = found
     dt, standing = numbers.every / jnp.maximum(taken, 1), uprightest(model, y, run.upright)
-    return Progress(y, dt, seen, failed, run.stopped, run.peaks, run.lost, standing)
+    return Progress(y, dt, seen, stuck, run.stopped, run.peaks, run.lost, standing)
+
+
+def _first(stuck, failed, status: Status) -> Int[Array, ""]:
+    """`stuck` as it is, or why steps end now."""
+    return jnp.where((stuck == 0) & failed, jnp.asarray(int(status), stuck.dtype), stuck)
 
 
 def _settled(model: Model, t, y: State, dt) -> State:
@@ -312,7 +327,7 @@ def advance(
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
     def sample_at(run: Progress, t) -> Kept:
-        found = sample(model, t, run.y, plan.quantities, dt, run.exhausted)
+        found = sample(model, t, run.y, plan.quantities, dt, run.stuck)
         more = {"largest": found.largest | watched(run.seen), "upright": run.upright}
         return keep(found._replace(stopped=rests(model, plan, run), lost=run.lost, **more))
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.ends import Joined
@@ -72,8 +72,8 @@ class Sample(NamedTuple):
 
     `largest` has the largest tension of all segments (N) and the kinetic energy (J), and what
     `watched` adds; `bodies` the coordinates q and their rates of each body, (2, m); `measures` the
-    numbers that the scene asks for, NaN while they do not count; `upright` the least |cos(pitch)| so
-    far of bodies that turn in space.
+    numbers that the scene asks for, NaN while they do not count; `stuck` is as of a run; `upright` the
+    least |cos(pitch)| so far of bodies that turn in space.
     """
 
     fields: dict[str, dict[str, Array]]
@@ -83,7 +83,7 @@ class Sample(NamedTuple):
     finite: Bool[Array, ""]
     reversed: Bool[Array, ""]
     courant: Float[Array, ""]
-    exhausted: Bool[Array, ""]
+    stuck: Int[Array, ""]
     bodies: dict[str, Float[Array, "2 m"]]
     measures: dict[str, Float[Array, ""]]
     stopped: Bool[Array, ""]
@@ -223,7 +223,7 @@ def sample(
     y: State,
     quantities: tuple[str, ...],
     dt: Float[Array, ""] | None,
-    exhausted: Bool[Array, ""],
+    stuck: Int[Array, ""],
 ) -> Sample:
     """Everything that is kept of one output time."""
     found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
@@ -283,7 +283,7 @@ def sample(
     measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
     not_yet = jnp.zeros((), bool)
     return Sample(
-        fields, energy, ends, largest, finite, back, courant, exhausted, bodies, measures,
+        fields, energy, ends, largest, finite, back, courant, stuck, bodies, measures,
         stopped=not_yet, lost=not_yet,
     )  # fmt: skip
 
@@ -297,7 +297,8 @@ def signs(seen: Sample, limit: float = 1.0) -> dict[Status, Bool[Array, "..."]]:
         Status.BODY_UPENDED: upended,
         Status.LENGTH_LOST: seen.lost,
         Status.STEP_BOUND_BROKEN: seen.courant > limit,
-        Status.TOO_MANY_STEPS: seen.exhausted,
+        Status.TOO_MANY_STEPS: seen.stuck == Status.TOO_MANY_STEPS,
+        Status.STEP_NOT_FOUND: seen.stuck == Status.STEP_NOT_FOUND,
         Status.NON_FINITE: ~seen.finite,
         Status.LINE_REVERSED: seen.reversed,
     }

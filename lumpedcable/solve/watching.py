@@ -15,22 +15,27 @@ __all__ = ["Watching"]
 
 
 class Watching(diffrax.AbstractAdaptiveStepSizeController):
-    """Chooses steps as `controller` does, and watches those that it accepts.
+    """Chooses steps as `controller` does, watches those that it accepts, and ends where none is left.
 
     diffrax shows its steps to nobody else. The state is that of `controller` and the watches, which are
     `seen` before the first step. The model is `args`; the solver's times count from `start` (s).
+
+    A step of less than `least` (s) that is refused ends the run: a stage that has no solution, or a
+    jump right there, would have steps ever shorter until time stands still.
     """
 
     controller: diffrax.PIDController
     seen: tuple[Watch, ...]
     start: Float[Array, ""]
+    least: Float[Array, ""]
     recoils: tuple[Recoil, ...] = eqx.field(static=True)
 
     def __init__(
         self, controller: diffrax.PIDController, seen: tuple[Watch, ...],
-        start: Float[Array, ""], recoils: tuple[Recoil, ...],
+        start: Float[Array, ""], least: Float[Array, ""], recoils: tuple[Recoil, ...],
     ):  # fmt: skip
-        self.controller, self.seen, self.start, self.recoils = controller, seen, start, recoils
+        self.controller, self.seen, self.recoils = controller, seen, recoils
+        self.start, self.least = start, least
 
     @property
     def rtol(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -59,7 +64,7 @@ class Watching(diffrax.AbstractAdaptiveStepSizeController):
     def adapt_step_size(
         self, t0, t1, y0, y1_candidate, args, y_error, error_order, controller_state
     ):  # fmt: skip
-        """As of `controller`; the watches see a step that is kept."""
+        """As of `controller`, or its end; the watches see a step that is kept."""
         inner, seen = controller_state
         keep, next_start, next_end, jumped, inner, result = self.controller.adapt_step_size(
             t0, t1, y0, y1_candidate, args, y_error, error_order, inner
@@ -67,4 +72,6 @@ class Watching(diffrax.AbstractAdaptiveStepSizeController):
         t, dt = self.start + t1, jnp.asarray(t1 - t0)
         after = watch(args, y1_candidate, seen, self.recoils, t, dt)
         seen = jax.tree.map(lambda new, old: jnp.where(keep, new, old), after, seen)
+        ended = ~keep & (t1 - t0 < self.least)
+        result = diffrax.RESULTS.where(ended, diffrax.RESULTS.dt_min_reached, result)
         return keep, next_start, next_end, jumped, (inner, seen), result

@@ -115,7 +115,7 @@ def play(text: str, *overrides: str, kick: Kick | None = None, steps: int | None
     fields = {key: np.asarray(x, float)[: setting.count] for key, x in fields[setting.line].items()}
     time = np.arange(1, setting.count + 1) * scene.output.every
     seen = Seen(time, s, place, *in_space(fields, coordinates))
-    ended = bool(np.all(np.isfinite(seen.moved))) and not bool(run.exhausted)
+    ended = bool(np.all(np.isfinite(seen.moved))) and not bool(run.stuck)
     return Played(seen, steps, ended)
 
 
@@ -205,7 +205,7 @@ def begun(model, plan: Plan, numbers: Numbers, shift, speed) -> Progress:
     if not plan.adaptive:
         state = METHODS[plan.method]().init(CableTerm(jnp.zeros(())), jnp.zeros(()), dt, y, model)
     return Progress(
-        y, state, watches(model, y, plan.recoils), jnp.zeros((), bool), jnp.full((), jnp.nan), {},
+        y, state, watches(model, y, plan.recoils), jnp.zeros((), jnp.int32), jnp.full((), jnp.nan), {},
         jnp.zeros((), bool),
     )  # fmt: skip
 

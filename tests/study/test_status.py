@@ -121,6 +121,40 @@ def test_a_solver_that_runs_out_of_steps(tmp_path):
     assert "max_steps" in ran.outcomes[0].message
 
 
+FALLS = """
+gravity = "9.81 m/s2"
+[materials.hooke]
+law = "linear"
+EA = "1 MN"
+[lines.rope]
+material = "hooke"
+length = "10 m"
+segments = 8
+mass = "1 kg/m"
+start = { fixed = [0, 0, 0] }
+end = "free"
+[events.break]
+breaks = "rope.start"
+time = 0
+[output]
+duration = "0.3 s"
+every = "0.02 s"
+quantities = ["tension"]
+[solver]
+method = "kvaerno3"
+"""
+
+
+def test_a_step_that_is_not_found_however_short_ends_the_run(tmp_path):
+    # where the rate of a segment that falls freely changes its sign, the correction jumps, and a stage
+    # that is pushed back over the jump has no solution
+    (outcome,) = run_text(tmp_path, FALLS).outcomes
+    assert outcome.status is Status.STEP_NOT_FOUND
+    assert 0.0 < outcome.status_time <= 0.3
+    assert "solver.waves" in outcome.message
+    assert "max_steps" not in outcome.message
+
+
 @pytest.mark.parametrize(
     "change",
     [
