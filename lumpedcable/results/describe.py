@@ -65,10 +65,13 @@ def _where(folder: StudyFolder) -> list[tuple[str, str]]:
     rows = [("folder", f"{folder.path}, {size(bytes_)}"), ("state", state)]
     begun, failures = sorted(missing & set(folder.begun())), folder.failures()
     if begun:
-        rows.append(("begun", f"shards {', '.join(map(str, begun[:_FAILURES_SHOWN]))}"))
+        more = ", ..." if len(begun) > _FAILURES_SHOWN else ""
+        rows.append(("begun", f"shards {', '.join(map(str, begun[:_FAILURES_SHOWN]))}{more}"))
     for shard, reason in list(failures.items())[:_FAILURES_SHOWN]:
         first = (reason.splitlines() or ["nobody knows why"])[0]
         rows.append((f"shard {shard}", f"failed: {first}"))
+    if len(failures) > _FAILURES_SHOWN:
+        rows.append(("", f"and {len(failures) - _FAILURES_SHOWN} more"))
     return rows
 
 
@@ -132,12 +135,15 @@ def _statuses(result: ResultFile) -> str:
 
 
 def _failures(result: ResultFile) -> list[tuple[str, str]]:
-    failed = [run for run, word in enumerate(result.status) if word != OK]
     times, messages = result.status_time, result.status_message
+    failed = [
+        run
+        for run, word in enumerate(result.status)
+        # a run not yet begun has nothing to say
+        if word != OK and (messages[run] or np.isfinite(times[run]))
+    ]
     rows = []
     for run in failed[:_FAILURES_SHOWN]:
-        if not messages[run] and not np.isfinite(times[run]):
-            continue  # a run not yet begun has nothing to say
         when = f" at {quantity(float(times[run]), 's')}" if np.isfinite(times[run]) else ""
         which = f" ({result.label(run)})" if result.label(run) else ""
         rows.append((f"run {run}", f"{result.status[run]}{when}{which}: {messages[run]}"))

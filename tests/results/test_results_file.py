@@ -1,5 +1,7 @@
 """Writing and reading back: values, names, units, and what other programs see."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -203,6 +205,20 @@ def test_describe_tells_all(path):
     ):
         assert part in text
     assert "incomplete" not in text
+
+
+def test_describe_tells_of_failures_behind_runs_that_are_not_begun(tmp_path):
+    many = np.linspace(45e3, 450e3, 14)
+    path = snapback(
+        tmp_path / "half.h5", pretensions=many, break_times=(5e-3,), segments=4, times=TIMES[:4],
+        fields=("tension",), failed=(12, 13),
+    )  # fmt: skip
+    with h5py.File(path, "r+") as file:
+        file["status"][:12] = 0  # as an unwritten one reads
+    text = describe(path)
+    for run in (12, 13):
+        assert re.search(rf"^run {run} .*too much strain$", text, re.MULTILINE)
+    assert "more" not in text
 
 
 @pytest.mark.parametrize(
