@@ -230,6 +230,12 @@ def chain_bound(n: int) -> float:
     return 2.0 * CHAIN_W * 4.0 * square * (CHAIN / n) ** 2 / 24.0 + 1e-4 * CHAIN_W * 4.0
 
 
+def by_gravity(seen: Seen):
+    """d/dg of the mode: omega goes as the root of g, the shape stays."""
+    t = CHAIN_W * seen.time
+    return -SWING * chain_shape(seen.s) * (t * np.sin(t))[:, None] / (2.0 * G)
+
+
 HANGING = Case(
     text=f"gravity = {G}\ndimensions = 2\n" + hooke()
     + BAR.replace("100 m", "10 m").format(end='"free"') + outputs(4.0),
@@ -241,6 +247,7 @@ HANGING = Case(
     segments=12,
     source="D. Bernoulli (1733), see Watson, Theory of Bessel Functions (1944), chapter 1",
     order=(1.6, 2.4),
+    gradients={"gravity": by_gravity},
 )  # fmt: skip
 
 # --- a beam ---------------------------------------------------------------------------------------

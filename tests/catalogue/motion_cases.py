@@ -97,6 +97,7 @@ FALL = Case(
     source="Newton's second law for a whole",
     order=None,
     step_order=None,
+    gradients={"gravity": lambda seen: -0.5 * seen.time**2},
 )
 WATER, DIAMETER, NORMAL = 1025.0, 0.02, 1.2
 ADDED = WATER * np.pi / 4 * DIAMETER**2

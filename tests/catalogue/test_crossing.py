@@ -1,31 +1,18 @@
 """Every case by every integrator in both precisions: the error is what the mesh must make, or less."""
 
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
 from case import assert_order, assert_right, assert_step_order, relative_error
-from catalogue import ALL, CASES, options
+from catalogue import ALL, CASES, STEPPED, excluded, known, options, stuck
 from mode_cases import LENGTH, SWING, K
 
 from lumpedcable.scene.run import Method
 from lumpedcable.solve.integrate import METHODS
-from lumpedcable.study.plan import ADAPTIVE
 
 SINGLE = ("standing axial wave", "shock")
-
-
-# where rounding to single precision, some 6e-8 EA on every node, is smaller than what a tolerance
-# must see to choose a step, and does not add up over Euler's hundreds of thousands of steps
-SMALL = ("standing axial wave", "damped axial mode", "body on a heavy line", "body on one segment",
-         "shaken end")  # fmt: skip
-
-
-def known(name, stepping, dtype) -> bool:
-    """Whether this way of stepping finds the answer at all."""
-    if stepping == "plain" and not CASES[name].plain:
-        return False
-    return dtype == "float64" or stepping not in {*ADAPTIVE, "euler"} or name in SMALL
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -58,13 +45,18 @@ STUCK = pytest.mark.xfail(
 CROSSING = [
     pytest.param(
         name, stepping, dtype,
-        marks=STUCK if name == "free fall" and stepping.startswith("kvaerno") else (),
+        marks=STUCK if stuck(name, stepping) else (),
     )
     for dtype in ("float64", "float32")
     for stepping in ALL
     for name in CASES
     if known(name, stepping, dtype)
 ]  # fmt: skip
+
+
+def test_the_page_says_what_is_left_out():
+    page = (Path(__file__).parents[2] / "docs" / "verification.md").read_text()
+    assert f"<!-- left out -->\n{excluded()}\n<!-- end -->" in page
 
 
 @pytest.mark.slow
@@ -109,7 +101,7 @@ def test_order_in_the_mesh_without_time(name):
     assert_order(errors, 2, (1.6, 2.4))
 
 
-@pytest.mark.parametrize("name", [n for n, case in CASES.items() if case.step_order is not None])
+@pytest.mark.parametrize("name", STEPPED)
 def test_order_in_the_step(name):
     case = CASES[name]
     # from a quarter of the default step on: before it is the step that bounds the viscosity at an end

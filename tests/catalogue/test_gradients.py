@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from case import assert_gradient, assert_order
 from catalogue import CASES, options
-from player import setting_of
+from nylon_line import MASS, cut
+from player import sensitivity, setting_of
+from release_cases import PULLED, SHOCK_WAVE, by_pretension, towards_wall
 
-from lumpedcable.exact import elastic_catenary
+from lumpedcable.exact import elastic_catenary, release_wave
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE
 from lumpedcable.study.plan import structure_of
@@ -18,6 +20,7 @@ PAIRS = [(name, key) for name, case in CASES.items() for key in case.gradients]
 QUICK = {
     ("linear release, ramped", "events.break.time"),
     ("plateau", "lines.rope.end.held.pretension"),
+    ("free fall", "gravity"),
 }
 
 
@@ -69,6 +72,20 @@ def test_a_plateau_by_its_pretension():
     # dw/dT0 = 1/(m c(e0)) of the simple wave, in numbers: 1/(2.238 kg/m 657.8556 m/s)
     exact = CASES["plateau"].gradients["lines.rope.end.held.pretension"](None)
     assert exact[0] == pytest.approx(6.7923e-4, rel=1e-4)
+
+
+def test_the_end_behind_a_shock_by_its_pretension():
+    # where the tension jumps it has no derivative; the end's speed has
+    case = CASES["shock"]
+
+    def speed(seen):
+        return towards_wall(seen)[4:, -1].mean()
+
+    line = f"rope.segments={case.segments}"
+    value, found = sensitivity(case.text, PULLED, speed, line)
+    exact = by_pretension(lambda T0: release_wave(cut, MASS, tension0=T0).end_speed, 450e3)
+    assert value == pytest.approx(SHOCK_WAVE.end_speed, rel=case.bound(case.segments))
+    assert found == pytest.approx(exact, rel=case.allowed())
 
 
 # --- statics --------------------------------------------------------------------------------------
