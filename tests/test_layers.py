@@ -1,6 +1,7 @@
 """The house keeps its shape: imports point one way, and only what computes loads jax."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -26,11 +27,11 @@ ALLOWED = {
     "solve": {"model", "physics", "scene"},
     "study": {"", "exact", "model", "physics", "results", "scene", "solve"},
     "fitting": {"model", "physics", "results", "scene", "solve", "study"},
-    "view": {"exact", "results"},
+    "view": {"results"},
     "export": {"results"},
     "page": {"exact", "results", "scene", "study"},
     "cli": {"commands", "", "model", "results", "scene", "study", "view"},
-    "commands": {"export", "fits", "fitting", "page", "results", "scene", "study", "view"},
+    "commands": {"export", "fits", "fitting", "page", "results", "scene", "view"},
     "__main__": {"cli"},
 }
 COMMANDS = {"cli", "commands"}  # import what a command needs when it runs
@@ -81,19 +82,23 @@ def imports(source, module, is_package):
             yield target, tuple(alias.name for alias in node.names), top
 
 
+def rooms_in(target, names):
+    """The rooms that an import from inside the package names."""
+    # `from lumpedcable import scene` names a room as well
+    if target == PACKAGE:
+        return {name if name in ALLOWED else "" for name in names} or {""}
+    return {room_of(target)}
+
+
 def faults(source, module, is_package=False):
     """What is wrong with the imports of one module."""
     room, found = room_of(module), []
     for target, names, top in imports(source, module, is_package):
         outer = target.split(".")[0]
         if outer == PACKAGE:
-            # `from lumpedcable import scene` names a room as well
-            rooms = {room_of(target)}
-            if target == PACKAGE:
-                rooms = {name if name in ALLOWED else "" for name in names} or {""}
             found += [
                 f"{module} imports {PACKAGE}.{other}".rstrip(".")
-                for other in sorted(rooms - {room} - FREE - ALLOWED[room])
+                for other in sorted(rooms_in(target, names) - {room} - FREE - ALLOWED[room])
             ]
             if room_of(target) != room:
                 found += [f"{module} imports {target}.{n}" for n in names if n.startswith("_")
@@ -145,8 +150,36 @@ def test_a_right_import_is_let_through(module, source):
     assert faults(source, module) == []
 
 
+def unused(allowed, modules):
+    """Ways that are allowed and that nobody goes; `modules` are (source, module, is a package)."""
+    gone = {
+        (room_of(module), other)
+        for source, module, is_package in modules
+        for target, names, _ in imports(source, module, is_package)
+        if target.split(".")[0] == PACKAGE
+        for other in rooms_in(target, names)
+    }
+    return {(room, other) for room, others in allowed.items() for other in others} - gone
+
+
+def test_every_way_that_is_allowed_is_gone():
+    modules = [(path.read_text(), name_of(path), path.name == "__init__.py") for path in MODULES]
+    assert unused(ALLOWED, modules) == set()
+
+
+def test_a_way_that_nobody_goes_is_found():
+    module = ("from lumpedcable import exact", "lumpedcable.page.live", False)
+    assert unused({"page": {"exact", "scene"}}, [module]) == {("page", "scene")}
+
+
 def test_every_room_is_on_the_plan():
     assert {room_of(name_of(path)) for path in MODULES} == set(ALLOWED)
+
+
+def test_every_room_is_in_the_words_of_the_plan():
+    plan = (ROOT / "docs" / "architecture.md").read_text().split("```")[1]
+    told = {line.split()[0] for line in plan.splitlines() if re.match(r" [a-z]", line)}
+    assert told == set(ALLOWED) - {"", "__main__"}
 
 
 @pytest.mark.parametrize(
