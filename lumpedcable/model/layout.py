@@ -61,10 +61,19 @@ class Piece:
 
 @dataclass(frozen=True)
 class Joint:
-    """Ends of pieces that share a node, ("piece", its end), and the body at it, if any."""
+    """Ends of pieces that share a node, ("piece", its end), and the point body at it, if any.
+
+    `held` says that something else holds the node too: a place, a path, a rigid body or a force.
+    """
 
     members: tuple[tuple[str, int], ...]
     body: str | None
+    held: bool = False
+
+    @property
+    def parts(self) -> bool:
+        """Whether two ends hold each other there and nothing else does: where one goes, both do."""
+        return len(self.members) == 2 and self.body is None and not self.held
 
 
 @dataclass(frozen=True)
@@ -312,9 +321,11 @@ def make_layout(scene: Scene, seams: bool = False) -> Layout:
         if side is not None:
             piece, node = outer[f"{target}.{side}"]
             breaks.append((piece, node, event_name))
-    layout = Layout(tuple(pieces), tuple(_joints(links)), tuple(breaks))
-    _refuse_branches(scene, layout)
     held = {outer[end] for end in outer if _holds(scene, end)}
+    pulled = {outer[end] for end in outer if _pulls(scene, end)}
+    joints = _joints(links, held | pulled)
+    layout = Layout(tuple(pieces), tuple(joints), tuple(breaks))
+    _refuse_branches(scene, layout)
     for joint in layout.joints:
         leaving = [m for m in joint.members if layout.event_at(*m) is not None]
         if len(leaving) == len(joint.members) and not held & set(leaving):
@@ -350,14 +361,24 @@ def _refuse_branches(scene: Scene, layout: Layout) -> None:
 
 def _holds(scene: Scene, name: str) -> bool:
     """Whether an end, "LINE.start" or "LINE.end", is held by a place, a path or a rigid body."""
-    line, _, side = name.rpartition(".")
-    end = getattr(scene.lines[line], side)
-    by_force = isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
+    end = _end_of(scene, name)
     free = end == "free" or tie_of(end) is not None
-    return scene.on_body(end) or not (free or by_force)
+    return scene.on_body(end) or not (free or _pulls(scene, name))
 
 
-def _joints(links: list[set]) -> list[Joint]:
+def _pulls(scene: Scene, name: str) -> bool:
+    """Whether an end, "LINE.start" or "LINE.end", is held by a force."""
+    end = _end_of(scene, name)
+    return isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
+
+
+def _end_of(scene: Scene, name: str):
+    """What the scene says of an end, "LINE.start" or "LINE.end"."""
+    line, _, side = name.rpartition(".")
+    return getattr(scene.lines[line], side)
+
+
+def _joints(links: list[set], held: set[tuple[str, int]]) -> list[Joint]:
     groups: list[set] = []
     for link in links:
         touching = [g for g in groups if g & link]
@@ -367,5 +388,6 @@ def _joints(links: list[set]) -> list[Joint]:
         bodies = [name for piece, name in group if piece == ""]
         members = tuple(sorted((m for m in group if m[0] != ""), key=str))
         if members:
-            joints.append(Joint(members, bodies[0] if bodies else None))
+            body = bodies[0] if bodies else None
+            joints.append(Joint(members, body, bool(held & set(members))))
     return sorted(joints, key=lambda j: str(j.members))

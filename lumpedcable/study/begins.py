@@ -8,6 +8,7 @@ import numpy as np
 
 from lumpedcable.scene import Scene, Study
 from lumpedcable.solve.observe import FAR, Recoil
+from lumpedcable.study.plan import recoil_event
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,24 +19,12 @@ __all__ = ["begins_of", "other_begins", "source_of"]
 
 
 def begins_of(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64]:
-    """When the break of a recoiling end begins in each run (s): its own, or the first at its joint.
-
-    From a body only the end goes that breaks there.
-    """
-    layout, scene = part.structure.layout, part.structure.scene
-    index, members = layout.joint_of(recoil.line, recoil.node), ((recoil.line, recoil.node),)
-    joint = None if index is None else layout.joints[index]
-    own = layout.event_at(recoil.line, recoil.node)
-    if joint is not None and (joint.body is None or own is None):
-        members = joint.members
-    events = [layout.event_at(*member) for member in members]
-    moved = study.runs.numbers(part.runs)
-    starts = [
-        np.broadcast_to(moved.get(f"events.{e}.start", scene.events[e].start), len(part.runs))
-        for e in events
-        if e is not None
-    ]
-    return np.min(starts, axis=0).astype(float)
+    """When the break of a recoiling end begins in each run (s): its own, or its partner's."""
+    event = recoil_event(part.structure.layout, recoil)
+    start = study.runs.numbers(part.runs).get(
+        f"events.{event}.start", part.structure.scene.events[event].start
+    )
+    return np.broadcast_to(start, len(part.runs)).astype(float)
 
 
 def other_begins(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64]:

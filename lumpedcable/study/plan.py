@@ -25,6 +25,7 @@ __all__ = [
     "lane_time",
     "lanes",
     "plan_of",
+    "recoil_event",
     "recoils_of",
     "rounded_steps",
     "sizes_for",
@@ -147,16 +148,27 @@ def _nodes(layout: Layout) -> int:
 
 
 def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
-    """Every end that recoils when its event comes: the broken one, and at a cut its partner too."""
+    """Every end that recoils when its event comes: the broken one, and where it was all that held its
+    partner, that too.
+    """
     found: list[Recoil] = []
     for name, node, _ in layout.breaks:
-        joint = layout.joint_of(name, node)
-        members = [(name, node)] if joint is None else list(layout.joints[joint].members)
-        cut = joint is not None and layout.joints[joint].body is None and len(members) == 2
-        for member in members if cut else [(name, node)]:
+        index = layout.joint_of(name, node)
+        joint = None if index is None else layout.joints[index]
+        members = ((name, node),) if joint is None or not joint.parts else joint.members
+        for member in members:
             if Recoil(*member) not in found:
                 found.append(Recoil(*member))
     return tuple(found)
+
+
+def recoil_event(layout: Layout, recoil: Recoil) -> str:
+    """Name of the event at which an end recoils: what breaks it or, at its joint, its partner."""
+    index = layout.joint_of(recoil.line, recoil.node)
+    own = (recoil.line, recoil.node)
+    members = () if index is None else layout.joints[index].members
+    events = [layout.event_at(*member) for member in (own, *members)]
+    return next(event for event in events if event is not None)
 
 
 def courant_of(scene: Scene) -> float:

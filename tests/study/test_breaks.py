@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from engine_runs import HOOKE, ROPE, run_text
+from engine_runs import HOOKE, ROPE, run_text, scene_of
 from nylon_line import MASS, cut
 
 from lumpedcable.exact import LinearRelease, release_wave
+from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import SceneError
-from lumpedcable.study.summary import EXACT
+from lumpedcable.study.summary import EXACT, recoil_names
 
 FIXED = 'end = { fixed = ["66 m", 0, 0] }'  # 10 % longer than it is unstretched
 
@@ -286,6 +287,88 @@ every = "2 ms"
     found = ran.outcomes[0].recoils
     assert found["a.end"]["break_start"] == 0.01
     assert found["b.end"]["break_start"] == 0.03
+
+
+PLACE = "{ fixed = [10.5, 0, 0] }"
+FORCE = '{ held = { pretension = "50 kN", direction = [1, 0, 0] } }'
+# lines of 10 m, stretched by 5 %, that meet at x = 10.5 m; waves of 1000 m/s, EA = 1 MN
+MEET = """
+[materials.m]
+law = "linear"
+EA = "1 MN"
+[bodies.ship]
+position = [10.5, 0, 0]
+points = {{ post = [0, 0, 0] }}
+motion = {{ surge = {{ amplitude = "1 m", period = "1 s" }} }}
+[lines.first]
+material = "m"
+length = 10
+segments = 10
+mass = 1
+start = {{ fixed = [0, 0, 0] }}
+end = {}
+[lines.second]
+material = "m"
+length = 10
+segments = 10
+mass = 1
+start = {}
+end = {{ fixed = [21, 0, 0] }}
+[events.early]
+breaks = "{}"
+start = "2 ms"
+time = "1 ms"
+[output]
+duration = "7 ms"
+every = "1 ms"
+[solver]
+waves = "plain"
+"""
+SHIP = '"ship.post"'
+
+
+@pytest.mark.parametrize(
+    ("end", "start", "alone"),
+    [
+        ('"second.start"', PLACE, True),
+        (PLACE, '"first.end"', True),
+        ('{ joined = "second.start", at = [10.5, 0, 0] }', PLACE, True),
+        (SHIP, '"first.end"', True),
+        (FORCE, '"first.end"', True),
+        ('"second.start"', '"first.end"', False),
+    ],
+    ids=["place", "its own place", "at a place", "ship", "force", "each other"],
+)
+def test_what_something_else_holds_does_not_recoil(tmp_path, end, start, alone):
+    for breaks, other in (("first.end", "second.start"), ("second.start", "first.end")):
+        scene = scene_of(tmp_path, MEET.format(end, start, breaks))
+        assert set(recoil_names(make_layout(scene))) == {breaks} | (set() if alone else {other})
+
+
+def test_lines_break_away_from_a_place_each_by_itself(tmp_path):
+    text = MEET.format('"second.start"', PLACE, "first.end")
+    third = text[text.index("[lines.second]") : text.index("[events")]
+    third = third.replace("second", "third").replace("21", "31.5").replace(PLACE, '"second.end"')
+    more = """[events.early_too]
+breaks = "second.end"
+start = "2 ms"
+time = "1 ms"
+[events.late]
+breaks = "third.start"
+start = "4 ms"
+time = "1 ms"
+"""
+    ran = run_text(tmp_path, text + third + more)
+    found = ran.outcomes[0].recoils
+    begins = {"first.end": 2e-3, "second.end": 2e-3, "third.start": 4e-3}
+    assert {end: numbers["break_start"] for end, numbers in found.items()} == begins
+    # what the place still holds is as it was
+    np.testing.assert_allclose(ran["second.tension"][:, :3, 0], 50e3, rtol=1e-9)
+    for line, start in (("first", 2e-3), ("second", 2e-3), ("third", 4e-3)):
+        # the wall pulls with 50 kN until the front is there, what breaks with half of it on average
+        v = ran[f"{line}.velocity"][0, -1, :, 0]
+        momentum = abs(v.sum() - 0.5 * (v[0] + v[-1]))
+        assert momentum == pytest.approx(50e3 * (6.5e-3 - start), rel=0.02), line
 
 
 class TestLoadedBeforeItBreaks:
