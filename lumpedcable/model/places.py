@@ -14,6 +14,7 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tips import AFTER, BEFORE
+from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene
 from lumpedcable.scene.measures import LineMeasure
 
@@ -48,17 +49,17 @@ class PlaceMeasured(eqx.Module):
             piece = self.pieces[self.side]
             if self.kind == "tension":
                 return seen.ends[piece][self.side]
-            return _size(seen.velocity[piece][:, self.side])
+            return size(seen.velocity[piece][:, self.side])
         assert self.place is not None
         lines = [live_line(model, piece, seen.displacement, None) for piece in self.pieces]
         sizes = [segment_sizes(line) for line in lines]
         # a place at the very end belongs to the last segment
         place = self.place.astype(sizes[0].dtype)
-        whole = sum(jnp.sum(size) for size in sizes)
+        whole = sum(jnp.sum(lengths) for lengths in sizes)
         place = jnp.minimum(place, whole * (1.0 - 4.0 * jnp.finfo(place.dtype).eps))
         begin, found = jnp.zeros_like(place), []
-        for piece, line, size in zip(self.pieces, lines, sizes, strict=True):
-            ends = begin + jnp.cumsum(size)
+        for piece, line, lengths in zip(self.pieces, lines, sizes, strict=True):
+            ends = begin + jnp.cumsum(lengths)
             starts = jnp.concatenate([begin[None], ends[:-1]])
             here = (starts <= place) & (place < ends)
             begin = ends[-1]
@@ -67,11 +68,11 @@ class PlaceMeasured(eqx.Module):
                 found.append(jnp.sum(jnp.where(here, own, 0.0)))
             else:
                 v = seen.velocity[piece]
-                share = (place - starts) / jnp.where(size > 0.0, size, 1.0)
+                share = (place - starts) / jnp.where(lengths > 0.0, lengths, 1.0)
                 own = v[:, :-1] + share * (v[:, 1:] - v[:, :-1])
                 found.append(jnp.sum(jnp.where(here, own, 0.0), axis=1))
         total = sum(found[1:], found[0])
-        return total if self.kind == "tension" else _size(total)
+        return total if self.kind == "tension" else size(total)
 
 
 def segment_sizes(line: Line) -> Float[Array, " n"]:
@@ -96,10 +97,6 @@ def _between(
             slope = place_at_end(slope, there, pick(slope, there - within))
     after, before = (jnp.concatenate([slope, slope[-1:]]), jnp.concatenate([slope[:1], slope]))
     return values + (place - middles) * jnp.where(place > middles, after, before)
-
-
-def _size(v: Float[Array, " d"]) -> Float[Array, ""]:
-    return jnp.sqrt(jnp.sum(v**2))
 
 
 def place_measured(scene: Scene, layout: Layout, part: LineMeasure) -> PlaceMeasured:
