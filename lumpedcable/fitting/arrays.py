@@ -11,16 +11,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from lumpedcable.fitting.axes import changed_scenes
 from lumpedcable.fitting.data import Problem, Record, Smooth
 from lumpedcable.fitting.observe import Grid, Watched, grid_of
 from lumpedcable.fitting.transforms import Transform, transform_of
-from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Fault, Scene, SceneError
 from lumpedcable.solve.integrate import Plan
 from lumpedcable.study.compiled import Structure, number, prepare_batch
 from lumpedcable.study.endless import MOST_STEPS, endless_words
-from lumpedcable.study.plan import courant_of, plan_of, rounded_steps, tolerances
+from lumpedcable.study.plan import (
+    common_coordinates,
+    courant_of,
+    plan_of,
+    rounded_steps,
+    tolerances,
+)
 
 __all__ = [
     "Arrays",
@@ -212,7 +218,11 @@ def seen_plan(plan: Plan) -> Plan:
 
 def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArrays]:
     scenes = [member.scene for member in members]
-    coordinates = coordinates_of(scenes)
+    starts = [_starts(problem, member) for member in members]
+    begun = [s.with_numbers(values) for s, values in zip(scenes, starts, strict=True)]
+    # values that the search comes to lie in the same line, plane or space
+    led = [one for s, free in zip(begun, starts, strict=True) for one in changed_scenes(s, free)]
+    coordinates = common_coordinates(members[0].record.study, [*scenes, *begun], led)
     structure, plan = members[0].structure, members[0].plan
     values = [scene.numbers() for scene in scenes]
     free = []
@@ -226,7 +236,7 @@ def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArr
     differ = {key for key in differ if not key.startswith("output.")}
     shared = {key: number(x) for key, x in values[0].items() if key not in differ}
     own = {key: np.array([v[key] for v in values]) for key in sorted(differ)}
-    bound = _bounds(problem, members, coordinates)
+    bound = _bounds(members, begun, coordinates)
     grids = _grids(members, bound)
     outputs = [grid.outputs for grid in grids]
     points = max(member.record.series[0].x.size for member in members)
@@ -260,16 +270,18 @@ def rounded_steps_of(scene: Scene, every: float, step: float) -> int:
     return int(rounded_steps(one, np.array([step]))[0])
 
 
-def _bounds(problem: Problem, members: list[Member], coordinates) -> list[float]:
-    """The longest step (s) of each run at the start values."""
-    scene, runs = members[0].scene, []
-    for member in members:
-        values = dict(member.scene.numbers())
-        for key in values:
-            index = problem.owner(key, member.record.name)
-            if index is not None:
-                values[key] = problem.parameters[index].start
-        runs.append(values)
+def _starts(problem: Problem, member: Member) -> dict[str, float]:
+    """The start values of the free numbers of a record's scene, by key."""
+    name, found = member.record.name, {}
+    for key in member.scene.numbers():
+        if (index := problem.owner(key, name)) is not None:
+            found[key] = problem.parameters[index].start
+    return found
+
+
+def _bounds(members: list[Member], begun: list[Scene], coordinates) -> list[float]:
+    """The longest step (s) of each run at the start values, which the scenes `begun` have."""
+    scene, runs = members[0].scene, [one.numbers() for one in begun]
     swept = {key: np.array([values[key] for values in runs]) for key in runs[0]}
     ready = prepare_batch(
         members[0].structure, scene.solver.dtype, coordinates.axes, coordinates.origin, {}, swept

@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
+from lumpedcable.fitting.axes import axes_seen
 from lumpedcable.fitting.difference import Check, checked
 from lumpedcable.fitting.observe import MEASURE, STOP, Watched, watched
 from lumpedcable.fitting.parameters import numbers_of
 from lumpedcable.fitting.residual import group_start, run_group, run_models, started
 from lumpedcable.fitting.scalar import Scalar
-from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.scene.measures import BodyMeasure
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, number, understood
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
@@ -158,11 +159,15 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
+        ValueError: there is no such place, or no coordinates for the scene.
     """
-    layout, coordinates = make_layout(scene), coordinates_of([scene])
+    layout = make_layout(scene)
     what, place = Watched(scalar.quantity, scalar.at, None, None), 0.0
     if scalar.quantity not in (MEASURE, STOP):
         what, place = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
+    measure = scene.measures.get(scalar.at) if scalar.quantity == MEASURE else None
+    upright = isinstance(measure, BodyMeasure)  # a height, or a speed up or down
+    coordinates = axes_seen(scene, keys, 2 if upright else what.component)
     plan = plan_of(scene, layout)
     plan = seen_plan(plan)
     count, solver = scene.output.count, scene.solver

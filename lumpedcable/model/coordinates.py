@@ -80,7 +80,7 @@ def plane_normal(axes):
 
 
 @np.errstate(over="ignore")  # what is too far apart is told by `_basis`
-def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
+def coordinates_of(scenes: Iterable[Scene], changed: Iterable[Scene] = ()) -> Coordinates:
     """The fewest coordinates that hold every place, direction and motion of all the scenes.
 
     Axis-aligned scenes keep their axes (x; x and z; ...); others get an orthonormal basis whose last
@@ -89,6 +89,11 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
     asks for more `dimensions` gets them. One with a rigid body that a plane would cut askew, turned out
     of it or not alike on both sides, is in space, whose axes are always x, y and z.
 
+    Args:
+        scenes: what is computed.
+        changed: the same scenes with other numbers, which tell where those lead. That a line is slack
+            in one of them alone says nothing: how far its numbers go is not known.
+
     Raises:
         ValueError: a scene asks for fewer dimensions than it needs, or its places are too far apart.
     """
@@ -96,7 +101,8 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
     directions: list[np.ndarray] = []
     rigid: list[Body] = []
     slack, asked = False, []
-    for scene in scenes:
+    scenes = list(scenes)
+    for k, scene in enumerate([*scenes, *changed]):
         if scene.dimensions is not None:
             asked.append(scene.dimensions)
         if scene.gravity is not None or scene.seabed is not None:
@@ -113,7 +119,7 @@ def coordinates_of(scenes: Iterable[Scene]) -> Coordinates:
             for end, mine in zip(ends, found, strict=True):
                 places += mine
                 directions += _directions_of(end)
-            if scene.gravity is not None and found[0] and found[1]:
+            if k < len(scenes) and scene.gravity is not None and found[0] and found[1]:
                 slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
         for body in scene.bodies.values():
             if isinstance(body, MovedBody):

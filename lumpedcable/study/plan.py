@@ -60,10 +60,16 @@ def structure_of(scene: Scene) -> Structure:
     return Structure(scene.skeleton(), make_layout(scene, seams=True), scene)
 
 
-def common_coordinates(study: Study, scenes: list[Scene]) -> Coordinates:
-    """The coordinates of all scenes together; SceneError where there are none, or not for a body."""
+def common_coordinates(
+    study: Study, scenes: Sequence[Scene], changed: Sequence[Scene] = ()
+) -> Coordinates:
+    """The coordinates of all scenes together, and of those with `changed` numbers.
+
+    Raises:
+        SceneError: there are none, or not for a body.
+    """
     try:
-        found = coordinates_of(scenes)
+        found = coordinates_of(scenes, changed)
     except ValueError as error:
         raise SceneError([study.fault("dimensions", str(error))]) from None
     steep = {} if found.dimensions < 3 else {name: None for one in scenes for name in one.steep}

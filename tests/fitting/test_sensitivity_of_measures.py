@@ -48,3 +48,40 @@ def test_the_speed_of_an_end_has_derivatives_at_rest_too():
     moving = jnp.array([[0.0, 3.0], [0.0, 4.0]])
     np.testing.assert_allclose(jax.grad(speed)(moving)[:, 1], [0.6, 0.8], rtol=1e-12)
     assert np.all(jax.grad(speed)(jnp.zeros((2, 2))) == 0.0)
+
+
+# cargo on an ideal cable along x without weight: all lies on one line, and heights are across it
+ALONG = """
+[materials.steel]
+law = "linear"
+EA = "5 MN"
+[bodies.cargo]
+mass = "200 kg"
+on = { line = "highline", place = "10 m" }
+[lines.highline]
+model = "ideal"
+material = "steel"
+length = "30 m"
+segments = 2
+mass = 1
+start = { fixed = [0, 0, 10] }
+end = { winch = { at = [30, 0, 10], tension = "20 kN" } }
+[measures.h]
+height = "cargo"
+[solver]
+method = "tsit5"
+[output]
+duration = 0.02
+every = 0.01
+"""
+
+
+def test_a_height_follows_what_leads_out_of_the_line_of_its_scene(tmp_path):
+    study = study_of(tmp_path, ALONG)
+    keys = ("lines.highline.start.fixed.2", "lines.highline.end.winch.at.2")
+    value, _, slopes = scalar_slopes(
+        study, read_scalar("last h", study.scene), keys, np.array([10.0, 10.0])
+    )
+    assert value == 10.0
+    # at a third of the chord
+    assert slopes == pytest.approx([2.0 / 3.0, 1.0 / 3.0], rel=1e-9)

@@ -1,0 +1,122 @@
+"""Free numbers that lead out of the line or plane that their scene lies in."""
+
+import numpy as np
+import pytest
+from engine_runs import study_of
+from fit_files import fit_of
+
+from lumpedcable.fitting.axes import axes_seen, changed_scenes
+from lumpedcable.fitting.run import fit_problem
+from lumpedcable.fitting.scalar import read_scalar
+from lumpedcable.fitting.sensitivity import scalar_slopes
+from lumpedcable.model.coordinates import coordinates_of
+from lumpedcable.scene import SceneError
+
+# a wire in the plane of x and z, 22 m long between ends 20 m apart at the same height
+HUNG = """
+gravity = 9.81
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+[lines.rope]
+material = "wire"
+length = 22
+segments = 4
+mass = 2
+start = { fixed = [0, 0, 0] }
+end = { fixed = [20, 0, 0] }
+[output]
+duration = 0.02
+every = 0.01
+"""
+ASLANT = HUNG.replace("[20, 0, 0]", "[12, 16, 0]")
+WATER = "[water]\ndensity = 1025\ncurrent = { velocity = [1, 0, 0] }\n"
+WET = HUNG.replace("mass = 2", "mass = 2\ndiameter = 0.03") + WATER
+DRAGGED = WET.replace("diameter = 0.03", "diameter = 0.03\ndrag = { normal = 1, tangential = 0 }")
+END = "lines.rope.end.fixed"
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "dimensions"),
+    [
+        (HUNG, f"{END}.0", 2),
+        (HUNG, f"{END}.1", 3),
+        (HUNG, f"{END}.2", 2),
+        (HUNG, "materials.wire.EA", 2),
+        (WET, "water.current.velocity.1", 2),  # which nothing feels
+        (DRAGGED, "water.current.velocity.0", 2),
+        (DRAGGED, "water.current.velocity.1", 3),
+        (ASLANT, f"{END}.0", 3),
+        (ASLANT, f"{END}.2", 2),
+        (ASLANT, "lines.rope.mass", 2),
+        # upright and taut, also where it would be slack as long as it may become
+        (HUNG.replace("[20, 0, 0]", "[0, 0, -22.1]"), "lines.rope.length", 1),
+        (HUNG.replace("[20, 0, 0]", "[0, 0, -22.1]"), f"{END}.2", 1),
+        (HUNG.replace("[20, 0, 0]", "[0, 0, -22.1]"), f"{END}.0", 2),
+        # however large the numbers are, and however small beside the others of their vector
+        (HUNG.replace("[20, 0, 0]", "[1e308, 0, 0]"), f"{END}.1", 3),
+        (HUNG.replace("[20, 0, 0]", "[1e9, 1e-6, 0]"), f"{END}.1", 3),
+    ],
+)
+def test_the_axes_hold_a_free_number_and_no_more(tmp_path, text, key, dimensions):
+    scene = study_of(tmp_path, text).scene
+    assert coordinates_of([scene], changed_scenes(scene, [key])).dimensions == dimensions
+
+
+def test_what_is_alike_on_both_sides_of_a_plane_needs_no_more_axes(tmp_path):
+    scene, keys = study_of(tmp_path, HUNG).scene, [f"{END}.{k}" for k in range(3)]
+    found = [axes_seen(scene, keys, component).dimensions for component in (None, 0, 1, 2)]
+    assert found == [2, 2, 3, 2]
+    assert axes_seen(scene, keys[::2], 1).dimensions == 2
+    # along x and y it lies aslant; the scene's own dimensions are for the scene
+    scene = study_of(tmp_path, ASLANT, "dimensions=2").scene
+    found = [axes_seen(scene, keys, component).dimensions for component in (None, 0, 1, 2)]
+    assert found == [2, 3, 3, 2]
+
+
+@pytest.mark.parametrize(("text", "component"), [(HUNG, 1), (ASLANT, 0)])
+def test_the_middle_of_a_wire_follows_its_ends_out_of_the_plane(tmp_path, text, component):
+    study, keys = study_of(tmp_path, text), tuple(f"{END}.{k}" for k in range(2))
+    scalar = read_scalar(f"last position at rope@11m in {'xyz'[component]}", study.scene)
+    values = np.array([study.scene.numbers()[key] for key in keys])
+    value, _, slopes = scalar_slopes(study, scalar, keys, values)
+    # between ends of one height it hangs alike towards both, whichever way they are apart
+    assert value == pytest.approx(0.5 * values[component], abs=1e-9)
+    assert slopes == pytest.approx(0.5 * np.eye(2)[component], abs=1e-9)
+
+
+# a string without weight, taut: T = EA (d/L - 1)
+LENGTH, PULLED_TO = 19.0, 15.0
+STRING = (
+    HUNG.replace("gravity = 9.81\n", "").replace("length = 22", f"length = {LENGTH}")
+    .replace("[20, 0, 0]", "[12, 16, 0]").replace("segments = 4", "segments = 1")
+)  # fmt: skip
+FIT = f"""
+scene = "scene.toml"
+[free]
+"{END}.0" = {{ low = 5, high = 17 }}
+[experiments.a]
+file = "a.csv"
+time = {{ column = "t" }}
+observe = [{{ quantity = "tension", at = "rope.start", column = "T", noise = 1000 }}]
+[method]
+starts = 1
+"""
+
+
+def write_tensions(folder):
+    T = 1e6 * (np.hypot(PULLED_TO, 16.0) / LENGTH - 1.0)
+    (folder / "a.csv").write_text(f"t,T\n0.01,{float(T)!r}\n0.02,{float(T)!r}\n")
+
+
+def test_a_fit_finds_the_end_of_a_line_aslant(tmp_path):
+    write_tensions(tmp_path)
+    found = fit_problem(fit_of(tmp_path, FIT, STRING).problem)
+    assert found.values == pytest.approx([PULLED_TO], rel=1e-9)
+
+
+def test_free_numbers_that_lead_out_of_the_dimensions_asked_for_are_refused(tmp_path):
+    write_tensions(tmp_path)
+    problem = fit_of(tmp_path, FIT, f"dimensions = 1\n{STRING}").problem
+    with pytest.raises(SceneError, match="dimensions: expected at least 2"):
+        fit_problem(problem)
