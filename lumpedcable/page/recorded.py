@@ -268,8 +268,12 @@ def _history_names(
         for key, (words, unit) in _DERIVED.items():
             found[f"lines/{name}/{key}"] = (name, words, unit)
     for key, (body, unit) in motions.items():
-        _, _, quantity, component = key.split("/")
-        if quantity in ("position", "attitude"):
+        kind, _, quantity, component = key.split("/")
+        if kind == "lines":
+            side, _, what = quantity.partition("_")
+            if body in names:
+                found[key] = (body, f"{what} of the {side}, {component}", unit)
+        elif quantity in ("position", "attitude"):
             found[key] = (body, f"{body}, {component}", "deg" if unit == "rad" else unit)
     others = {key: value for key, value in stored.items() if not key.startswith("lines/")}
     # energies last: many, and looked at least

@@ -15,8 +15,10 @@ __all__ = ["Series"]
 Array = NDArray[Any]
 
 _ALONG, _ABOUT = ("x", "y", "z"), ("roll", "pitch", "yaw")
-_COMPONENTS = {"position": _ALONG, "velocity": _ALONG, "attitude": _ABOUT, "turning": _ABOUT}
-"""Of what is followed of bodies, (run, time, 3)."""
+_BODY = {"position": _ALONG, "velocity": _ALONG, "attitude": _ABOUT, "turning": _ABOUT}
+_ENDS = {f"{side}_{k}": _ALONG for side in ("start", "end") for k in ("position", "velocity")}
+_COMPONENTS = _BODY | _ENDS
+"""Of what is followed of bodies and of ends of lines, (run, time, 3)."""
 
 
 class Series:
@@ -41,16 +43,20 @@ class Series:
 
     @property
     def motions(self) -> dict[str, tuple[str, str]]:
-        """Every component of the motion of bodies, "bodies/ship/position/x": the body, its SI unit."""
+        """Every component of the motion of bodies and of ends of lines: whose it is, its SI unit.
+
+        Their paths are "bodies/ship/position/x", "lines/rope/end_velocity/x".
+        """
         found: dict[str, tuple[str, str]] = {}
-        bodies = self._file.get("bodies")
-        for name, body in bodies.items() if isinstance(bodies, h5py.Group) else ():
-            for quantity, components in _COMPONENTS.items():
-                item = body.get(quantity)
-                if isinstance(item, h5py.Dataset) and item.ndim == 3:
-                    unit = _text(item.attrs.get("units", ""))
-                    for component in components:
-                        found[f"bodies/{name}/{quantity}/{component}"] = (name, unit)
+        for kind, quantities in (("bodies", _BODY), ("lines", _ENDS)):
+            group = self._file.get(kind)
+            for name, one in group.items() if isinstance(group, h5py.Group) else ():
+                for quantity, components in quantities.items():
+                    item = one.get(quantity)
+                    if isinstance(item, h5py.Dataset) and item.ndim == 3:
+                        unit = _text(item.attrs.get("units", ""))
+                        for component in components:
+                            found[f"{kind}/{name}/{quantity}/{component}"] = (name, unit)
         return found
 
     @property

@@ -27,7 +27,7 @@ from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
-from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, watch, watched, watches
+from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, tips, watch, watched, watches
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, held, rests
@@ -72,6 +72,7 @@ class Plan:
     """How to integrate, as far as it is structure: what it changes needs another compilation.
 
     `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
+    Of the ends `tips` place and velocity are sampled.
     `outputs` is the most that one call of `advance` returns. `sloped` asks that Runge-Kutta methods of
     fixed steps have derivatives in both modes, which takes a little longer, and a run that stops ends at
     the instant of it.
@@ -86,6 +87,7 @@ class Plan:
     outputs: int
     stop: str | None = None
     sloped: bool = False
+    tips: tuple[Recoil, ...] = ()
 
     @property
     def energy(self) -> bool:
@@ -167,7 +169,8 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, going)
     moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
     standing = upright(model, y)
-    first = first._replace(largest=first.largest | watched(seen), upright=standing)
+    ends = tips(model, zero, y, plan.tips)
+    first = first._replace(largest=first.largest | watched(seen), upright=standing, tips=ends)
     return Progress(y, solver_state, seen, going, moving, y.tension, never, standing), first
 
 
@@ -329,6 +332,7 @@ def advance(
     def sample_at(run: Progress, t) -> Kept:
         found = sample(model, t, run.y, plan.quantities, dt, run.stuck)
         more = {"largest": found.largest | watched(run.seen), "upright": run.upright}
+        more["tips"] = tips(model, t, run.y, plan.tips)
         return keep(found._replace(stopped=rests(model, plan, run), lost=run.lost, **more))
 
     empty = jax.tree.map(

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.ends import Joined
+from lumpedcable.model.ends import Joined, end_name
 from lumpedcable.model.energy import WORKS, energies
 from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import LEAST, part_names
@@ -33,6 +33,7 @@ __all__ = [
     "sample",
     "signs",
     "tension_at",
+    "tips",
     "watch",
     "watched",
     "watches",
@@ -73,7 +74,8 @@ class Sample(NamedTuple):
     `largest` has the largest tension of all segments (N) and the kinetic energy (J), and what
     `watched` adds; `bodies` the coordinates q and their rates of each body, (2, m); `measures` the
     numbers that the scene asks for, NaN while they do not count; `stuck` is as of a run; `upright` the
-    least |cos(pitch)| so far of bodies that turn in space.
+    least |cos(pitch)| so far of bodies that turn in space; `tips` how far ends have moved (m) and their
+    velocities (m/s).
     """
 
     fields: dict[str, dict[str, Array]]
@@ -89,6 +91,7 @@ class Sample(NamedTuple):
     stopped: Bool[Array, ""]
     lost: Bool[Array, ""]
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (a default that nobody changes)
+    tips: dict[str, Float[Array, "2 d"]] = {}  # noqa: RUF012
 
 
 def end_tension(
@@ -198,6 +201,15 @@ def watch(
         reach = jnp.where(moved > old.reach, moved, old.reach)
         result.append(Watch(peak, arrival, far, loaded, old.rest, reach, old.begins))
     return tuple(result)
+
+
+def tips(model: Model, t, y: State, ends: tuple[Recoil, ...]) -> dict[str, Float[Array, "2 d"]]:
+    """How far ends of lines have moved from where they started (m), and their velocities (m/s)."""
+    found, place = {}, model.followed(t, y.displacement) if ends else {}
+    for line, node in ends:
+        at = model.lines[line].node(node)
+        found[end_name(line, node)] = jnp.stack([pick(place[line], at), pick(y.velocity[line], at)])
+    return found
 
 
 def _begins(model: Model, recoil: Recoil) -> Float[Array, ""]:

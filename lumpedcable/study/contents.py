@@ -47,6 +47,10 @@ FIELDS = {
     "tension": ("segment", "N", "tension, damping included"),
     "strain": ("segment", "1", "strain"),
 }
+TIPS = {
+    "position": ("m", "place of the {} of the line"),
+    "velocity": ("m/s", "velocity of the {} of the line"),
+}
 BODY_FIELDS = {
     "position": ("xyz", "m", "place of the centre of gravity"),
     "velocity": ("xyz", "m/s", "velocity of the centre of gravity"),
@@ -104,6 +108,7 @@ class Contents:
         self.fields = fields_of(self.scene)
         pieces = [p for s in laid.structures for p in s.layout.pieces]
         self.histories = self.scene.output.keep != "summaries"
+        self.tips = self.ends if self.histories else []
         self.riders = carried_bodies(self.scene)
         rigid = [n for n, b in self.scene.bodies.items() if isinstance(b, Body) and b.rigid]
         self.bodies = [*rigid, *self.riders] if self.histories else []
@@ -162,6 +167,11 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
+        for end in self.tips:
+            for quantity, (unit, text) in TIPS.items():
+                words = text.format(end.rpartition(".")[2])
+                dims = ("run", "time", "xyz")
+                found.append(Variable(_tip_path(end, quantity), dims, "f8", unit, words))
         found += self.places.variables() if self.places else []
         for name in self.rigid:
             path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
@@ -284,6 +294,12 @@ class Contents:
             for k, side in enumerate(("start", "end")):
                 ends = np.asarray(samples.ends[name])[:, :, k]
                 self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
+        for end, both in samples.tips.items():
+            moved, velocity = np.moveaxis(np.asarray(both, float), 2, 0)
+            place = self.laid.coordinates.expand(moved, axis=2) + _tip_start(start, end)[:, None]
+            self._put(writer, _tip_path(end, "position"), rows, first, place)
+            velocity = self.laid.coordinates.expand(velocity, axis=2)
+            self._put(writer, _tip_path(end, "velocity"), rows, first, velocity)
         for name in self.bodies:
             q, v = np.moveaxis(np.asarray(samples.bodies[name], float), 2, 0)
             fields = rider_fields if name in self.riders else body_fields
@@ -339,6 +355,20 @@ def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]
             turned = turned * coordinates.normal
         found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
     return found
+
+
+def _tip_path(end: str, quantity: str) -> str:
+    """ "lines/rope/end_position" for the position of "rope.end"."""
+    name, _, side = end.rpartition(".")
+    return f"lines/{name}/{side}_{quantity}"
+
+
+def _tip_start(start: dict[str, NDArray[np.float64]], end: str) -> NDArray[np.float64]:
+    """Where an end starts (m), (runs, 3); `start` (runs, 3, nodes), filled up with NaN at the end."""
+    name, _, side = end.rpartition(".")
+    places = start[name]
+    last = np.isfinite(places[:, 0]).sum(axis=1) - 1 if side == "end" else 0
+    return places[np.arange(len(places)), :, last]
 
 
 def _sized(table: NDArray[Any], axis: int, size: int) -> NDArray[Any]:

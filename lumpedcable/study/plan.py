@@ -205,6 +205,7 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
         max_steps=solver.max_steps or 1_000_000,
         outputs=_outputs_at_once(scene, layout, runs),
         stop=scene.output.stop,
+        tips=recoils_of(layout) if scene.output.keep != "summaries" else (),
     )
 
 

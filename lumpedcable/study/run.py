@@ -250,7 +250,8 @@ def _run_part(
     scene, rows, lived = contents.laid.scene, first_row + part.rows, len(part.runs)
     run, sample = begin_batch(ready.packed, part.plan, part.numbers)
     sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample).tree()
-    start = account.start_positions(ready) if contents.fields or scene.output.static else {}
+    keeps = contents.fields or contents.tips or scene.output.static
+    start = account.start_positions(ready) if keeps else {}
     account.add(sample, 0, 1)
     contents.write(writer, rows, sample, start, 0)
     if scene.output.static:

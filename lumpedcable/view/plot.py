@@ -134,7 +134,7 @@ def _figures(result: SoundFile, group: Group) -> Iterator[tuple[str, Draw]]:
             yield f"tension{which}", partial(tension_figure, result, end, group)
         if velocity and end.line.has("position"):
             yield f"velocity{which}", partial(velocity_figure, result, end, group)
-        if velocity:
+        if end.has_speed:
             yield f"end_speed{which}", partial(end_speed_figure, result, end, group)
         if tension:
             yield f"xt{which}", partial(xt_figure, result, end, group)

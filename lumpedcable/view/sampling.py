@@ -111,8 +111,19 @@ class RecoilingEnd:
         """When the break begins, in s; 0 where the file does not say."""
         return self._number("break_start", run) or 0.0
 
+    @property
+    def has_speed(self) -> bool:
+        """Whether the file tells of its speed: of that itself, or of the line's."""
+        return self.line.has(self._own) or self.line.has("velocity")
+
+    @property
+    def _own(self) -> str:
+        return f"{'end' if self.at_end else 'start'}_velocity"
+
     def speed(self, run: int) -> Array:
         """Speed of the broken end in m/s, shape (time,)."""
+        if self.line.has(self._own):
+            return np.linalg.norm(self.line.field(self._own, run), axis=-1)
         node = self.line.node_count(run) - 1 if self.at_end else 0
         return np.linalg.norm(self.line.velocity(run)[:, node], axis=-1)
 
