@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -94,6 +95,27 @@ def test_a_part_that_cannot_be_measured_stops_no_other(three_parts, tmp_path, ca
     assert left.value.code == 2
     assert "waves could not be measured: no tank" in capsys.readouterr().err
     assert list(json.loads((tmp_path / "results.json").read_text())["parts"]) == ["calm", "wind"]
+
+
+def test_without_names_every_part_is_measured(three_parts, tmp_path, capsys):
+    program.main(["--quick", "-o", str(tmp_path)])
+    kept = json.loads((tmp_path / "results.json").read_text())
+    assert list(kept["parts"]) == ["calm", "wind"]
+    assert kept["quick"] is True
+    assert "waves could not be measured: no tank" in capsys.readouterr().out
+
+
+def test_a_part_without_its_packages_says_so(monkeypatch):
+    def run(quick):
+        raise ModuleNotFoundError("No module named 'towing'", name="towing")
+
+    monkeypatch.setattr(
+        program.importlib, "import_module", lambda name: SimpleNamespace(run=run, table=str)
+    )
+    part = program.guest("page")
+    assert part is not None
+    with pytest.raises(UnableError, match="no towing: pip install"):
+        part(True, print)
 
 
 def test_pages_are_not_filled_without_the_programs_that_they_compare_with(
