@@ -46,7 +46,7 @@ GUESTS = {
 }
 ROOT = Path(__file__).parents[1]
 PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"
-PAGES = (PAGE, ROOT / "README.md")
+PAGES = (PAGE, ROOT / "docs" / "benchmarks-all.md", ROOT / "README.md")
 OUTPUT = ROOT / "build" / "benchmarks"
 LOG_EVERY = 20.0  # s between lines where there is no terminal to write a live one to
 
@@ -131,7 +131,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="small meshes and few cases")
     parser.add_argument("-o", "--output", type=Path, default=OUTPUT, help="folder to write into")
     parser.add_argument(
-        "--docs", action="store_true", help="also fill docs/benchmarks.md and README.md"
+        "--docs", action="store_true", help="also fill the two pages of docs/ and README.md"
     )
     asked = parser.parse_args(argv)
     unknown = [name for name in asked.part if name not in parts()]

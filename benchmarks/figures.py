@@ -24,6 +24,7 @@ QUANTITIES = {
     "velocity": "end velocity", "displacement": "end displacement",
     "tension": "wall tension at 1 ms", "tension_fine": "wall tension at 0.1 ms",
 }  # fmt: skip
+DRAWN = ("displacement", "velocity", "tension_fine")
 PEERS = ("lumpedcable", "MoorDyn", "SciPy")
 
 
@@ -170,7 +171,7 @@ def draw(parts: dict[str, Any], folder: Path, form: str = "svg") -> list[Path]:
     if "work-precision" in parts:
         points = parts["work-precision"]["points"]
         for kind in ("5 ms", "at once"):
-            for quantity in ("velocity", "tension_fine"):
+            for quantity in DRAWN:
                 if any(p["case"].endswith(kind) for p in points):
                     name = f"{quantity.replace('_', '-')}-{kind.replace(' ', '-')}"
                     made += save(

@@ -12,8 +12,10 @@ from benchmarks.methods import DEFAULT, RK4, USABLE
 
 LEVELS = (1e-2, 3e-3, 1e-3)
 QUANTITIES = {
-    "velocity": "end velocity", "tension": "tension at 1 ms samples", "tension_fine": "T_c",
+    "displacement": "end displacement", "velocity": "end velocity",
+    "tension": "tension at 1 ms samples", "tension_fine": "T_c",
 }  # fmt: skip
+BOTH = "both on their coarsest mesh"
 Points = Sequence[dict[str, Any]]
 
 
@@ -86,6 +88,8 @@ def table(points: Points, quantity: str, cases: Sequence[str]) -> str:
 
 def ratio(a: Reached, b: Reached) -> str:
     """How many times longer a takes than b, in words."""
+    if a.bound == b.bound == "<":
+        return BOTH
     if b.bound == ">":
         return "neither reaches it" if a.bound == ">" else "not reached"
     sign = "> " if a.bound == ">" or b.bound == "<" else "< " if a.bound == "<" else ""

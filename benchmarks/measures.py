@@ -82,12 +82,20 @@ def errors(found: Histories, truth: Histories, fine: Histories | None = None) ->
 
 
 ERROR_HEADS = "end displacement, % | end velocity, % | tension, % | T_c, % | front, ms"
+MISSING = "-"  # what was not measured, or has no history
 
 
-def error_cells(found: Sequence[Mapping[str, float]]) -> list[str]:
+def short(value: float) -> str:
+    """Two digits, or all before the point."""
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.2g}"
+
+
+def error_cells(found: Sequence[Mapping[str, float] | None]) -> list[str]:
     """A cell of a table for each kind of error, under `ERROR_HEADS`; in each all cases, by " / "."""
-    forms = {key: (1e3, "+.3f") if key == "front" else (100.0, ".2g") for key in Errors._fields}
-    return [
-        " / ".join(f"{factor * errors[key]:{form}}" for errors in found)
-        for key, (factor, form) in forms.items()
-    ]
+
+    def cell(errors: Mapping[str, float] | None, key: str) -> str:
+        if errors is None or not np.isfinite(errors[key]):
+            return MISSING
+        return f"{1e3 * errors[key]:+.3f}" if key == "front" else short(100.0 * errors[key])
+
+    return [" / ".join(cell(errors, key) for errors in found) for key in Errors._fields]

@@ -9,7 +9,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks import cost, floor, headline, held_out, reference, studies, targets, work_precision
+from benchmarks import (
+    cost,
+    everything,
+    floor,
+    headline,
+    held_out,
+    reference,
+    studies,
+    targets,
+    work_precision,
+)
 from benchmarks.cases import MAIN
 from benchmarks.machine import sentence
 from benchmarks.native import compare as native
@@ -33,6 +43,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
             if not any(p["case"] in cases for p in points):
                 continue
             found[f"errors-{key}"] = work_precision.table(points, kind)
+            found[f"all-{key}"] = everything.table(points, kind)
             for quantity in headline.QUANTITIES:
                 name = f"times-{quantity.replace('_', '-')}-{key}"
                 found[name] = headline.table(points, quantity, cases)
@@ -47,6 +58,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
         for key, kind in KINDS.items():
             if any(p["case"].endswith(kind) for p in others):
                 found[f"peers-{key}"] = compare.table(others, kind)
+                found[f"all-peers-{key}"] = everything.others(others, kind)
         found["peers-linear"] = compare.linear_table(others)
         found["moordyn"] = compare.damping_table(others)
         found["readme"] = compare.table(others, "at once", targets.SEGMENTS)

@@ -58,6 +58,8 @@ def table(points: Sequence[dict[str, Any]], peers: Sequence[dict[str, Any]]) -> 
 def _ratio_row(what: str, whom: str, limit: float, ratio: str) -> str:
     """A ratio that is only bounded from above, or from below by less than is asked, decides nothing."""
     bound, _, number = ratio.rpartition(" ")
+    if ratio == headline.BOTH:
+        return f"| {what} | {limit:g} times faster than {whom} | {ratio} | open |"
     if ratio.endswith(("reached", "it")):
         return f"| {what} | {limit:g} times faster than {whom} | {ratio} | not met |"
     enough = float(number) >= limit

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from benchmarks.cases import MAIN, Case, seen
-from benchmarks.measures import ERROR_HEADS, error_cells
+from benchmarks.measures import ERROR_HEADS, MISSING, error_cells, short
 from benchmarks.methods import METHODS, Method, point
 from benchmarks.reference import Reference, load
 
@@ -24,8 +24,7 @@ def run(quick: bool, tell: Tell) -> dict[str, Any]:
     points, cut = [], {}
     for method in METHODS[:QUICK_METHODS] if quick else METHODS:
         meshes = tuple(n for n in method.meshes if not quick or n in QUICK_MESHES)
-        own = [c for c in cases if c.name.endswith(method.kinds)]
-        found, last = measure(method, meshes, own, references, method.budget, tell)
+        found, last = measure(method, meshes, cases, references, method.budget, tell)
         points += found
         if last is not None:
             cut[method.name] = last
@@ -63,15 +62,16 @@ def table(points: Sequence[dict[str, Any]], kind: str, segments: int = 100) -> s
     ]
     for name in dict.fromkeys(p["method"] for p in points):
         own = {p["case"]: p for p in points if p["method"] == name}
-        rows.append(f"| {name} | {_cells([own[case] for case in cases if case in own])} |")
+        rows.append(f"| {name} | {cells([own.get(case) for case in cases])} |")
     return "\n".join(rows)
 
 
-def _cells(points: Sequence[dict[str, Any]]) -> str:
-    cells = error_cells([p["errors"] for p in points])
-    cells.append(" / ".join(f"{1e3 * p['warm']:.2g}" for p in points))
-    cells.append(" / ".join(f"{p['steps']}" for p in points))
-    return " | ".join(cells)
+def cells(points: Sequence[dict[str, Any] | None]) -> str:
+    """Errors, times and steps of one row, by " / "; "-" where nothing was measured."""
+    found = error_cells([None if p is None else p["errors"] for p in points])
+    found.append(" / ".join(MISSING if p is None else short(1e3 * p["warm"]) for p in points))
+    found.append(" / ".join(MISSING if p is None else f"{p['steps']}" for p in points))
+    return " | ".join(found)
 
 
 def compile_table(points: Sequence[dict[str, Any]]) -> str:

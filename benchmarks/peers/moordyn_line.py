@@ -35,7 +35,11 @@ SETTINGS: tuple[Setting, ...] = (
     ("RK4", 0.8, 0.2),
 )
 
-FINE_SETTINGS: tuple[Setting, ...] = tuple(("RK2", 0.4, damping) for damping in (0.1, 0.2, 0.4))
+# those that are the best for some error at some pretension, and one with more damping
+FINE_SETTINGS: tuple[Setting, ...] = (
+    *(("RK2", 0.4, damping) for damping in (0.0, 0.1, 0.2, 0.4)),
+    ("RK4", 0.8, 0.0),
+)
 
 INPUT = """\
 ---------------------- a line that parts

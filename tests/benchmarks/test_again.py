@@ -26,8 +26,8 @@ def test_the_pages_have_the_tables_of_the_results():
     data = report.read(KEPT)
     assert data is not None
     found = report.tables(data)
-    for name in ("docs/benchmarks.md", "README.md"):
-        page = (ROOT / name).read_text()
+    for file in program.PAGES:
+        page = file.read_text()
         names = [name for _, name, _ in report.BLOCK.findall(page)]
         assert names
         assert set(names) <= set(found)

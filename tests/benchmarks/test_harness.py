@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks import figures, headline, report, targets
+from benchmarks import everything, figures, headline, report, targets
 from benchmarks.cases import MAIN
 from benchmarks.engine import Runner, scene_of
 from benchmarks.measures import errors
@@ -95,8 +95,40 @@ def test_the_report_is_made_of_the_points(points, tmp_path):
     assert again["parts"]["work-precision"]["points"][0]["case"] == CASE.name
     assert json.loads((tmp_path / "results.json").read_text())["quick"] is True
     made = figures.draw(data["parts"], tmp_path, "png")
-    assert {p.name for p in made} == {"velocity-5-ms.png", "tension-fine-5-ms.png"}
+    drawn = ("displacement", "velocity", "tension-fine")
+    assert {p.name for p in made} == {f"{name}-5-ms.png" for name in drawn}
     assert all(p.stat().st_size > 10_000 for p in made)
+
+
+def test_every_method_mesh_and_setting_has_a_row():
+    errors_ = {"displacement": 0.01, "velocity": 0.02, "tension": 0.03, "tension_fine": 0.04,
+               "front": 1e-3}  # fmt: skip
+
+    def one(case, n, **who):
+        return who | {"case": case, "segments": n, "errors": errors_, "warm": 2e-3, "steps": 7}
+
+    points = [
+        one(f"{pull} kN, at once", n, method=method)
+        for method, n, pull in (("a", 50, 45), ("a", 50, 450), ("a", 25, 45), ("b", 25, 450))
+    ]
+    head, _, *rows = everything.table(points, "at once").splitlines()
+    assert head.startswith("| break at once, 45 / 450 kN | N |")
+    assert rows == [
+        "| a | 25 | 1 / - | 2 / - | 3 / - | 4 / - | +1.000 / - | 2 / - | 7 / - |",
+        "| a | 50 | 1 / 1 | 2 / 2 | 3 / 3 | 4 / 4 | +1.000 / +1.000 | 2 / 2 | 7 / 7 |",
+        "| b | 25 | - / 1 | - / 2 | - / 3 | - / 4 | - / +1.000 | - / 2 | - / 7 |",
+    ]
+    peers = [
+        one("45 kN, at once", 50, program="MoorDyn", setting="RK2, 0.4, 0"),
+        one("45 kN, at once", 50, program="MoorDyn", setting="RK4, 0.8, 0"),
+        one("45 kN, at once", 50, program="lumpedcable", setting=DEFAULT),
+        one(compare.LINEAR, 50, program="SciPy", setting="RK45, 1e-3"),
+    ]
+    rows = everything.others(peers, "at once").splitlines()[2:]
+    assert [row.split(" | ")[0] for row in rows] == [
+        "| MoorDyn, RK2, 0.4, 0",
+        "| MoorDyn, RK4, 0.8, 0",
+    ]
 
 
 def test_the_page_takes_the_tables_that_there_are():

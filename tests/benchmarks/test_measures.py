@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.headline import Reached, ratio, reached
-from benchmarks.measures import Histories, errors, front_time
+from benchmarks.measures import Histories, error_cells, errors, front_time
 
 T = np.arange(2001) * 1e-4
 
@@ -69,9 +69,19 @@ def test_a_lucky_mesh_does_not_count():
     assert reached([1.0, 2.0], [0.01, math.nan], 0.1).bound == ">"
 
 
+def test_a_row_shows_what_was_not_measured():
+    known = errors(history(displacement=-1.53), history())._asdict()
+    cells = error_cells([known, None, known | {"front": math.nan}])
+    assert cells[0] == "2 / - / 2"
+    assert cells[4] == "+0.000 / - / -"
+    assert error_cells([known | {"velocity": 1.234}])[1] == "123"
+
+
 def test_ratios_say_what_they_do_not_know():
     assert ratio(Reached(20.0), Reached(2.0)) == "10"
     assert ratio(Reached(20.0, ">"), Reached(2.0)) == "> 10"
     assert ratio(Reached(20.0), Reached(2.0, "<")) == "> 10"
+    # two upper bounds say nothing of their ratio
+    assert ratio(Reached(20.0, "<"), Reached(2.0, "<")) == "both on their coarsest mesh"
     assert ratio(Reached(20.0), Reached(2.0, ">")) == "not reached"
     assert ratio(Reached(20.0, ">"), Reached(2.0, ">")) == "neither reaches it"
