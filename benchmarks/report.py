@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import (
+    against,
     cost,
     everything,
     floor,
     headline,
     held_out,
     reference,
+    speed_targets,
     studies,
     targets,
     work_precision,
@@ -49,7 +51,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
                 found[name] = headline.table(points, quantity, cases)
         found["compile"] = work_precision.compile_table(points)
         found["cut"] = work_precision.cut_off(parts["work-precision"])
-        found["targets"] = targets.table(points, others)
+        found["targets"] = "\n".join([targets.table(points, others), *speed_targets.rows(parts)])
         found["floor"] = floor.table()
         found["ratios"] = headline.ratios(points, others)
     if "held-out" in parts:
@@ -60,6 +62,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
                 found[f"peers-{key}"] = compare.table(others, kind)
                 found[f"all-peers-{key}"] = everything.others(others, kind)
         found["peers-linear"] = compare.linear_table(others)
+        found["against-moordyn"] = against.table(others)
         found["moordyn"] = compare.damping_table(others)
         found["readme"] = compare.table(others, "at once", targets.SEGMENTS)
     if "cost" in parts:
