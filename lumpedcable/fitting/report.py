@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -17,6 +15,7 @@ from lumpedcable.fitting.sensitivity import Sensitivity
 from lumpedcable.fitting.uncertainty import VAGUE, Profile, words
 from lumpedcable.scene import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
+from lumpedcable.study.tables import console_of, rows_shown, table_of
 
 __all__ = [
     "WIDE",
@@ -39,15 +38,9 @@ MOST_NUMBERS = 5
 OTHER_STARTS = "give other starts, or more of them (method.starts)"
 
 
-def console_of() -> Console:
-    """A console as wide as the terminal, or wide where there is none."""
-    console = Console(highlight=False, markup=False)
-    return console if console.is_terminal else Console(highlight=False, markup=False, width=WIDE)
-
-
 def print_fit(fitted: Fitted, others: Mapping[str, Fitted] | None = None) -> None:
     """Print the values, what the data say about them, and the other laws if there are any."""
-    console = console_of()
+    console = console_of(WIDE)
     console.print(Text(fitted.problem.title, "bold"))
     console.print(_values(fitted))
     for remark in remarks_of(fitted):
@@ -64,13 +57,10 @@ def print_fit(fitted: Fitted, others: Mapping[str, Fitted] | None = None) -> Non
 
 def _drawn(fitted: Fitted) -> Table:
     """The distribution that was sampled, number by number."""
-    found, table = (
-        _sample(fitted) or {},
-        Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False),
-    )
+    found = _sample(fitted) or {}
     share = f"{100 * fitted.problem.method.confidence:g} %"
-    for k, head in enumerate(("sampled", "mean", "std", share, "R-hat", "worth draws")):
-        table.add_column(Text(head), justify="right" if k else "left")
+    heads = ("sampled", "mean", "std", share, "R-hat", "worth draws")
+    table = table_of(heads, wrap=range(len(heads)))
     for k, p in enumerate(fitted.problem.parameters):
         low, high = (format_quantity(float(found[key][k]), p.unit, 4) for key in ("low", "high"))
         mean = format_quantity(float(found["mean"][k]), p.unit, 6)
@@ -84,13 +74,12 @@ def _drawn(fitted: Fitted) -> Table:
 
 def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
     """Print the numbers found of every rope, with their standard deviations."""
-    console = console_of()
+    console = console_of(WIDE)
     console.print(Text(title, "bold"))
     shown = next(iter(fits.values())).problem.parameters[:MOST_NUMBERS]
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
-    for k, head in enumerate(("rope", *(p.label for p in shown), "left over", "remark")):
-        text = k in (0, len(shown) + 2)
-        table.add_column(Text(head), justify="left" if text else "right", no_wrap=not text)
+    heads = ("rope", *(p.label for p in shown), "left over", "remark")
+    texts = (0, len(shown) + 2)
+    table = table_of(heads, left=texts, wrap=texts)
     for name, f in list(fits.items())[:MOST_ROWS]:
         found = [
             f"{format_quantity(float(x), p.unit, 5)} ± {format_quantity(float(s), p.unit, 2)}"
@@ -102,8 +91,8 @@ def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
         said += [] if f.certainty.free else ["no more values than numbers"]
         table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
     console.print(table)
-    if len(fits) > MOST_ROWS:
-        console.print(f"{MOST_ROWS} of {len(fits)} ropes shown; the files hold all.")
+    for note in rows_shown(MOST_ROWS, len(fits), "ropes", "the files hold"):
+        console.print(note)
     seconds = sum(f.seconds for f in fits.values())
     evaluations = sum(f.evaluations for f in fits.values())
     console.print(
@@ -119,12 +108,9 @@ def _failed(fitted: Fitted) -> str:
 
 
 def _values(fitted: Fitted) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
     share = f"{100 * fitted.problem.method.confidence:g} %"
     heads = ("number", "start", "found", "std", f"{share} interval", "remark")
-    for k, head in enumerate(heads):
-        left = k in (0, 5)
-        table.add_column(Text(head), justify="left" if left else "right", no_wrap=not left)
+    table = table_of(heads, left=(0, 5), wrap=(0, 5))
     certainty = fitted.certainty
     vague = {int(np.argmax(np.abs(c.parts))) for c in certainty.vague()}
     profiles = {one.parameter for one in fitted.profiles}
@@ -243,9 +229,8 @@ def _spread_of_starts(fitted: Fitted) -> str:
 
 def _choices(all_: Mapping[str, Fitted]) -> Table:
     """The laws compared, the best by BIC first."""
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
-    for k, head in enumerate(("law", "numbers", "left over", "AIC", "BIC")):
-        table.add_column(Text(head), justify="right" if k else "left")
+    heads = ("law", "numbers", "left over", "AIC", "BIC")
+    table = table_of(heads, wrap=range(len(heads)))
     best = [min(getattr(f.criteria, key) for f in all_.values()) for key in ("aic", "bic")]
     for name, f in sorted(all_.items(), key=lambda item: item[1].criteria.bic):
         table.add_row(
@@ -348,13 +333,11 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
 
 def print_sensitivity(heading: str, found: Sensitivity) -> None:
     """Print what a scalar depends on, the largest share first."""
-    console = console_of()
+    console = console_of(WIDE)
     unit = found.scalar.unit
     console.print(Text(heading, "bold"))
     console.print(f"{found.scalar}: {format_quantity(found.value, unit)}")
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
-    for k, head in enumerate(("number", "value", "% per %", "per SI unit of it")):
-        table.add_column(Text(head), justify="right" if k else "left", no_wrap=bool(k))
+    table = table_of(("number", "value", "% per %", "per SI unit of it"), wrap=(0,))
     for k, key in enumerate(found.keys[:MOST_ROWS]):
         per = f"{unit}/({found.units[k]})" if found.units[k] else unit
         known = np.isfinite(found.slopes[k])
@@ -364,8 +347,8 @@ def print_sensitivity(heading: str, found: Sensitivity) -> None:
             f"{found.slopes[k]:+.4g} {per}" if known else "no derivative here",
         )  # fmt: skip
     console.print(table)
-    if len(found.keys) > MOST_ROWS:
-        console.print(f"{MOST_ROWS} of {len(found.keys)} numbers shown; the file holds all.")
+    for note in rows_shown(MOST_ROWS, len(found.keys), "numbers"):
+        console.print(note)
     if found.check is not None and found.check.good:
         console.print(Text(str(found.check)))
     for remark in found.remarks:

@@ -5,9 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 import lumpedcable
@@ -15,7 +12,7 @@ from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, Study, format_quantity
 from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.solve.modal import Modes
-from lumpedcable.study.report import WIDE
+from lumpedcable.study.tables import console_of, new_table
 
 __all__ = ["heading", "modes_contents", "modes_table", "titles"]
 
@@ -80,21 +77,11 @@ def _directions(modes: Modes, k: int) -> list[str]:
 
 def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
     """Print one row a mode, and what a reader should know about all of them."""
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=WIDE)
+    console, table = console_of(), new_table()
     bodies = bool(np.any(modes.bodies > 0.0))
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for words in (
-        "mode",
-        "frequency\n(Hz)",
-        "period\n(s)",
-        "along\nlines (%)",
-        "across\nlines (%)",
-    ):
+    heads = ["mode", "frequency\n(Hz)", "period\n(s)", "along\nlines (%)", "across\nlines (%)"]
+    for words in [*heads, *(["bodies\n(%)"] if bodies else [])]:
         table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
-    if bodies:
-        table.add_column(Text("bodies\n(%)"), justify="right", vertical="bottom", no_wrap=True)
     table.add_column(Text("moves\nin"), vertical="bottom", no_wrap=True)
     table.add_column(Text("remark"), vertical="bottom")
     for k, frequency in enumerate(modes.frequency):

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from rich import box
 from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -17,6 +16,15 @@ from lumpedcable.scene import Axis, Study, format_quantity
 from lumpedcable.status import Status, remark_of
 from lumpedcable.study.run import Timings, run_study
 from lumpedcable.study.summary import EXACT, Outcome
+from lumpedcable.study.tables import (
+    MOST_FAILURES,
+    MOST_ROWS,
+    console_of,
+    fits_on,
+    new_table,
+    print_failures,
+    rows_shown,
+)
 
 __all__ = ["results_table", "run_with_progress"]
 
@@ -30,9 +38,6 @@ HEADS = {
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
 MOST_NAMED = 4  # swept numbers with a column beside the name of their case
-MOST_ROWS = 60  # of the table; the file holds them all
-MOST_FAILURES = 10  # told one by one
-WIDE = 200  # columns where no terminal says how many there are
 
 
 def run_with_progress(
@@ -70,9 +75,7 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
 
     A narrow terminal gets less space between columns, then fewer of them.
     """
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=WIDE)
+    console = console_of()
     ends = list(dict.fromkeys(end for o in outcomes for end in o.recoils))
     rows = len(outcomes) * max(len(ends), 1)
     table, beside = _fitting(console, study, outcomes, ends)
@@ -81,7 +84,7 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
     console.print(table)
     for note in _notes(study, ends, beside, rows):
         console.print(Text(note, "dim"))
-    _failures(console, outcomes)
+    print_failures(console, ((o.run, o.message) for o in outcomes if o.status is not Status.OK))
     _remarks(console, outcomes)
     console.print(f"written: {target}", soft_wrap=True)
 
@@ -90,10 +93,9 @@ def _fitting(
     console: Console, study: Study, outcomes: Sequence[Outcome], ends: Sequence[str]
 ) -> tuple[Table, Sequence[str]]:
     """The richest look that the console is wide enough for, and what stands beside the values."""
-    boundless = console.options.update(max_width=10_000)
     for padding, beside in LOOKS[:-1]:
         table = _table(study, outcomes, ends, beside, padding)
-        if console.measure(table, options=boundless).maximum <= console.width:
+        if fits_on(console, table):
             return table, beside
     padding, beside = LOOKS[-1]
     return _table(study, outcomes, ends, beside, padding), beside
@@ -107,7 +109,7 @@ def _table(
     padding: int,
 ) -> Table:
     """The table; what is named in `beside` stands right of the value that it belongs to."""
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, padding, 0, 0), pad_edge=False)
+    table = new_table(padding)
 
     def column(words: str, unit: str = "", style: str = "", justify: JustifyMethod = "right"):
         head = f"{words}\n({unit})" if unit else words
@@ -204,9 +206,7 @@ def _cell(value: float | None, factor: float, form: str) -> str:
 
 
 def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) -> list[str]:
-    notes = []
-    if rows > MOST_ROWS:
-        notes.append(f"{MOST_ROWS} of {rows} rows shown; the file holds all.")
+    notes = rows_shown(MOST_ROWS, rows)
     if ends and "exact" in beside:
         notes.append(
             "* exact: a straight line without drag or weight, broken instantaneously; drag and a "
@@ -232,11 +232,3 @@ def _remarks(console: Console, outcomes: Sequence[Outcome]) -> None:
         console.print(Text(f"run {run}: {remark}", "dim"))
     if len(said) > MOST_FAILURES:
         console.print(Text(f"and {len(said) - MOST_FAILURES} more runs with such a remark", "dim"))
-
-
-def _failures(console: Console, outcomes: Sequence[Outcome]) -> None:
-    failed = [outcome for outcome in outcomes if outcome.status is not Status.OK]
-    for outcome in failed[:MOST_FAILURES]:
-        console.print(Text(f"run {outcome.run}: {outcome.message}", "red"))
-    if len(failed) > MOST_FAILURES:
-        console.print(Text(f"and {len(failed) - MOST_FAILURES} more runs went wrong", "red"))

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -17,7 +16,14 @@ from lumpedcable.results.human import scale
 from lumpedcable.results.reader import OK
 from lumpedcable.scene import Study, format_quantity
 from lumpedcable.study.prescribed import MODELS
-from lumpedcable.study.report import MOST_FAILURES, MOST_ROWS, WIDE
+from lumpedcable.study.tables import (
+    MOST_ROWS,
+    console_of,
+    fits_on,
+    new_table,
+    print_failures,
+    rows_shown,
+)
 
 __all__ = ["rest_table"]
 
@@ -43,9 +49,7 @@ def rest_table(study: Study, target: Path) -> None:
 
     A narrow terminal gets fewer columns.
     """
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=WIDE)
+    console = console_of()
     with open_result(target) as result:
         if study.scene.title:
             console.print(Text(study.scene.title, "bold"))
@@ -58,7 +62,8 @@ def rest_table(study: Study, target: Path) -> None:
             console.print(table)
             for note in _notes(numbers, models, shown, result.runs):
                 console.print(Text(note, "dim"))
-        _failures(console, result)
+        said = zip(result.status, result.status_message, strict=True)
+        print_failures(console, ((k, why) for k, (state, why) in enumerate(said) if state != OK))
     console.print(f"written: {target}", soft_wrap=True)
 
 
@@ -66,16 +71,15 @@ def _fitting(
     console: Console, study: Study, result: ResultFile, numbers: Numbers, models: Sequence[str]
 ) -> tuple[Table, Sequence[str]]:
     """The table with as many models beside the computed numbers as the console is wide enough for."""
-    boundless = console.options.update(max_width=10_000)
     for count in range(len(models), 0, -1):
         table = _table(study, result, numbers, models[:count])
-        if console.measure(table, options=boundless).maximum <= console.width:
+        if fits_on(console, table):
             return table, models[:count]
     return _table(study, result, numbers, ()), ()
 
 
 def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[str]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table = new_table()
 
     def column(words: str, style: str = "") -> None:
         table.add_column(Text(words), justify="right", style=style, vertical="bottom", no_wrap=True)
@@ -133,9 +137,7 @@ def _texts(values: NDArray[np.float64]) -> list[str]:
 
 
 def _notes(numbers: Numbers, models: Sequence[str], shown: Sequence[str], runs: int) -> list[str]:
-    notes = []
-    if runs > MOST_ROWS:
-        notes.append(f"{MOST_ROWS} of {runs} rows shown; the file holds all.")
+    notes = rows_shown(MOST_ROWS, runs)
     notes += [f"{MARKS[model]} {model}: {MODELS[model]}." for model in shown]
     if len(shown) < len(models):
         notes.append(f"A wider terminal shows {' and '.join(models[len(shown) :])} as well.")
@@ -149,12 +151,3 @@ def _notes(numbers: Numbers, models: Sequence[str], shown: Sequence[str], runs: 
         if told:
             notes.append(f"Straight segments against exact: {', '.join(told)}.")
     return notes
-
-
-def _failures(console: Console, result: ResultFile) -> None:
-    failed = [run for run, status in enumerate(result.status) if status != OK]
-    messages = result.status_message
-    for run in failed[:MOST_FAILURES]:
-        console.print(Text(f"run {run}: {messages[run]}", "red"))
-    if len(failed) > MOST_FAILURES:
-        console.print(Text(f"and {len(failed) - MOST_FAILURES} more runs went wrong", "red"))
