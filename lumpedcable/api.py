@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.joined import copy_whole
 from lumpedcable.results.reader import open_result
@@ -200,14 +201,12 @@ class Result(Drawn):
         """
         target = Path(path)
         keep_others(target, "results")
-        try:
+        with reported(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             if target.exists() and target.samefile(self.path):
                 raise OutputError(f"cannot write {target}: expected another file than the results")
             with whole(target) as partial:
                 copy_whole(self.path, partial)
-        except OSError as error:
-            raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
         self.path, self._folder = target, None
         return target
 

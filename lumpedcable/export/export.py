@@ -11,6 +11,7 @@ from lumpedcable.export.moordyn import write_moordyn
 from lumpedcable.export.spreadsheet import write_csv
 from lumpedcable.export.vtkhdf import write_vtkhdf
 from lumpedcable.results import OutputError, ResultFile
+from lumpedcable.results.disk import reported
 from lumpedcable.results.sound import SoundFile
 
 __all__ = ["FORMATS", "export_result"]
@@ -56,8 +57,6 @@ def export_result(
             raise OutputError(f"expected a file name, found the folder {goal}")
         if goal.exists() and os.path.samefile(goal, result.path):
             raise OutputError(f"expected another file than the results, found {goal}")
-        try:
+        with reported(goal):
             goal.parent.mkdir(parents=True, exist_ok=True)
             return write(result, goal, run)
-        except OSError as error:
-            raise OutputError(f"cannot write {goal}: {error.strerror or error}") from error

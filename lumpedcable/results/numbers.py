@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lumpedcable.results.errors import OutputError
+from lumpedcable.results.disk import reported
 from lumpedcable.results.target import whole
 
 __all__ = ["write_numbers", "write_text"]
@@ -35,12 +35,10 @@ def write_text(target: Path, text: str) -> None:
     Raises:
         OutputError: it cannot be written there.
     """
-    try:
+    with reported(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         with whole(target) as partial:
             partial.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
 
 
 def _text(value: Any, indent: str) -> str:

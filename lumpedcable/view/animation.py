@@ -15,6 +15,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile
@@ -72,12 +73,10 @@ def animate_result(
         result.hold(run)
         more = beside(result, run) if beside is not None else ({}, (), ())
         film = _Film(result, run, seconds, more)
-        try:
+        with reported(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             with whole(target) as partial:
                 _write(film, _writer(target, fps), partial, max(2, round(seconds * fps)))
-        except OSError as error:
-            raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
     return target
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,6 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from lumpedcable.results.errors import OutputError
 from lumpedcable.results.human import scale
 from lumpedcable.view import style
 
@@ -112,7 +110,7 @@ def plot_fit(pictures: FitPictures, folder: Path, formats: Sequence[str] = ("png
         OutputError: they cannot be written there, or not in that format.
     """
     made: list[Path] = []
-    ready(folder, formats)
+    style.ready(folder, formats)
     for name, draw in _figures(pictures):
         made += style.save(draw, folder / name, formats)
     return made
@@ -135,23 +133,6 @@ def _figures(pictures: FitPictures) -> list[tuple[str, Callable[[], Figure]]]:
         ("sample", sample_figure, bool(pictures.draws)),
     ]
     return [(name, partial(draw, pictures)) for name, draw, wanted in all_ if wanted]
-
-
-def ready(folder: Path, formats: Sequence[str]) -> None:
-    """Make the folder of some figures.
-
-    Raises:
-        OutputError: it cannot be made, or there is no such format.
-    """
-    for kind in formats:
-        if kind not in style.FORMATS:
-            known = ", ".join(style.FORMATS)
-            raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        raise OutputError(f"cannot make the folder {folder}: {reason}") from error
 
 
 def data_figure(pictures: FitPictures) -> Figure:
@@ -354,7 +335,7 @@ def plot_ropes(
     Raises:
         OutputError: they cannot be written there, or not in that format.
     """
-    ready(folder, formats)
+    style.ready(folder, formats)
     all_ = [RopeNumbers(**one) for one in numbers]
     draw = partial(ropes_figure, heading, ropes, all_, confidence)
     return style.save(draw, folder / "ropes", formats)

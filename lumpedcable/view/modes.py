@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lumpedcable.results.errors import OutputError
 from lumpedcable.view import style
 
 Array = NDArray[Any]
@@ -63,15 +61,7 @@ def plot_modes(
     Raises:
         OutputError: they cannot be written there, or not in that format.
     """
-    for kind in formats:
-        if kind not in style.FORMATS:
-            known = ", ".join(style.FORMATS)
-            raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
-    try:
-        stem.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        raise OutputError(f"cannot make the folder {stem.parent}: {reason}") from error
+    style.ready(stem.parent, formats)
     return style.save(partial(mode_figure, modes, heading), stem, formats)
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from lumpedcable.results.errors import OutputError, ResultError
+from lumpedcable.results.errors import ResultError
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
@@ -57,19 +56,10 @@ def plot_result(
         ResultError: the file cannot be read, or holds nothing to draw.
         OutputError: the figures cannot be written there, or not in that format.
     """
-    for kind in formats:
-        if kind not in style.FORMATS:
-            known = ", ".join(style.FORMATS)
-            raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
     folder = Path(outdir)
     made: list[Path] = []
     with SoundFile.open(path) as result:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"cannot make the folder {folder}: {os.strerror(error.errno or 0)}"
-            ) from error
+        style.ready(folder, formats)
         for name, draw in _whole_figures(result):
             made += style.save(draw, folder / name, formats)
         for group in groups(result) if _has_histories(result) else ():

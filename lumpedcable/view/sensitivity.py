@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lumpedcable.view import style
-from lumpedcable.view.fit import ready
 
 Array = NDArray[Any]
 
@@ -41,7 +40,7 @@ def plot_sensitivity(
     Raises:
         OutputError: they cannot be written there, or not in that format.
     """
-    ready(stem.parent, formats)
+    style.ready(stem.parent, formats)
     return style.save(partial(sensitivity_figure, heading, names, shares, note), stem, formats)
 
 

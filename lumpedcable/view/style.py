@@ -6,6 +6,7 @@ each also with a dash pattern of its own, so that a black-and-white copy can be 
 
 from __future__ import annotations
 
+import os
 import re
 import textwrap
 from collections.abc import Callable, Sequence
@@ -23,6 +24,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError
 from lumpedcable.results.human import scale
 from lumpedcable.results.target import whole
@@ -243,6 +245,23 @@ def say_empty(ax: Axes) -> None:
     ax.text(0.5, 0.5, "no data", transform=ax.transAxes, ha="center", va="center", color=NEUTRAL)
 
 
+def ready(folder: Path, formats: Sequence[str]) -> None:
+    """Make the folder of some figures.
+
+    Raises:
+        OutputError: it cannot be made, or there is no such format.
+    """
+    for kind in formats:
+        if kind not in FORMATS:
+            known = ", ".join(FORMATS)
+            raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = os.strerror(error.errno or 0)
+        raise OutputError(f"cannot make the folder {folder}: {reason}") from error
+
+
 def save(draw: Callable[[], Figure], stem: Path, formats: Sequence[str]) -> list[Path]:
     """Draw a figure in the style and save it, once per format, whole or not at all.
 
@@ -254,10 +273,7 @@ def save(draw: Callable[[], Figure], stem: Path, formats: Sequence[str]) -> list
         figure = draw()
         for kind in formats:
             path = stem.with_name(f"{stem.name}.{kind}")
-            try:
-                with whole(path) as partial:
-                    figure.savefig(partial)
-            except OSError as error:
-                raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+            with reported(path), whole(path) as partial:
+                figure.savefig(partial)
             made.append(path)
     return made
