@@ -292,7 +292,7 @@ def make_measures(
             _free_post(scene, part, coordinates),
         )
         if isinstance(part, BodyMeasure)
-        else place_measured(scene, layout, part)
+        else place_measured(scene, layout, coordinates, part)
         for name, part in scene.measures.items()
     }
 

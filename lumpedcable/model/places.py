@@ -1,12 +1,13 @@
-"""Numbers of a place along a line: its tension, its speed."""
+"""Numbers of a place along a line: its tension, its speed, its motion."""
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.couple import live_line
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import live_line, winch_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.model.numbers import number
@@ -14,9 +15,9 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tips import AFTER, BEFORE
-from lumpedcable.physics.vectors import size
+from lumpedcable.physics.vectors import dot, size
 from lumpedcable.scene import Scene
-from lumpedcable.scene.measures import LineMeasure
+from lumpedcable.scene.measures import LineMeasure, MotionMeasure, PlaceKind
 
 __all__ = ["PlaceMeasured", "Seen", "place_measured", "segment_sizes"]
 
@@ -32,16 +33,19 @@ class Seen(NamedTuple):
 
 
 class PlaceMeasured(eqx.Module):
-    """Tension (N) or speed (m/s) at the unstretched distance `place` (m) from the start of a line.
+    """Tension (N) or motion (m/s, m) at the unstretched distance `place` (m) from a line's start.
 
     The line is as long as its winch has paid it out. `pieces` are the parts of the line, from its
-    start on; `side` 0 or -1 stands for an end of it.
+    start on; `side` 0 or -1 stands for an end of it. A vector v is told by its size or, with `along`,
+    by along . v; of a position x = `origin` + along . q (m), from the coordinates q.
     """
 
-    kind: Literal["tension", "speed"] = eqx.field(static=True)
+    kind: PlaceKind = eqx.field(static=True)
     pieces: tuple[str, ...] = eqx.field(static=True)
     side: int | None = eqx.field(static=True)
     place: Float[Array, ""] | None
+    along: Float[Array, " d"] | None = None
+    origin: Float[Array, ""] | None = None
 
     def value(self, model, t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
@@ -49,30 +53,56 @@ class PlaceMeasured(eqx.Module):
             piece = self.pieces[self.side]
             if self.kind == "tension":
                 return seen.ends[piece][self.side]
-            return size(seen.velocity[piece][:, self.side])
-        assert self.place is not None
+            return self._told(self._vectors(model, seen)[self.side][:, self.side])
         lines = [live_line(model, piece, seen.displacement, None) for piece in self.pieces]
+        if self.kind == "tension":
+            return self._at(lines, [seen.tension[piece] for piece in self.pieces])
+        moved = self._at(lines, self._vectors(model, seen))
+        if self.kind == "displacement" and any(winch_of(model, piece) for piece in self.pieces):
+            # the nodes pass along the line; where its start is the place stays
+            before = [model.lines[piece] for piece in self.pieces]
+            moved = moved + self._at(lines, [line.reference for line in before])
+            moved = moved - self._at(before, [line.reference for line in before])
+        return self._told(moved)
+
+    def _vectors(self, model, seen: Seen) -> list[Float[Array, "d nodes"]]:
+        """Of the nodes of each piece what is told of the place: place, way (m) or velocity (m/s)."""
+        if self.kind in ("speed", "velocity"):
+            return [seen.velocity[piece] for piece in self.pieces]
+        moved = [seen.displacement[piece] for piece in self.pieces]
+        if self.kind == "displacement":
+            return moved
+        return [u + model.lines[p].reference for u, p in zip(moved, self.pieces, strict=True)]
+
+    def _told(self, vector: Float[Array, " d"]) -> Float[Array, ""]:
+        """Its size, or a component of it."""
+        if self.along is None:
+            return size(vector)
+        value = dot(self.along.astype(vector.dtype), vector)
+        return value if self.origin is None else value + self.origin.astype(vector.dtype)
+
+    def _at(self, lines: list[Line], values: list[Array]) -> Float[Array, "*d"]:
+        """Values of segments or vectors of nodes, linear between them, at the place on the lines."""
+        assert self.place is not None
         sizes = [segment_sizes(line) for line in lines]
         # a place at the very end belongs to the last segment
         place = self.place.astype(sizes[0].dtype)
         whole = sum(jnp.sum(lengths) for lengths in sizes)
         place = jnp.minimum(place, whole * (1.0 - 4.0 * jnp.finfo(place.dtype).eps))
         begin, found = jnp.zeros_like(place), []
-        for piece, line, lengths in zip(self.pieces, lines, sizes, strict=True):
+        for line, lengths, own in zip(lines, sizes, values, strict=True):
             ends = begin + jnp.cumsum(lengths)
             starts = jnp.concatenate([begin[None], ends[:-1]])
             here = (starts <= place) & (place < ends)
             begin = ends[-1]
             if self.kind == "tension":
-                own = _between(line.seam, seen.tension[piece], 0.5 * (starts + ends), place)
+                own = _between(line.seam, own, 0.5 * (starts + ends), place)
                 found.append(jnp.sum(jnp.where(here, own, 0.0)))
             else:
-                v = seen.velocity[piece]
                 share = (place - starts) / jnp.where(lengths > 0.0, lengths, 1.0)
-                own = v[:, :-1] + share * (v[:, 1:] - v[:, :-1])
+                own = own[:, :-1] + share * (own[:, 1:] - own[:, :-1])
                 found.append(jnp.sum(jnp.where(here, own, 0.0), axis=1))
-        total = sum(found[1:], found[0])
-        return total if self.kind == "tension" else size(total)
+        return sum(found[1:], found[0])
 
 
 def segment_sizes(line: Line) -> Float[Array, " n"]:
@@ -99,10 +129,18 @@ def _between(
     return values + (place - middles) * jnp.where(place > middles, after, before)
 
 
-def place_measured(scene: Scene, layout: Layout, part: LineMeasure) -> PlaceMeasured:
+def place_measured(
+    scene: Scene, layout: Layout, coordinates: Coordinates, part: LineMeasure
+) -> PlaceMeasured:
     """The measure of a place as the scene gives it."""
     line, side, place = part.target()
     pieces = tuple(piece.name for piece in layout.of_line(line))
-    if side is not None:
-        return PlaceMeasured(part.KIND, pieces, 0 if side == "start" else -1, None)
-    return PlaceMeasured(part.KIND, pieces, None, number(place))
+    which = None if side is None else 0 if side == "start" else -1
+    found = None if side is not None else number(place)
+    along = origin = None
+    if isinstance(part, MotionMeasure) and part.component is not None:
+        k = "xyz".index(part.component)
+        along = jnp.asarray(coordinates.axes, float)[k]
+        if part.KIND == "position":
+            origin = number(coordinates.origin[k])
+    return PlaceMeasured(part.KIND, pieces, which, found, along, origin)

@@ -33,7 +33,10 @@ def split_place(data: Any, key: str) -> Any:
     return data
 
 
-SHORT = {"events": ("breaks",), "measures": ("tension", "speed")}
+SHORT = {
+    "events": ("breaks",),
+    "measures": ("tension", "speed", "position", "velocity", "displacement"),
+}
 """Keys under which "LINE@DISTANCE" may stand, by section."""
 
 

@@ -8,25 +8,35 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, Tag, model_validator
 
 from lumpedcable.scene.events import place_problems, split_place, target_of, target_text
-from lumpedcable.scene.part import Part, Problem, Text, choose, tag
+from lumpedcable.scene.part import Part, Problem, Text, choose, either, tag
 from lumpedcable.scene.quantities import (
     Length,
     NonNegativeForce,
     PositiveLength,
     PositiveSpeed,
+    Speed,
     fault,
     found,
 )
+from lumpedcable.scene.units import format_quantity
 
 __all__ = [
     "BodyMeasure",
+    "DisplacementMeasure",
     "HeightMeasure",
     "LineMeasure",
     "LineSpeedMeasure",
     "Measure",
+    "MotionMeasure",
+    "PlaceKind",
+    "PositionMeasure",
     "SpeedMeasure",
     "TensionMeasure",
+    "VelocityMeasure",
 ]
+
+PlaceKind = Literal["tension", "speed", "position", "velocity", "displacement"]
+"""What is measured at a place of a line."""
 
 
 class HeightMeasure(Part):
@@ -111,11 +121,17 @@ def _together(measure: HeightMeasure | SpeedMeasure) -> Iterator[Problem]:
 class LineMeasure(Part):
     """The largest of something at a place of a line; the key that names the line is its `KIND`."""
 
-    KIND: ClassVar[Literal["tension", "speed"]]
+    KIND: ClassVar[PlaceKind]
     WORDS: ClassVar[str]
-    LEAST: ClassVar[bool] = False
+    UNIT: ClassVar[str]
     if TYPE_CHECKING:  # each has its own, where it stands best
         place: float | None
+        limit: float | None
+
+    @property
+    def LEAST(self) -> bool:
+        """Whether its least value tells of a run, not its largest."""
+        return False
 
     @model_validator(mode="before")
     @classmethod
@@ -148,7 +164,7 @@ class TensionMeasure(LineMeasure):
     ``tension = "rope@30 m"`` is short for ``tension = "rope"`` with ``place = "30 m"``.
     """
 
-    KIND: ClassVar[Literal["tension", "speed"]] = "tension"
+    KIND: ClassVar[PlaceKind] = "tension"
     WORDS: ClassVar[str] = "tension at"
     UNIT: ClassVar[str] = "N"
     tension: Annotated[Text, AfterValidator(target_text)]
@@ -165,7 +181,7 @@ class LineSpeedMeasure(LineMeasure):
     ``speed = "rope@30 m"`` is short for ``speed = "rope"`` with ``place = "30 m"``.
     """
 
-    KIND: ClassVar[Literal["tension", "speed"]] = "speed"
+    KIND: ClassVar[PlaceKind] = "speed"
     WORDS: ClassVar[str] = "speed of"
     UNIT: ClassVar[str] = "m/s"
     speed: Annotated[Text, AfterValidator(target_text)]
@@ -176,14 +192,108 @@ class LineSpeedMeasure(LineMeasure):
     """Largest speed in m/s that is safe. Absent: none."""
 
 
+class MotionMeasure(LineMeasure):
+    """The largest or the least of the motion of a place of a line, or of a component of it."""
+
+    if TYPE_CHECKING:  # likewise
+        component: Literal["x", "y", "z"] | None
+        extreme: Literal["largest", "least"]
+
+    @property
+    def LEAST(self) -> bool:
+        """Whether its least value tells of a run, not its largest."""
+        return self.extreme == "least"
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        return super().words + ("" if self.component is None else f" in {self.component}")
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a fault in the place, and a limit that no size can be within."""
+        yield from super().problems()
+        if self.component is None and self.limit is not None and self.limit <= 0.0:
+            yield Problem(
+                ("limit",),
+                f"expected a positive limit of a {self.KIND} without component, which is a size, "
+                f"found {format_quantity(self.limit, self.UNIT)}",
+            )
+
+
+class PositionMeasure(MotionMeasure):
+    """A coordinate of a place of a line, linear between nodes.
+
+    ``position = "rope@30 m"`` is short for ``position = "rope"`` with ``place = "30 m"``.
+    """
+
+    KIND: ClassVar[PlaceKind] = "position"
+    WORDS: ClassVar[str] = "position of"
+    UNIT: ClassVar[str] = "m"
+    position: Annotated[Text, AfterValidator(target_text)]
+    """The end ("rope.end"), or the line ("rope") at ``place``."""
+    place: Length | None = None
+    """Unstretched distance in m from the start of the line."""
+    component: Literal["x", "y", "z"]  # type: ignore[assignment] (needed, which the others' is not)
+    """Which coordinate."""
+    extreme: Literal["largest", "least"] = "largest"
+    """Which value the summary has."""
+    limit: Length | None = None
+    """Largest coordinate in m that is safe, or the least. Absent: none."""
+
+
+class VelocityMeasure(MotionMeasure):
+    """The velocity of a place of a line, linear between nodes.
+
+    ``velocity = "rope@30 m"`` is short for ``velocity = "rope"`` with ``place = "30 m"``.
+    """
+
+    KIND: ClassVar[PlaceKind] = "velocity"
+    WORDS: ClassVar[str] = "velocity of"
+    UNIT: ClassVar[str] = "m/s"
+    velocity: Annotated[Text, AfterValidator(target_text)]
+    """The end ("rope.end"), or the line ("rope") at ``place``."""
+    place: Length | None = None
+    """Unstretched distance in m from the start of the line."""
+    component: Literal["x", "y", "z"] | None = None
+    """Component of the velocity. Absent: its size."""
+    extreme: Literal["largest", "least"] = "largest"
+    """Which value the summary has."""
+    limit: Speed | None = None
+    """Largest velocity in m/s that is safe, or the least. Absent: none."""
+
+
+class DisplacementMeasure(MotionMeasure):
+    """How far a place of a line is from where it was when the run started, linear between nodes.
+
+    ``displacement = "rope@30 m"`` is short for ``displacement = "rope"`` with ``place = "30 m"``.
+    """
+
+    KIND: ClassVar[PlaceKind] = "displacement"
+    WORDS: ClassVar[str] = "displacement of"
+    UNIT: ClassVar[str] = "m"
+    displacement: Annotated[Text, AfterValidator(target_text)]
+    """The end ("rope.end"), or the line ("rope") at ``place``."""
+    place: Length | None = None
+    """Unstretched distance in m from the start of the line."""
+    component: Literal["x", "y", "z"] | None = None
+    """Component of the displacement. Absent: its size."""
+    extreme: Literal["largest", "least"] = "largest"
+    """Which value the summary has."""
+    limit: Length | None = None
+    """Largest displacement in m that is safe, or the least. Absent: none."""
+
+
 BodyMeasure = HeightMeasure | SpeedMeasure
 _KINDS = {
     "height": HeightMeasure,
     "climb": SpeedMeasure,
     "tension": TensionMeasure,
     "speed": LineSpeedMeasure,
+    "position": PositionMeasure,
+    "velocity": VelocityMeasure,
+    "displacement": DisplacementMeasure,
 }
-_MEASURE = "a table with height, climb, tension or speed"
+_MEASURE = f"a table with {either(_KINDS)}"
 
 
 def _pick_measure(value: Any) -> str:
@@ -197,7 +307,10 @@ Measure = Annotated[
     Annotated[HeightMeasure, Tag(tag("height"))]
     | Annotated[SpeedMeasure, Tag(tag("climb"))]
     | Annotated[TensionMeasure, Tag(tag("tension"))]
-    | Annotated[LineSpeedMeasure, Tag(tag("speed"))],
+    | Annotated[LineSpeedMeasure, Tag(tag("speed"))]
+    | Annotated[PositionMeasure, Tag(tag("position"))]
+    | Annotated[VelocityMeasure, Tag(tag("velocity"))]
+    | Annotated[DisplacementMeasure, Tag(tag("displacement"))],
     *choose(_pick_measure, _MEASURE),
 ]
 """A number of a run that its scene asks for."""

@@ -11,6 +11,7 @@ from lumpedcable.model.couple import winch_name
 from lumpedcable.results import Variable
 from lumpedcable.scene import Scene
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.measures import PositionMeasure
 from lumpedcable.solve.observe import Sample
 
 if TYPE_CHECKING:
@@ -88,8 +89,9 @@ def missed_extremes(
 ) -> list[str]:
     """Of each run which extremes with a limit may lie between two of the times (runs, times), in words.
 
-    An extreme beside which the next value before or after differs by more than a tenth of it: what is
-    resolved changes less from one output time to the next.
+    An extreme beside which the next value before or after differs by more than a tenth of it, of a
+    coordinate by more than a tenth of the range that it goes through: what is resolved changes less
+    from one output time to the next.
     """
     found: list[list[str]] = [[] for _ in range(runs)]
     for name, history in histories.items():
@@ -101,8 +103,12 @@ def missed_extremes(
         own, *beside = (
             np.take_along_axis(history, np.clip(at + way, 0, last), axis=1) for way in (0, -1, 1)
         )
+        whole = np.abs(own)
+        if isinstance(part, PositionMeasure):  # how large it is tells nothing
+            low, high = (np.where(np.isfinite(history), history, s * np.inf) for s in (1, -1))
+            whole = high.max(axis=1, keepdims=True) - low.min(axis=1, keepdims=True)
         # not as near as that also where one is NaN, beside what alone counts
-        rough = [~(np.abs(other - own) <= ROUGH * np.abs(own)) for other in beside]
+        rough = [~(np.abs(other - own) <= ROUGH * whole) for other in beside]
         inside = (at > 0) & (at < last)
         for run in np.flatnonzero(inside & (rough[0] | rough[1])):
             found[run].append(name)
