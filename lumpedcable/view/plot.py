@@ -19,6 +19,7 @@ from lumpedcable.view.groups import Group, file_tag, groups
 from lumpedcable.view.maps import ENOUGH, FEWEST, map_figures
 from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
 from lumpedcable.view.recoil import (
+    end_displacement_figure,
     end_speed_figure,
     tension_figure,
     velocity_figure,
@@ -35,7 +36,7 @@ def plot_result(
 ) -> list[Path]:
     """Draw the figures of a results file, finished or not.
 
-    Where a line parts: tension and velocity along it, the speed of the broken end, and the x-t
+    Where a line parts: tension and velocity along it, speed and way of the broken end, and the x-t
     diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Energies
     always. Of a scene at rest: the shape of each cable with its numbers. Figures whose fields the file
     does not hold are left out. A run that went wrong is drawn until then. Where several numbers are
@@ -126,6 +127,9 @@ def _figures(result: SoundFile, group: Group) -> Iterator[tuple[str, Draw]]:
             yield f"velocity{which}", partial(velocity_figure, result, end, group)
         if end.has_speed:
             yield f"end_speed{which}", partial(end_speed_figure, result, end, group)
+        if end.has_place:
+            draw = partial(end_displacement_figure, result, end, group)
+            yield f"end_displacement{which}", draw
         if tension:
             yield f"xt{which}", partial(xt_figure, result, end, group)
     lines = [result.line(name) for name in result.lines]

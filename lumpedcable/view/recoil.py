@@ -86,18 +86,40 @@ def _families(
 
 def end_speed_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
     """Speed of the broken end against time, one curve a run, with the exact speed where known."""
+    curves, levels = end.speed, end.exact_speed
+    return _against_time(
+        result, end, group, "Speed", "speed of the broken end (m/s)", curves, levels
+    )
+
+
+def end_displacement_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
+    """Distance of the broken end from where it started against time, one curve a run."""
+    words = "displacement of the broken end (m)"
+    return _against_time(result, end, group, "Displacement", words, end.displacement)
+
+
+def _against_time(
+    result: ResultFile,
+    end: RecoilingEnd,
+    group: Group,
+    what: str,
+    words: str,
+    curves: Callable[[int], Array],
+    levels: Callable[[int], float | None] = lambda run: None,
+) -> Figure:
+    """What the broken end does against time, one curve a run; its exact level where known."""
     to_time, time_unit = scale(float(result.time[-1]), "s")
-    figure = style.new_figure(3.4, group.heading(result, f"Speed of {end.name}"))
+    figure = style.new_figure(3.4, group.heading(result, f"{what} of {end.name}"))
     ax = figure.subplots()
     exact = False
     drawn = [np.zeros(1)]
     handles: list[Line2D] = []
     for index, (run, title) in enumerate(zip(group.runs, group.titles, strict=True)):
-        speed, look = end.speed(run), style.curve(index)
-        drawn.append(speed)
+        curve, look = curves(run), style.curve(index)
+        drawn.append(curve)
         name = title.replace("\n", ": ") or "this run"
-        handles += ax.plot(result.time * to_time, speed, **look, label=name)
-        value = end.exact_speed(run)
+        handles += ax.plot(result.time * to_time, curve, **look, label=name)
+        value = levels(run)
         if value is not None:
             exact = True
             drawn.append(np.array([value]))
@@ -110,7 +132,7 @@ def end_speed_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Fig
     ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
     ax.set_ylim(style.limits(np.concatenate(drawn), zero=True))
     ax.set_xlabel(style.with_unit("time", time_unit))
-    ax.set_ylabel("speed of the broken end (m/s)")
+    ax.set_ylabel(words)
     named = len(handles) > 1 or bool(group.titles[0])
     style.foot(figure, group.note, handles if named else [])
     return figure

@@ -120,6 +120,20 @@ class RecoilingEnd:
     def _own(self) -> str:
         return f"{'end' if self.at_end else 'start'}_velocity"
 
+    @property
+    def has_place(self) -> bool:
+        """Whether the file tells where it is."""
+        return self.line.has(self._place)
+
+    def displacement(self, run: int) -> Array:
+        """Distance of the broken end from where it started in m, shape (time,)."""
+        place = self.line.field(self._place, run)
+        return np.linalg.norm(place - place[0], axis=-1)
+
+    @property
+    def _place(self) -> str:
+        return f"{'end' if self.at_end else 'start'}_position"
+
     def speed(self, run: int) -> Array:
         """Speed of the broken end in m/s, shape (time,)."""
         if self.line.has(self._own):

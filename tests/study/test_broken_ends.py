@@ -89,10 +89,18 @@ def test_what_reads_histories_reads_them(parted, tmp_path):
         v = result.line("rope-1").field("end_velocity")[..., 0]
     column = head.index("lines/rope-1/end_velocity/x [m/s]")
     np.testing.assert_array_equal(np.array([row[column] for row in rows], float), v.ravel())
-    figure = figures_of(parted.path)["end_speed_rope-1.end"]
-    curves = figure.axes[0].get_lines()[: len(BREAKS)]
-    drawn = [line.get_ydata() for line in curves if len(line.get_ydata()) == len(v[0])]
-    np.testing.assert_array_equal(drawn, np.abs(v))
+    figures = figures_of(parted.path)
+
+    def drawn(name):
+        (ax,) = figures[name].axes
+        curves = [line.get_ydata() for line in ax.get_lines()]
+        return [values for values in curves if len(values) == len(v[0])]
+
+    np.testing.assert_array_equal(drawn("end_speed_rope-1.end"), np.abs(v))
+    # it only ever goes one way, along x
+    with open_result(parted.path) as result:
+        x = result.line("rope-2").field("start_position")[..., 0]
+    np.testing.assert_array_equal(drawn("end_displacement_rope-2.start"), x - x[:, :1])
 
 
 def test_with_fields_they_are_the_end_nodes_own(tmp_path):
