@@ -39,7 +39,9 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     """The scene's model at static equilibrium before anything breaks or moves.
 
     Each line of the scene, cut or not, is first laid out by itself between its two ends; then
-    Newton's method on all of them together finishes the work.
+    Newton's method on all of them together finishes the work. Bodies on ideal cables find their heights
+    apart from the lines that have nodes, none of which they touch; where a winch holds one of these, all
+    is found together.
     """
     model = assemble(scene, layout, coordinates)
     joints = _joint_places(scene, layout, model, coordinates)
@@ -48,9 +50,9 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     joints = _laid_on_bed(scene, layout, model, joints, set(given))
     lines = dict(model.lines)
     for name in scene.lines:
-        if is_carried(model) and (scene.lines[name].model == "ideal" or winch_of(model, name)):
-            continue  # laid out with what runs on it
         pieces = layout.of_line(name)
+        if not pieces or winch_of(model, name) is not None:
+            continue  # laid out with what runs on it
         lengths = [
             jnp.broadcast_to(segment_lengths(scene, piece), (piece.segments,)) for piece in pieces
         ]
@@ -64,11 +66,22 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
             lines[piece.name] = placed(lines[piece.name], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
-    if is_carried(model):
+    if is_carried(model) and (not lines or any(winch_of(model, n) is not None for n in lines)):
         return carried_equilibrium(model, tolerance, scene.statics.max_iterations)
     held = _held_joints(model, given)
     found = stiffening(scene, held, tolerance, scene.statics.max_iterations, bool(given))
-    return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
+    model = eqx.tree_at(lambda m: m.lines, model, found.model.lines)
+    if not is_carried(model):
+        return found._replace(model=model)
+    riders = carried_equilibrium(
+        eqx.tree_at(lambda m: m.lines, model, {}), tolerance, scene.statics.max_iterations
+    )
+    return Equilibrium(
+        eqx.tree_at(lambda m: m.bodies, model, riders.model.bodies),
+        jnp.maximum(found.imbalance, riders.imbalance),
+        found.converged & riders.converged,
+        found.iterations + riders.iterations,
+    )
 
 
 def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coordinates):
@@ -248,6 +261,8 @@ def _joint_places(
     right, pulls = jnp.zeros((count, d)), jnp.zeros((count, d))
     for name in scene.lines:
         pieces = layout.of_line(name)
+        if not pieces:
+            continue  # an ideal line
         ends = ((pieces[0].name, 0), (pieces[-1].name, -1))
         stiffness = 1.0 / jnp.asarray(scene.lines[name].unstretched, float)
         kinds = [model.ends[n][0 if k == 0 else 1] for n, k in ends]
