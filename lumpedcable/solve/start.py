@@ -66,16 +66,16 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
             lines[piece.name] = placed(lines[piece.name], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
+    most, held = scene.statics.max_iterations, _held_joints(model, given)
     if is_carried(model) and (not lines or any(winch_of(model, n) is not None for n in lines)):
-        return carried_equilibrium(model, tolerance, scene.statics.max_iterations)
-    held = _held_joints(model, given)
-    found = stiffening(scene, held, tolerance, scene.statics.max_iterations, bool(given))
+        found = carried_equilibrium(held, tolerance, most)
+        there = found.model.lines, found.model.bodies
+        return found._replace(model=eqx.tree_at(lambda m: (m.lines, m.bodies), model, there))
+    found = stiffening(scene, held, tolerance, most, bool(given))
     model = eqx.tree_at(lambda m: m.lines, model, found.model.lines)
     if not is_carried(model):
         return found._replace(model=model)
-    riders = carried_equilibrium(
-        eqx.tree_at(lambda m: m.lines, model, {}), tolerance, scene.statics.max_iterations
-    )
+    riders = carried_equilibrium(eqx.tree_at(lambda m: m.lines, model, {}), tolerance, most)
     return Equilibrium(
         eqx.tree_at(lambda m: m.bodies, model, riders.model.bodies),
         jnp.maximum(found.imbalance, riders.imbalance),

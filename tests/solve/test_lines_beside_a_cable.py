@@ -1,4 +1,4 @@
-"""Lines with joints and point masses at rest beside an ideal cable with its cargo."""
+"""Lines with joints and point masses at rest beside a cable with its cargo."""
 
 import numpy as np
 import pytest
@@ -77,3 +77,16 @@ def test_cargo_joint_and_point_mass_are_where_each_would_be_alone(tmp_path):
     # each metre carries the lamp and what hangs below it
     stretch = GRAVITY * (5.0 * 16.0 + 16.0**2 / 2.0) / EA
     assert places["c"][:, -1] == pytest.approx([40.0, 0.0, 14.0 - stretch], abs=1e-7)
+
+
+@pytest.mark.parametrize("model", ["ideal", "lumped"])
+def test_a_joint_that_is_held_at_the_start_is_held_beside_a_cable_too(tmp_path, model):
+    text = SCENE.replace('"ideal"', f'"{model}"')
+    for side, tie in (("end", "b.start"), ("start", "a.end")):
+        held = f'{side} = {{ joined = "{tie}", at = [14, 0, 25] }}'
+        text = text.replace(f'{side} = "{tie}"', held)
+    found, coordinates = equilibrium_of(scene_of(tmp_path, text))
+    assert bool(found.converged)
+    for name, node in (("a", -1), ("b", 0)):
+        place = nodes_in_space(found, coordinates, name)[:, node]
+        assert place == pytest.approx([14.0, 0.0, 25.0], abs=1e-12)
