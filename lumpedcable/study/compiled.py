@@ -73,7 +73,8 @@ def configure() -> None:
     except OSError:
         return  # a cache is a convenience: without one everything works, only slower
     jax.config.update("jax_compilation_cache_dir", folder)
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+    # the smallest too, each of which would take 30 ms at every start
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
