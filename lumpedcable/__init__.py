@@ -10,6 +10,8 @@ Importing this package is cheap: jax is loaded only by the parts that compute.
 
 from typing import TYPE_CHECKING, Any
 
+import lumpedcable.timings  # noqa: F401 (its clock begins here)
+
 __version__ = "0.1.0"
 _FITS = ("Dependence", "Fit", "FoundNumber", "Sensitivity", "fit", "fit_ropes", "sensitivity")
 __all__ = [

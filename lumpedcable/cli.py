@@ -16,6 +16,7 @@ import lumpedcable
 from lumpedcable.commands import fit, show
 from lumpedcable.commands.console import (
     Set,
+    Timed,
     bare_name,
     fail,
     interrupted,
@@ -25,6 +26,7 @@ from lumpedcable.commands.console import (
 )
 from lumpedcable.commands.console import told as _told
 from lumpedcable.commands.interrupts import interruptible, stopped
+from lumpedcable.timings import command_timings
 
 __all__ = ["app", "main"]
 
@@ -46,7 +48,7 @@ def run(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     set_: Set = None,
     pictures: Annotated[bool, Parameter(name="--plot", negative="")] = False,
-    timings: Annotated[bool, Parameter(negative="")] = False,
+    timings: Timed = False,
 ) -> None:
     """Run a scene, with its sweep as one batch, and write an HDF5 file.
 
@@ -63,12 +65,14 @@ def run(
     pictures
         Draw its pictures as well, as `plot` does.
     timings
-        Print the wall time of each stage.
+        Print the wall time of each stage, from the start of the command.
     """
+    clock = command_timings()
     from lumpedcable.scene import load_study
 
     with _told():
         study = load_study(scene, set_ or [])
+    clock.mark("read")
     target = output or Path(f"{scene.stem}.h5")
     _check_target(target, scene)
 
@@ -76,7 +80,8 @@ def run(
         with _told():
             from lumpedcable.study.report import results_table, run_with_progress
 
-            outcomes, clock = run_with_progress(study, target, stopped)
+            clock.mark("load")
+            outcomes = run_with_progress(study, target, stopped, clock)
     except KeyboardInterrupt:
         from lumpedcable.results.schema import partial_of
         from lumpedcable.results.target import followed
@@ -90,11 +95,12 @@ def run(
         rest_table(study, target)
     else:
         results_table(study, target, outcomes)
-    if timings:
-        for stage, seconds in clock.stages.items():
-            print(f"{stage:>10} {seconds:8.2f} s")
+    clock.mark("tell")
     if pictures:
         plot(target)
+        clock.mark("plot")
+    if timings:
+        print(*clock.lines(), sep="\n")
     if all(outcome.status != 0 for outcome in outcomes):
         raise SystemExit(1)
 
@@ -124,6 +130,7 @@ def study(
     executor: Literal["here", "dask"] = "here",
     scheduler: str | None = None,
     workers: int = 2,
+    timings: Timed = False,
 ) -> None:
     """Run a large sweep into a folder, shard by shard; run again, it goes on where it stopped.
 
@@ -150,11 +157,15 @@ def study(
         Address of a dask scheduler, e.g. tcp://host:8786; a cluster of its own if not given.
     workers
         Worker processes of dask's own cluster.
+    timings
+        Print the wall time of each stage, from the start of the command.
     """
+    clock = command_timings()
     from lumpedcable.scene import load_study
 
     with _told():
         loaded = load_study(scene, set_ or [])
+    clock.mark("read")
     folder = output or Path(scene.stem)
     share = _share(part)
     if executor == "dask" and find_spec("distributed") is None:
@@ -177,10 +188,12 @@ def study(
 
             complete = study_with_progress(
                 loaded, folder, shard, share, stopped,
-                (scheduler, workers) if executor == "dask" else None,
+                (scheduler, workers) if executor == "dask" else None, clock,
             )  # fmt: skip
     except KeyboardInterrupt:
         interrupted(f"interrupted; finished shards are in {folder}, the same command goes on")
+    if timings:
+        print(*clock.lines(), sep="\n")
     if not complete:
         raise SystemExit(1)
 
@@ -230,6 +243,7 @@ def modes(
     set_: Set = None,
     run_: Annotated[int, Parameter(name="--run")] = 0,
     format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+    timings: Timed = False,
 ) -> None:
     """Find the natural modes of a scene about its static equilibrium.
 
@@ -250,22 +264,30 @@ def modes(
         Which run of a sweep, from 0.
     format_
         png (default), svg or pdf; may be given several times.
+    timings
+        Print the wall time of each stage, from the start of the command.
     """
+    clock = command_timings()
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
     study = study_of(scene, set_, run_)
+    clock.mark("read")
 
     from lumpedcable.results.modes import write_modes
+    from lumpedcable.study.compiling import heard
     from lumpedcable.study.modes import NoEquilibriumError, find_modes
     from lumpedcable.study.modes_report import heading, modes_contents, modes_table, titles
     from lumpedcable.view import ModeShapes, plot_modes
 
     folder = output or Path(scene.stem)
     with _told():
+        clock.mark("load")
         try:
-            found = find_modes(study, count, run_)
+            with heard(clock):
+                found = find_modes(study, count, run_)
         except NoEquilibriumError as error:
             fail(f"{scene}: {error}", 1)
+        clock.mark("find")
         shapes = ModeShapes(found.nodes, found.shapes, titles(found))
         made = plot_modes(
             shapes, f"Natural modes: {heading(study, run_)}", folder / "modes",
@@ -275,6 +297,9 @@ def modes(
     modes_table(study, run_, found, count)
     for path in (*made, folder / "modes.json"):
         print(path)
+    clock.mark("tell")
+    if timings:
+        print(*clock.lines(), sep="\n")
 
 
 for command in (fit.fit, fit.sensitivity, show.view, show.animate, show.export):

@@ -13,8 +13,26 @@ from typing import Annotated, NoReturn
 
 from cyclopts import Parameter
 
-__all__ = ["Set", "bare_name", "fail", "interrupted", "share_cores", "spoken", "study_of", "told"]
+__all__ = [
+    "Set",
+    "Timed",
+    "bare_name",
+    "fail",
+    "interrupted",
+    "share_cores",
+    "spoken",
+    "study_of",
+    "told",
+]
 
+Timed = Annotated[
+    bool,
+    Parameter(
+        name="--timings",
+        help="Print the wall time of each stage, from the start of the command.",
+        negative="",
+    ),
+]
 Set = Annotated[
     list[str] | None,
     Parameter(

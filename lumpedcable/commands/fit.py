@@ -7,7 +7,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from lumpedcable.commands.console import Set, fail, study_of, told
+from lumpedcable.commands.console import Set, Timed, fail, study_of, told
+from lumpedcable.timings import Timings, command_timings
 
 __all__ = ["fit", "sensitivity"]
 
@@ -18,6 +19,7 @@ def fit(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+    timings: Timed = False,
 ) -> None:
     """Find numbers of a scene from measurements, and say how sure they are.
 
@@ -32,38 +34,51 @@ def fit(
         Folder for what is made; the file's name in this folder if not given.
     format_
         png (default), svg or pdf; may be given several times.
+    timings
+        Print the wall time of each stage, from the start of the command.
     """
+    clock = command_timings()
     from lumpedcable.fitting.load import load_fit
+    from lumpedcable.study.compiling import heard
 
+    clock.mark("load")
     with told():
         study = load_fit(file)
+    clock.mark("read")
 
-    if study.ropes:
-        _fit_ropes(study, output or Path(file.stem), tuple(format_ or ["png"]))
-        return
+    folder, formats = output or Path(file.stem), tuple(format_ or ["png"])
+    with heard(clock):
+        found = (_fit_ropes if study.ropes else _fit_one)(study, folder, formats, clock)
+    if timings:
+        print(*clock.lines(), sep="\n")
+    if not found:
+        raise SystemExit(1)
 
+
+def _fit_one(study, folder: Path, formats: tuple[str, ...], clock: Timings) -> bool:
+    """The fit of a `FitStudy` of one rope; whether its search came to its end."""
     from lumpedcable.fitting.report import print_fit
     from lumpedcable.fitting.whole import fit_study
     from lumpedcable.fitting.write import pictures_of, write_fit
     from lumpedcable.view import plot_fit
     from lumpedcable.view.fit import pictures_from
 
-    folder = output or Path(file.stem)
     with told():
         fitted, others = fit_study(study)
+        clock.mark("fit")
         print_fit(fitted, others)
         made, wrong = write_fit(fitted, others, folder)
-        made += plot_fit(pictures_from(pictures_of(fitted)), folder, tuple(format_ or ["png"]))
+        made += plot_fit(pictures_from(pictures_of(fitted)), folder, formats)
     for message in wrong:
         print(f"the fitted scene cannot be run as it is: {message}")
     for path in made:
         print(path)
-    if not fitted.converged:
-        raise SystemExit(1)
+    clock.mark("tell")
+    return fitted.converged
 
 
-def _fit_ropes(study, folder: Path, formats: tuple[str, ...]) -> None:
-    """The same fit to every rope of a `FitStudy`."""
+def _fit_ropes(study, folder: Path, formats: tuple[str, ...], clock: Timings) -> bool:
+    """The same fit to every rope of a `FitStudy`; whether all searches came to their end."""
     from lumpedcable.fitting.profile import with_profiles
     from lumpedcable.fitting.report import print_ropes
     from lumpedcable.fitting.ropes import fit_ropes
@@ -75,6 +90,7 @@ def _fit_ropes(study, folder: Path, formats: tuple[str, ...]) -> None:
         fits = fit_ropes(study.ropes)
         if len(fits) == 1:
             fits = {name: with_profiles(fitted) for name, fitted in fits.items()}
+        clock.mark("fit")
         print_ropes(fits, study.problem.title)
         made, wrong = write_ropes(fits, folder)
         picture = ropes_picture(fits, study.problem.title)
@@ -86,8 +102,8 @@ def _fit_ropes(study, folder: Path, formats: tuple[str, ...]) -> None:
         print(f"the fitted scene cannot be run as it is: {message}")
     for path in made:
         print(path)
-    if not all(fitted.converged for fitted in fits.values()):
-        raise SystemExit(1)
+    clock.mark("tell")
+    return all(fitted.converged for fitted in fits.values())
 
 
 def sensitivity(

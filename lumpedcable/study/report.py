@@ -14,7 +14,8 @@ from rich.text import Text
 from lumpedcable.results.human import scale
 from lumpedcable.scene import Axis, Study, format_quantity
 from lumpedcable.status import Status, remark_of
-from lumpedcable.study.run import Timings, run_study
+from lumpedcable.study.compiling import heard
+from lumpedcable.study.run import run_study
 from lumpedcable.study.summary import EXACT, Outcome
 from lumpedcable.study.tables import (
     MOST_FAILURES,
@@ -25,6 +26,7 @@ from lumpedcable.study.tables import (
     print_failures,
     rows_shown,
 )
+from lumpedcable.timings import Timings
 
 __all__ = ["results_table", "run_with_progress"]
 
@@ -41,24 +43,30 @@ MOST_NAMED = 4  # swept numbers with a column beside the name of their case
 
 
 def run_with_progress(
-    study: Study, target: Path, stopped: Callable[[], bool] = lambda: False
-) -> tuple[list[Outcome], Timings]:
+    study: Study,
+    target: Path,
+    stopped: Callable[[], bool] = lambda: False,
+    timings: Timings | None = None,
+) -> list[Outcome]:
     """`run_study` with a live bar where there is a terminal to show it.
 
     `stopped` is asked after every piece whether somebody has interrupted it.
     """
-    timings = Timings()
+    timings = timings or Timings()
     console = Console(stderr=True)
-    with Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("output times"),
-        TimeRemainingColumn(),
-        console=console,
-        transient=True,  # the table takes its place
-        disable=not console.is_terminal,
-    ) as progress:
+    with (
+        heard(timings),
+        Progress(
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("output times"),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,  # the table takes its place
+            disable=not console.is_terminal,
+        ) as progress,
+    ):
         task = progress.add_task(study.scene.title or study.path.name, total=None)
 
         def show(done: int, total: int) -> None:
@@ -66,8 +74,7 @@ def run_with_progress(
                 raise KeyboardInterrupt
             progress.update(task, completed=done, total=total)
 
-        outcomes = run_study(study, target, show, timings)
-    return outcomes, timings
+        return run_study(study, target, show, timings)
 
 
 def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,28 +30,15 @@ from lumpedcable.study.rest import write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
+from lumpedcable.timings import Timings
 
-__all__ = ["BLOCK", "Part", "Timings", "run_runs", "run_study"]
+__all__ = ["BLOCK", "Part", "run_runs", "run_study"]
 
 # outputs asked for at first; doubled, up to the plan's, while a call takes less than PACE (s): few calls
 # for a short run, and a bar that moves and a file that fills up for a long one
 FIRST_OUTPUTS = 16
 PACE = 0.25
 BLOCK = 1024  # runs whose start states are held at once
-
-
-@dataclass
-class Timings:
-    """Wall time of each stage (s)."""
-
-    stages: dict[str, float] = field(default_factory=dict)
-    _mark: float = field(default_factory=clock.perf_counter)
-
-    def mark(self, stage: str) -> None:
-        """Book the time since the last mark under `stage`."""
-        now = clock.perf_counter()
-        self.stages[stage] = self.stages.get(stage, 0.0) + now - self._mark
-        self._mark = now
 
 
 def run_study(

@@ -19,7 +19,9 @@ from rich.text import Text
 
 from lumpedcable.results import describe
 from lumpedcable.scene import Study
+from lumpedcable.study.compiling import heard
 from lumpedcable.study.shards import Share, open_study, run_here
+from lumpedcable.timings import Timings
 
 __all__ = ["study_with_progress"]
 
@@ -39,6 +41,7 @@ def study_with_progress(
     share: tuple[int, int],
     stopped: Callable[[], bool],
     cluster: tuple[str | None, int] | None = None,
+    timings: Timings | None = None,
 ) -> bool:
     """Compute what a study folder lacks, with a live bar where there is a terminal to show it.
 
@@ -50,22 +53,29 @@ def study_with_progress(
         stopped: asked after every piece whether somebody has interrupted it.
         cluster: address of a dask scheduler (None for an own cluster) and workers; None to compute
             here.
+        timings: filled with the wall time of each stage.
 
     Returns:
         Whether all runs of the study are there now.
     """
+    timings = timings or Timings()
+    timings.mark("load")
     folder, laid = open_study(study, path, shard)
+    timings.mark("lay out")
     console = Console(stderr=True)
-    with Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TaskProgressColumn(),
-        _Rate(),
-        TimeRemainingColumn(),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ) as progress:
+    with (
+        heard(timings),
+        Progress(
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TaskProgressColumn(),
+            _Rate(),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        ) as progress,
+    ):
         task = progress.add_task(study.scene.title or study.path.name, total=None)
 
         def show(done: int, total: int) -> None:
@@ -81,5 +91,7 @@ def study_with_progress(
             from lumpedcable.study.cluster import run_on_cluster  # loads dask
 
             run_on_cluster(folder, laid, mine, show, *cluster)
+    timings.mark("compute")
     print(describe(path))
+    timings.mark("tell")
     return not folder.missing()
