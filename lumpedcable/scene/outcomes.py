@@ -7,14 +7,17 @@ __all__ = ["QUANTITIES", "RESULTS", "SUMMARIES", "TAKEN"]
 QUANTITIES = {
     "static_strain": ("1", "strain at the end at rest, before anything moves"),
     "static_tension": ("N", "tension at the end at rest, before anything moves"),
-    "peak_end_speed": ("m/s", "peak speed of the broken end"),
+    "peak_end_speed": ("m/s", "peak speed of the broken end, once its break has begun"),
     "break_start": ("s", "time at which the break begins"),
     "front_arrival": (
         "s",
         "time after the start of the break until the far end has lost 1 % of its tension then",
     ),
-    "end_displacement": ("m", "distance of the broken end from its start, at the last time"),
-    "reach": ("m", "largest distance of the broken end from its start"),
+    "end_displacement": (
+        "m",
+        "distance of the broken end, at the last time, from where it was when its break began",
+    ),
+    "reach": ("m", "largest distance of the broken end from where it was when its break began"),
 }
 """Of every end that recoils: unit and meaning."""
 SUMMARIES = {

@@ -51,12 +51,12 @@ class Recoil(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What a recoiling end has done so far: its peak speed (m/s), when the far end felt it (s).
+    """What an end has done since its break began, at `begins` (s): its peak speed (m/s), -inf before.
 
-    `reach` is the square of its largest distance from where it started (m2). `arrival` is the time at
-    which the tension at the far end first lost 1 % of `loaded`, linear between steps, NaN before.
-    That is its tension (N) when the break begins, at `begins` (s); `rest` is that at the start, `last`
-    that of the step before.
+    `reach` is the square of its largest distance (m2) from where it was then, `place` its displacement
+    there (m). `arrival` is the time at which the tension at the far end first lost 1 % of `loaded`,
+    linear between steps, NaN before. That is its tension (N) when the break begins; `rest` is that at
+    the start, `last` that of the step before.
     """
 
     peak_speed: Float[Array, ""]
@@ -66,6 +66,7 @@ class Watch(NamedTuple):
     rest: Float[Array, ""]
     reach: Float[Array, ""]
     begins: Float[Array, ""]
+    place: Float[Array, " d"]
 
 
 class Sample(NamedTuple):
@@ -160,7 +161,9 @@ def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch,
         never = jnp.full_like(far, jnp.nan)
         nothing = jnp.zeros_like(far)
         begins = _begins(model, recoil)
-        result.append(Watch(nothing, never, far, far, far, nothing, begins))
+        peak = jnp.where(begins > 0.0, -jnp.inf, nothing)
+        place = jnp.zeros_like(y.displacement[recoil.line][:, 0])
+        result.append(Watch(peak, never, far, far, far, nothing, begins, place))
     return tuple(result)
 
 
@@ -196,10 +199,12 @@ def watch(
         when = (t - dt * (1.0 - share)).astype(old.arrival.dtype)
         arrival = jnp.where(crossed, when, old.arrival)
         loaded = jnp.where(waits, far, old.loaded)
-        moved = jnp.sum(pick(y.displacement[recoil.line], node) ** 2)
-        peak = jnp.where(speed > old.peak_speed, speed, old.peak_speed)
+        here = pick(y.displacement[recoil.line], node)
+        place = jnp.where(waits, here, old.place)
+        moved = jnp.sum((here - place) ** 2)
+        peak = jnp.where((speed > old.peak_speed) & ~waits, speed, old.peak_speed)
         reach = jnp.where(moved > old.reach, moved, old.reach)
-        result.append(Watch(peak, arrival, far, loaded, old.rest, reach, old.begins))
+        result.append(Watch(peak, arrival, far, loaded, old.rest, reach, old.begins, place))
     return tuple(result)
 
 

@@ -262,8 +262,10 @@ def _recoil(
     numbers["static_strain"] = np.where(begun, strain, nan)
     numbers["static_tension"] = np.where(begun, tension, nan)
     numbers[END_SPEED] = _largest(account.largest[f"speed {index}"], good)
+    breaks = np.isfinite(numbers[END_SPEED])  # not where the run ended before
     with np.errstate(over="ignore"):
-        numbers["reach"] = np.sqrt(_largest(account.largest[f"reach {index}"], good))
+        reach = np.sqrt(_largest(account.largest[f"reach {index}"], good))
+    numbers["reach"] = np.where(breaks, reach, nan)
     if account.complete:
         watch = account.watches[index]
         arrival = np.asarray(watch.arrival, float)
@@ -275,10 +277,10 @@ def _recoil(
         numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
         with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement
             moved = at_end(line, account.displacement[recoil.line], recoil.node)
-            move = np.linalg.norm(moved, axis=1)
-        numbers["end_displacement"] = np.where(status == Status.OK, move, nan)
+            move = np.linalg.norm(moved - watch.place, axis=1)
+        numbers["end_displacement"] = np.where((status == Status.OK) & breaks, move, nan)
     if contents.exact:
-        still = _still(account, index, begins, contents.laid.scene.output.every)
+        still = _still(account, index, begins, contents.laid.scene.output.every) & breaks
         waves = [
             _exact(study.runs[int(run)], line, recoil, k, float(tension[k]), float(begins[k]))
             if begun[k] and still[k]

@@ -1,0 +1,48 @@
+"""Numbers of ends that have moved before they break: all are counted from the break on."""
+
+import numpy as np
+import pytest
+from engine_runs import HOOKE, run_text
+
+# hauled in by 4 m within 40 ms, which sends waves to and fro, until it breaks in the middle of these
+HAULED = (
+    HOOKE.replace(
+        'end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }',
+        "end = { motion = { time = [0, 0.01, 0.02, 0.04, 0.05, 9],"
+        " position = [[105, 0, 0], [105, 0, 0], [104, 0, 0], [101, 0, 0], [101, 0, 0], [101, 0, 0]] } }",
+    ).replace('EA = "1 MN"', 'EA = "1 MN"\ndamping = "20 kN s"')
+    + '\n[solver]\nwaves = "plain"\n'
+)
+SMALL = (
+    "rope.segments=10", "output.duration=120 ms", "break.time=2 ms", "solver.step=0.5 ms",
+)  # fmt: skip
+NUMBERS = ("peak_end_speed", "reach", "end_displacement")
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """The line that breaks at once, after 70 ms, and after 70 ms too stiff for its steps."""
+    sweep = """
+[[sweep.zip]]
+"events.break.start" = [0, "70 ms", "70 ms"]
+"materials.hooke.EA" = ["1 MN", "1 MN", "1 GN"]
+"""
+    return run_text(tmp_path_factory.mktemp("late"), HAULED + sweep, *SMALL)
+
+
+def test_numbers_of_an_end_count_from_its_break(ran):
+    found = ran.outcomes[1].recoils["rope.end"]
+    place, speed = ran["position"][1, :, -1, 0], np.abs(ran["velocity"][1, :, -1, 0])
+    broken = ran.time >= 70e-3
+    away = np.abs(place - 101.0)
+    assert (
+        speed.max() > 100.0 > 90.0 > speed[broken].max()
+    )  # it was hauled in faster than it recoils
+    assert found["end_displacement"] == pytest.approx(away[-1], rel=1e-9)
+    assert found["reach"] == pytest.approx(away[broken].max(), rel=1e-2)
+    assert found["peak_end_speed"] == pytest.approx(speed[broken].max(), rel=1e-2)
+
+
+def test_a_run_that_ended_before_has_none_of_a_break(ran):
+    assert ran.statuses == ["OK", "OK", "STEP_BOUND_BROKEN"]
+    assert np.isnan([ran.outcomes[2].recoils["rope.end"][name] for name in NUMBERS]).all()
