@@ -361,15 +361,15 @@ def test_an_unstable_step_is_seen():
 def test_the_page_takes_the_table():
     run = {
         "segments": 100, "status": "OK", "expected": "OK", "values": {"a, N": 1.1},
-        "energy_residual": 1e-3, "steps": 5, "seconds": 0.1,
+        "energy_residual": 1e-3, "steps": 5, "seconds": 0.1, "stable_courant": float("nan"),
     }  # fmt: skip
-    case = {
-        "title": "x", "segments": 100, "exact": {"a, N": 1.0}, "runs": [run],
-        "searched": 100, "stable_courant": float("nan"),
-    }  # fmt: skip
+    runs = [run, *(run | {"segments": n, "stable_courant": found}
+                   for n, found in ((200, 0.871), (400, 0.99), (800, None)))]  # fmt: skip
+    case = {"title": "x", "segments": 100, "exact": {"a, N": 1.0}, "runs": runs}
     data = {"machine": {"device": "d", "system": "s"}, "cases": {"x": case}}
     assert "1.1 (+10 %)" in table(data)
-    assert "below 0.5" in table(data)
+    steps = table(data).partition("largest stable")[2].splitlines()[2:]
+    assert [row.split(" | ")[4] for row in steps] == ["below 0.5", "0.87", "0.99 (all)", ""]
     assert written("a\n<!-- hard cases -->old<!-- end -->\nb", data).count(table(data)) == 1
     with pytest.raises(ValueError, match="one place"):
         written("no markers", data)
