@@ -43,6 +43,9 @@ GUESTS = {
     "fit": "benchmarks.fitting",
     "page": "benchmarks.page",
     "rods": "benchmarks.rods",
+    "precision": "benchmarks.precision",
+    "jobs": "benchmarks.jobs",
+    "on-paper": "benchmarks.on_paper",
 }
 ROOT = Path(__file__).parents[1]
 PAGE, PICTURES = ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "benchmarks"
