@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.assemble import assemble, make_line, segment_lengths
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import winch_of
-from lumpedcable.model.ends import Driven, Joined, Loaded
+from lumpedcable.model.ends import Driven, Joined, Junction, Loaded
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
@@ -39,9 +39,8 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     """The scene's model at static equilibrium before anything breaks or moves.
 
     Each line of the scene, cut or not, is first laid out by itself between its two ends; then
-    Newton's method on all of them together finishes the work. Bodies on ideal cables find their heights
-    apart from the lines that have nodes, none of which they touch; where a winch holds one of these, all
-    is found together.
+    Newton's method on all of them together finishes the work. Lines on winches and bodies on cables are
+    found apart from the others, none of which they touch.
     """
     model = assemble(scene, layout, coordinates)
     joints = _joint_places(scene, layout, model, coordinates)
@@ -66,21 +65,34 @@ def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
             lines[piece.name] = placed(lines[piece.name], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
-    most, held = scene.statics.max_iterations, _held_joints(model, given)
-    if is_carried(model) and (not lines or any(winch_of(model, n) is not None for n in lines)):
-        found = carried_equilibrium(held, tolerance, most)
-        there = found.model.lines, found.model.bodies
-        return found._replace(model=eqx.tree_at(lambda m: (m.lines, m.bodies), model, there))
-    found = stiffening(scene, held, tolerance, most, bool(given))
-    model = eqx.tree_at(lambda m: m.lines, model, found.model.lines)
+    most = scene.statics.max_iterations
+    # the far end of a line on a winch is held, so that nothing at rest hears of it but what runs on it
+    wound = [name for name in lines if winch_of(model, name) is not None]
+    rest = [name for name in lines if name not in wound]
     if not is_carried(model):
-        return found._replace(model=model)
-    riders = carried_equilibrium(eqx.tree_at(lambda m: m.lines, model, {}), tolerance, most)
+        found = stiffening(scene, _held_joints(model, given), tolerance, most, bool(given))
+        return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
+    riders = carried_equilibrium(_part(model, wound, ()), tolerance, most)
+    if not rest:
+        found = riders
+    else:
+        part = _part(_held_joints(model, given), rest, model.junctions)
+        found = stiffening(scene, part, tolerance, most, bool(given))
+    both = found.model.lines | riders.model.lines, riders.model.bodies
     return Equilibrium(
-        eqx.tree_at(lambda m: m.bodies, model, riders.model.bodies),
+        eqx.tree_at(lambda m: (m.lines, m.bodies), model, both),
         jnp.maximum(found.imbalance, riders.imbalance),
         found.converged & riders.converged,
-        found.iterations + riders.iterations,
+        jnp.maximum(found.iterations, riders.iterations),
+    )
+
+
+def _part(model: Model, names: list[str], junctions: tuple[Junction, ...]) -> Model:
+    """The model with some of its lines alone, and their junctions."""
+    lines = {name: model.lines[name] for name in names}
+    part = lines, {name: model.ends[name] for name in names}, junctions
+    return eqx.tree_at(
+        lambda m: (m.lines, m.ends, m.junctions), model, part, is_leaf=lambda x: x is None
     )
 
 

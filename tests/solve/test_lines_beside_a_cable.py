@@ -1,4 +1,4 @@
-"""Lines with joints and point masses at rest beside a cable with its cargo."""
+"""Lines with joints and point masses at rest beside a cable with its cargo and a line on a winch."""
 
 import numpy as np
 import pytest
@@ -47,6 +47,13 @@ segments = 5
 mass = "1 kg/m"
 start = {{ fixed = [40, 0, 30] }}
 end = "lamp"
+[lines.pulled]
+material = "steel"
+length = "30 m"
+segments = 4
+mass = "1 kg/m"
+start = {{ fixed = [0, 0, 0] }}
+end = {{ winch = {{ at = [30, 0, 0], tension = "20 kN" }} }}
 [output]
 duration = "0.1 s"
 every = "0.05 s"
