@@ -99,8 +99,8 @@ ADVICE = {
     Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
     Status.LENGTH_LOST: "lower solver.step; the run ends before that step, and is right until then",
     Status.STEP_NOT_FOUND: (
-        'use the leapfrog method; an implicit one (kvaerno) needs solver.waves = "viscous" or "plain", '
-        "and where solver.step or solver.courant is given perhaps a lower one"
+        'use the leapfrog method, or with an implicit one (kvaerno) solver.waves = "plain"; '
+        "where solver.step or solver.courant is given a lower one may do"
     ),
 }
 

@@ -146,8 +146,8 @@ method = "kvaerno3"
 
 
 def test_a_step_that_is_not_found_however_short_ends_the_run(tmp_path):
-    # where the rate of a segment that falls freely changes its sign, the correction jumps, and a stage
-    # that is pushed back over the jump has no solution
+    # the viscosity of a segment is 0 where its ends move alike but for 1e-7 c: a rate that is driven out
+    # of that by the rest and back by the viscosity stays at the jump, and a stage there has no solution
     (outcome,) = run_text(tmp_path, FALLS).outcomes
     assert outcome.status is Status.STEP_NOT_FOUND
     assert 0.0 < outcome.status_time <= 0.3
