@@ -17,7 +17,7 @@ from lumpedcable.physics.seam import EXTRA, Seam
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene
 
-__all__ = ["at_end", "cut_at", "cuts_in", "opened", "part_length", "parts_of"]
+__all__ = ["at_end", "cut_at", "cuts_in", "opened", "part_length", "part_segments", "parts_of"]
 
 
 def opened(model: Model, scene: Scene, layout: Layout) -> Model:
@@ -100,8 +100,17 @@ def part_length(line: Line, run: int, end: int) -> float:
     if line.seam is None:
         return float(np.sum(np.broadcast_to(lengths, (count,))))
     before = int(np.asarray(line.seam.before)[run])
-    parts = {BEFORE: slice(0, before), AFTER: slice(before + EXTRA, count)}
-    return float(np.sum(lengths[parts[end]]))
+    first, last = (float(np.sum(part)) for part in (lengths[:before], lengths[before + EXTRA :]))
+    return {BEFORE: first, AFTER: last}.get(end, first + last)
+
+
+def part_segments(line: Line, end: int) -> NDArray[np.int64]:
+    """Segments (runs,) of a line of many runs, or of its part with an end at the cut."""
+    count = line.reference.shape[-1] - 1
+    if line.seam is None:
+        return np.full(line.reference.shape[0], count)
+    before, whole = np.asarray(line.seam.before), count - EXTRA
+    return {BEFORE: before, AFTER: whole - before}.get(end, np.full_like(before, whole))
 
 
 def at_end(line: Line, values: NDArray, end: int) -> NDArray:

@@ -1,4 +1,4 @@
-"""Numbers of ends that have moved before they break: all are counted from the break on."""
+"""Numbers of ends that break when lines have moved: of the break alone, and from it on."""
 
 import numpy as np
 import pytest
@@ -46,3 +46,38 @@ def test_numbers_of_an_end_count_from_its_break(ran):
 def test_a_run_that_ended_before_has_none_of_a_break(ran):
     assert ran.statuses == ["OK", "OK", "STEP_BOUND_BROKEN"]
     assert np.isnan([ran.outcomes[2].recoils["rope.end"][name] for name in NUMBERS]).all()
+
+
+def line(name, start, end):
+    """A line of 20 m with waves of 1000 m/s."""
+    return f"""
+[lines.{name}]
+material = "m"
+length = 20
+segments = 20
+mass = 1
+start = {start}
+end = {end}
+"""
+
+
+def test_the_other_end_of_a_line_that_is_to_break_along_it_recoils(tmp_path):
+    ran = run_text(
+        tmp_path,
+        '[materials.m]\nlaw = "linear"\nEA = "1 MN"\n'
+        + line("a", "{ fixed = [0, 0, 0] }", '"b.start"')
+        + line("b", '"a.end"', "{ fixed = [42, 0, 0] }")
+        + """
+[events]
+first = { breaks = "a.end", start = "1 ms", time = "0.5 ms" }
+second = { breaks = "b@8 m", start = "25 ms", time = "0.5 ms" }
+[output]
+duration = "26 ms"
+every = "1 ms"
+[solver]
+waves = "plain"
+""",
+    )
+    for end in ("a.end", "b.start"):  # which are 20 m of line each until then
+        exact = ran.outcomes[0].recoils[end]["exact_front_arrival"]
+        assert exact == pytest.approx(20e-3, rel=1e-9)
