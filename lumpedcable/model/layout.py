@@ -63,17 +63,19 @@ class Piece:
 class Joint:
     """Ends of pieces that share a node, ("piece", its end), and the point body at it, if any.
 
-    `held` says that something else holds the node too: a place, a path, a rigid body or a force.
+    `held` says that a place, a path or a rigid body holds the node too, `pulled` that a force does.
     """
 
     members: tuple[tuple[str, int], ...]
     body: str | None
-    held: bool = False
+    held: bool
+    pulled: bool
 
     @property
     def parts(self) -> bool:
         """Whether two ends hold each other there and nothing else does: where one goes, both do."""
-        return len(self.members) == 2 and self.body is None and not self.held
+        alone = self.body is None and not self.held and not self.pulled
+        return alone and len(self.members) == 2
 
 
 @dataclass(frozen=True)
@@ -323,7 +325,7 @@ def make_layout(scene: Scene, seams: bool = False) -> Layout:
             breaks.append((piece, node, event_name))
     held = {outer[end] for end in outer if _holds(scene, end)}
     pulled = {outer[end] for end in outer if _pulls(scene, end)}
-    joints = _joints(links, held | pulled)
+    joints = _joints(links, held, pulled)
     layout = Layout(tuple(pieces), tuple(joints), tuple(breaks))
     _refuse_branches(scene, layout)
     for joint in layout.joints:
@@ -378,7 +380,7 @@ def _end_of(scene: Scene, name: str):
     return getattr(scene.lines[line], side)
 
 
-def _joints(links: list[set], held: set[tuple[str, int]]) -> list[Joint]:
+def _joints(links: list[set], held: set, pulled: set) -> list[Joint]:
     groups: list[set] = []
     for link in links:
         touching = [g for g in groups if g & link]
@@ -389,5 +391,5 @@ def _joints(links: list[set], held: set[tuple[str, int]]) -> list[Joint]:
         members = tuple(sorted((m for m in group if m[0] != ""), key=str))
         if members:
             body = bodies[0] if bodies else None
-            joints.append(Joint(members, body, bool(held & set(members))))
+            joints.append(Joint(members, body, bool(held & group), bool(pulled & group)))
     return sorted(joints, key=lambda j: str(j.members))

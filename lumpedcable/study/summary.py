@@ -23,7 +23,7 @@ from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
 from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
 from lumpedcable.status import MEANING, Status, advice_of
 from lumpedcable.study.account import Account, balance, statuses
-from lumpedcable.study.begins import begins_of, other_begins, source_of
+from lumpedcable.study.begins import begins_of, earliest, other_begins, source_of
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
@@ -274,7 +274,9 @@ def _recoil(
         full = np.asarray(watch.loaded, float) >= (1.0 - ARRIVAL_DROP) * rest
         full &= ~(other_begins(study, part, recoil) < arrival)
         felt = np.where(begun & full & ~(arrival >= when), arrival, nan) - begins
-        numbers["front_arrival"] = np.where(felt >= 0.0, felt, nan)
+        # and so did one that lost it before anything can come from there
+        soonest = np.maximum(earliest(ready, recoil)[:lived], 0.0)
+        numbers["front_arrival"] = np.where(felt >= soonest, felt, nan)
         with np.errstate(over="ignore"):  # of a run that has blown up, which has no displacement
             moved = at_end(line, account.displacement[recoil.line], recoil.node)
             move = np.linalg.norm(moved - watch.place, axis=1)

@@ -61,6 +61,28 @@ end = {end}
 """
 
 
+def test_an_end_feels_no_break_of_another_line(tmp_path):
+    ran = run_text(
+        tmp_path,
+        '[materials.m]\nlaw = "linear"\nEA = "1 MN"\n'
+        + line("a", "{ fixed = [0, 0, 0] }", '"b.start"')
+        + line("b", '"a.end"', "{ fixed = [42, 0, 0] }")
+        + """
+[events]
+first = { breaks = "b.end", start = "3 ms", time = "0.5 ms" }
+second = { breaks = "a.start", start = "15 ms", time = "0.5 ms" }
+[output]
+duration = "60 ms"
+every = "1 ms"
+""",
+    )
+    found = ran.outcomes[0].recoils
+    # 20 m at 1000 m/s, less the foot of a front over two segments
+    assert found["b.end"]["front_arrival"] == pytest.approx(20e-3, abs=2e-3)
+    # at the joint the first is 8 ms after the second began 20 m away
+    assert np.isnan(found["a.start"]["front_arrival"])
+
+
 def test_the_other_end_of_a_line_that_is_to_break_along_it_recoils(tmp_path):
     ran = run_text(
         tmp_path,
@@ -81,3 +103,21 @@ waves = "plain"
     for end in ("a.end", "b.start"):  # which are 20 m of line each until then
         exact = ran.outcomes[0].recoils[end]["exact_front_arrival"]
         assert exact == pytest.approx(20e-3, rel=1e-9)
+
+
+def test_an_end_feels_no_break_before_its_waves_can_be_there(tmp_path):
+    # the start is shaken: what it carries falls by 15 % in the 10 ms after the break, 100 m away
+    moves = "{ motion = { position = [0, 0, 0], amplitude = [0.05, 0, 0], period = '40 ms' } }"
+    text = HOOKE.replace("start = { fixed = [0, 0, 0] }", f"start = {moves}")
+    ran = run_text(tmp_path, text, "break.start=21 ms", "rope.segments=20", "output.duration=60 ms")
+    pulled = ran["start_tension"][0, [0, 21, 31]]
+    assert pulled[1] > 1.1 * 50e3 > 1.05 * 50e3 > pulled[2]
+    assert np.isnan(ran.outcomes[0].recoils["rope.end"]["front_arrival"])
+
+
+def test_the_foot_that_a_chain_has_ahead_of_a_front_is_felt(tmp_path):
+    # half a per cent of the front, which the wall doubles, is 2.8 (n / 8)^(1/3) segments ahead
+    options = ("rope.segments=100", "output.duration=110 ms", "solver.courant=0.1")
+    ran = run_text(tmp_path, HOOKE + '\n[solver]\nwaves = "plain"\n', *options)
+    felt = ran.outcomes[0].recoils["rope.end"]["front_arrival"]
+    assert felt == pytest.approx((100 - 2.8 * 12.5 ** (1 / 3)) * 1e-3, abs=0.5e-3)
