@@ -16,7 +16,7 @@ from jax.extend import core
 
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.solve.integrate import advance, begin
-from lumpedcable.study.plan import LANES
+from lumpedcable.study.plan import GPU_LANES
 
 DTYPE = "float32"
 SEGMENTS, DURATION = 100, 0.2  # s
@@ -103,9 +103,7 @@ def table(data: dict[str, Any]) -> str:
     limits = {
         f"arithmetic: {data['operations']:.0f} operations a node-step": _arithmetic,
         f"memory: {data['bytes']:.0f} bytes a node-step": _memory,
-        f"starts: {data['kernels']} kernels a step, {LANES} runs in a batch, as now": _starts(
-            LANES
-        ),
+        f"starts: {data['kernels']} kernels a step, {GPU_LANES} runs in a batch": _starts(GPU_LANES),
         f"starts with {MANY_LANES} runs in a batch": _starts(MANY_LANES),
     }
     for words, seconds in limits.items():

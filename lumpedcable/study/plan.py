@@ -17,6 +17,7 @@ from lumpedcable.study.compiled import Structure
 
 __all__ = [
     "COMPILING",
+    "GPU_LANES",
     "LANES",
     "asked_step",
     "batch_sizes",
@@ -35,7 +36,8 @@ __all__ = [
     "tolerances",
 ]
 
-LANES = 64  # runs that are advanced together, on each device
+LANES = 64  # runs that are advanced together on each core, whose cache their states stay in,
+GPU_LANES = 1024  # and on each GPU, where fewer would wait for kernels to start: a shard's
 MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
 COMPILING = 10.0  # s: what a batch of another size costs before it starts, most of it compiling
 CALL = 8  # lanes that take as long as what a batch takes besides them
@@ -85,7 +87,8 @@ def batch_sizes(runs: int) -> tuple[int, ...]:
     of a run. So a few runs are hardly filled up, as many as fit into one batch go together, and many
     have two sizes.
     """
-    full = LANES * jax.device_count()
+    each = LANES if jax.default_backend() == "cpu" else GPU_LANES
+    full = each * jax.device_count()
     small = full // 4
     if runs <= small:
         return tuple(2**k for k in range((small - 1).bit_length() + 1))

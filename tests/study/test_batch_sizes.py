@@ -47,6 +47,17 @@ def test_a_shard_takes_the_size_that_others_of_its_structure_take(counts):
     assert plan.sizes_for([(n, SECONDS) for n in counts], sizes, 1000.0) == (128,)
 
 
+@pytest.mark.parametrize("devices", [1, 4])
+def test_a_shard_on_gpus_is_one_batch(monkeypatch, devices):
+    monkeypatch.setattr(plan.jax, "device_count", lambda: devices)
+    monkeypatch.setattr(plan.jax, "default_backend", lambda: "gpu")
+    sizes = plan.batch_sizes(100_000)
+    assert sizes[-1] == 1024 * devices
+    assert plan.lanes(1024, plan.sizes_for([(1024, SECONDS)], sizes, 1e5)) == [1024]
+    assert plan.lanes(4096, sizes) == [1024 * devices] * (4 // devices)
+    assert plan.batch_sizes(1) == (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)[: 9 + 2 * (devices > 1)]
+
+
 def test_what_is_asked_for_ten_thousand_times_is_compiled_for():
     groups, sizes = [(500, SECONDS), (540, SECONDS)], plan.batch_sizes(10**7)
     assert plan.sizes_for(groups, sizes, 1e3) == (128,)
