@@ -19,9 +19,10 @@ from lumpedcable.model.carried import (
     place_motion,
 )
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Loaded, Release
 from lumpedcable.model.floating import make_body
-from lumpedcable.model.layout import LEAST, Joint, Layout, Piece
+from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import STANDARD_GRAVITY, law_of, rod_law
 from lumpedcable.model.model import Model

@@ -5,36 +5,19 @@ to be a number like any other, one piece with a seam. Everything here is plain P
 scene; equal layouts (and equal skeletons of the scene) share one compiled program.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lumpedcable.model.cuts import cut_at, is_seam, segments_of
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import WinchEnd
-from lumpedcable.scene.lines import HeldEnd, HeldForce, tie_of
+from lumpedcable.scene.lines import HeldEnd, HeldForce, Line, tie_of
 
-__all__ = [
-    "LEAST",
-    "Joint",
-    "Layout",
-    "Piece",
-    "cut_keys",
-    "cuts_of",
-    "layouts_of",
-    "make_layout",
-    "part_names",
-]
+__all__ = ["Joint", "Layout", "Piece", "make_layout", "part_names"]
 
-
-LEAST = 2  # segments on either side of a seam: an end's tension is carried on from its last two
-IN_SEAM = -1  # in the place of the segments before a cut, where these are a number
-LENGTH_KEYS = ("length", "payout.speed", "payout.time")
-"""Numbers of a line that its unstretched length follows from."""
+End = tuple[str, int]
+"""An end of a piece: its name, and which."""
 
 
 @dataclass(frozen=True)
@@ -138,122 +121,6 @@ def part_names(line: str) -> tuple[str, str]:
     return f"{line}-1", f"{line}-2"
 
 
-def has_seam(scene: Scene, name: str) -> bool:
-    """Whether the one place along a line at which it breaks may be a number of the program.
-
-    Not where bending or friction on the bed reaches across it, where winches, trolleys or targets ask
-    for the whole line, or where segments differ.
-    """
-    line = scene.lines[name]
-    targets = [event.target() for event in scene.events.values() if event.target()[0] == name]
-    if len(targets) != 1 or targets[0][1] is not None:
-        return False
-    equal = line.segment_lengths is None and line.grading is None
-    rigid = scene.materials[line.material].law == "inextensible"
-    grips = scene.seabed is not None and scene.seabed.friction is not None
-    winches = any(isinstance(end, WinchEnd) for end in (line.start, line.end))
-    carries = not all(isinstance(body, Body) for body in scene.bodies.values())
-    odd = rigid or grips or winches or carries or line.bending is not None
-    odd = odd or bool(scene.targets) or scene.output.static
-    return equal and not odd
-
-
-def _seam_cut(scene: Scene, name: str, cut: ArrayLike) -> NDArray[np.bool_]:
-    """Whether cuts with so many segments before them are seams."""
-    cut, count = np.asarray(cut), _segments(scene.lines[name])
-    return has_seam(scene, name) & (cut >= LEAST) & (cut <= count - LEAST)
-
-
-def _segments(line) -> int:
-    return len(line.segment_lengths) if line.segment_lengths is not None else line.segments
-
-
-def _cut(line, place: float) -> int:
-    """Number of segments before a break at `place` (m), at least one on either side."""
-    lengths = None if line.segment_lengths is None else np.asarray(line.segment_lengths)[:, None]
-    return int(
-        _cuts(_segments(line), np.array([place]), line.unstretched, line.grading, lengths)[0]
-    )
-
-
-def _cuts(count: int, place, length, grading, lengths) -> NDArray[np.int64]:
-    """Segments before breaks at the node nearest to each `place` (m), shape (runs,).
-
-    Lengths (m) and grading are numbers or of shape (runs,), `lengths` of segments (segment, runs).
-    """
-    if count < 2:
-        return np.full(place.shape, 1)
-    inner = np.arange(1, count)[:, None]
-    if lengths is not None:
-        ends = np.cumsum(lengths, axis=0)[:-1]
-    elif grading is not None and not np.all(np.asarray(grading) == 1.0):
-        uneven = np.where(np.asarray(grading) == 1.0, 2.0, grading)
-        ratio = uneven ** (1.0 / (count - 1))
-        ends = (ratio**inner - 1.0) / (ratio**count - 1.0) * length
-        ends = np.where(np.asarray(grading) == 1.0, inner * length / count, ends)
-    else:
-        return np.clip(np.rint(count * place / length), 1, count - 1).astype(int)
-    return 1 + np.argmin(np.abs(ends - place), axis=0)
-
-
-def cut_keys(scene: Scene) -> set[str]:
-    """The numbers of a scene that decide where its lines are cut, by key."""
-    keys: set[str] = set()
-    for event, own in scene.events.items():
-        name, side, _ = own.target()
-        if side is None:
-            keys.add(f"events.{event}.place")
-            keys |= {f"lines.{name}.{key}" for key in LENGTH_KEYS} | {f"lines.{name}.grading"}
-            sizes = scene.lines[name].segment_lengths or ()
-            keys |= {f"lines.{name}.segment_lengths.{i}" for i in range(len(sizes))}
-    return keys
-
-
-def layouts_of(
-    scene: Scene, numbers: Mapping[str, NDArray[np.float64]], runs: int
-) -> NDArray[np.int64]:
-    """What tells the layouts of `runs` runs apart, shape (runs, breaks along lines).
-
-    Runs of one skeleton and equal rows have equal layouts: `cuts_of`, but for seams.
-    """
-    cuts = cuts_of(scene, numbers, runs)
-    along = [event.target()[0] for event in scene.events.values() if event.target()[1] is None]
-    for column, name in enumerate(along):
-        mine = cuts[:, column]
-        cuts[:, column] = np.where(_seam_cut(scene, name, mine), IN_SEAM, mine)
-    return cuts
-
-
-def cuts_of(
-    scene: Scene, numbers: Mapping[str, NDArray[np.float64]], runs: int
-) -> NDArray[np.int64]:
-    """Where breaks along lines cut them in `runs` runs, shape (runs, breaks): segments before.
-
-    `numbers` are those that differ from the scene's, each of shape (runs,).
-    """
-    found = []
-    for event, own in scene.events.items():
-        name, side, place = own.target()
-        if side is not None:
-            continue
-        line, key = scene.lines[name], f"lines.{name}"
-        places = np.broadcast_to(numbers.get(f"events.{event}.place", np.asarray(place)), runs)
-        lengths = None
-        if line.segment_lengths is not None:
-            own_lengths = enumerate(line.segment_lengths)
-            rows = [
-                numbers.get(f"{key}.segment_lengths.{i}", np.asarray(v)) for i, v in own_lengths
-            ]
-            lengths = np.array([np.broadcast_to(row, runs) for row in rows])
-        length = numbers.get(f"{key}.length", line.length)
-        if line.payout is not None:
-            speed = numbers.get(f"{key}.payout.speed", line.payout.speed)
-            length = length + speed * numbers.get(f"{key}.payout.time", line.payout.time)
-        grading = numbers.get(f"{key}.grading", line.grading)
-        found.append(_cuts(_segments(line), places, length, grading, lengths))
-    return np.array(found, int).reshape(len(found), runs).T
-
-
 def make_layout(scene: Scene, seams: bool = False) -> Layout:
     """The layout of a scene, with `seams` where lines can have them.
 
@@ -261,73 +128,95 @@ def make_layout(scene: Scene, seams: bool = False) -> Layout:
     on one node, where every end at a joint or body is to break away from it, or where more than two
     ends of inextensible lines meet.
     """
-    pieces: list[Piece] = []
-    links: list[set] = []
-    breaks: list[tuple[str, int, str]] = []
-    outer: dict[str, tuple[str, int]] = {}
+    parts = _Parts()
     for name, line in scene.lines.items():
-        if line.model == "ideal":
-            continue  # it has no nodes
-        inside = []
-        for event_name, event in scene.events.items():
-            target, side, place = event.target()
-            if target == name and side is None:
-                assert place is not None
-                inside.append((place, event_name))
-        inside.sort()
-        cuts = [0, *(_cut(line, place) for place, _ in inside), _segments(line)]
-        if any(b <= a for a, b in pairwise(cuts)):
-            pairs = zip(pairwise(inside), pairwise(cuts[1:-1]), strict=True)
-            same = [f'"{a[1]}" and "{b[1]}"' for (a, b), (i, j) in pairs if i >= j]
-            why = f", and {same[0]} break it at one node" if same else ""
-            raise ValueError(
-                f'line "{name}" has too few segments for its breaks along its length: '
-                f"{_segments(line)} segments, {len(inside)} breaks{why}"
-            )
-        if seams and len(inside) == 1 and bool(_seam_cut(scene, name, cuts[1])):
-            event = inside[0][1]
-            pieces.append(Piece(name, name, 0, cuts[-1], None, None, event))
-            links.append({(name, BEFORE), (name, AFTER)})
-            breaks.append((name, BEFORE, event))
-            outer[f"{name}.start"], outer[f"{name}.end"] = (name, 0), (name, -1)
-            continue
-        marks = [None, *(event for _, event in inside), None]
-        for k in range(len(cuts) - 1):
-            piece = Piece(
-                name if not inside else f"{name}-{k + 1}",
-                name, cuts[k], cuts[k + 1] - cuts[k], marks[k], marks[k + 1],
-            )  # fmt: skip
-            if marks[k] is not None:
-                links.append({(pieces[-1].name, -1), (piece.name, 0)})
-                breaks.append((pieces[-1].name, -1, marks[k]))
-            pieces.append(piece)
-        own = [piece for piece in pieces if piece.line == name]
-        outer[f"{name}.start"] = (own[0].name, 0)
-        outer[f"{name}.end"] = (own[-1].name, -1)
-    points = {
+        if line.model != "ideal":  # it has no nodes
+            _cut_up(scene, name, line, seams, parts)
+    outer = parts.outer
+    for event_name, event in scene.events.items():
+        target, side, _ = event.target()
+        if side is not None:
+            parts.breaks.append((*outer[f"{target}.{side}"], event_name))
+    held = {outer[end] for end in outer if _holds(scene, end)}
+    pulled = {outer[end] for end in outer if _pulls(scene, end)}
+    joints = _joints(parts.links + _ties(scene, outer), held, pulled)
+    layout = Layout(tuple(parts.pieces), tuple(joints), tuple(parts.breaks))
+    _refuse_branches(scene, layout)
+    _refuse_loose(layout, held)
+    return layout
+
+
+@dataclass
+class _Parts:
+    """What lines are cut into: pieces, ends of them that share a node, breaks, and where the ends of
+    the scene's lines ("LINE.start") are.
+    """
+
+    pieces: list[Piece] = field(default_factory=list)
+    links: list[set[End]] = field(default_factory=list)
+    breaks: list[tuple[str, int, str]] = field(default_factory=list)
+    outer: dict[str, End] = field(default_factory=dict)
+
+
+def _cut_up(scene: Scene, name: str, line: Line, seams: bool, parts: _Parts) -> None:
+    """Add a line to the parts, in as many pieces as the breaks along it make of it.
+
+    Raises ValueError where it has too few segments for them.
+    """
+    inside = []
+    for event_name, event in scene.events.items():
+        target, side, place = event.target()
+        if target == name and side is None:
+            assert place is not None
+            inside.append((place, event_name))
+    inside.sort()
+    cuts = [0, *(cut_at(line, place) for place, _ in inside), segments_of(line)]
+    if any(b <= a for a, b in pairwise(cuts)):
+        pairs = zip(pairwise(inside), pairwise(cuts[1:-1]), strict=True)
+        same = [f'"{a[1]}" and "{b[1]}"' for (a, b), (i, j) in pairs if i >= j]
+        why = f", and {same[0]} break it at one node" if same else ""
+        raise ValueError(
+            f'line "{name}" has too few segments for its breaks along its length: '
+            f"{segments_of(line)} segments, {len(inside)} breaks{why}"
+        )
+    if seams and len(inside) == 1 and bool(is_seam(scene, name, cuts[1])):
+        event = inside[0][1]
+        parts.pieces.append(Piece(name, name, 0, cuts[-1], None, None, event))
+        parts.links.append({(name, BEFORE), (name, AFTER)})
+        parts.breaks.append((name, BEFORE, event))
+        parts.outer |= {f"{name}.start": (name, 0), f"{name}.end": (name, -1)}
+        return
+    marks = [None, *(event for _, event in inside), None]
+    names = [f"{name}-{k + 1}" for k in range(len(cuts) - 1)] if inside else [name]
+    for k, own in enumerate(names):
+        first, last = cuts[k], cuts[k + 1]
+        parts.pieces.append(Piece(own, name, first, last - first, marks[k], marks[k + 1]))
+        event = marks[k]
+        if event is not None:
+            parts.links.append({(names[k - 1], -1), (own, 0)})
+            parts.breaks.append((names[k - 1], -1, event))
+    parts.outer |= {f"{name}.start": (names[0], 0), f"{name}.end": (names[-1], -1)}
+
+
+def _ties(scene: Scene, outer: dict[str, End]) -> list[set[End]]:
+    """The ends of lines that are tied to each other or to point bodies, ("", its name)."""
+    points = [
         name for name, body in scene.bodies.items() if isinstance(body, Body) and not body.rigid
-    }
-    bodies: dict[str, set] = {name: {("", name)} for name in points}
-    links += bodies.values()
+    ]
+    links: list[set[End]] = [{("", name)} for name in points]  # type: ignore[misc]
     for name, line in scene.lines.items():
         if line.model == "ideal":
             continue
         for side, end in (("start", line.start), ("end", line.end)):
             tie = tie_of(end)
             if tie is not None and not scene.on_body(end):
-                mine = outer[f"{name}.{side}"]
                 other = ("", tie) if tie in scene.bodies else outer[tie]
-                links.append({mine, other})
-    for event_name, event in scene.events.items():
-        target, side, _ = event.target()
-        if side is not None:
-            piece, node = outer[f"{target}.{side}"]
-            breaks.append((piece, node, event_name))
-    held = {outer[end] for end in outer if _holds(scene, end)}
-    pulled = {outer[end] for end in outer if _pulls(scene, end)}
-    joints = _joints(links, held, pulled)
-    layout = Layout(tuple(pieces), tuple(joints), tuple(breaks))
-    _refuse_branches(scene, layout)
+                links.append({outer[f"{name}.{side}"], other})  # type: ignore[arg-type]
+    return links
+
+
+def _refuse_loose(layout: Layout, held: set[End]) -> None:
+    """ValueError where every end at a joint is to break away from it."""
     for joint in layout.joints:
         leaving = [m for m in joint.members if layout.event_at(*m) is not None]
         if len(leaving) == len(joint.members) and not held & set(leaving):
@@ -337,7 +226,6 @@ def make_layout(scene: Scene, seams: bool = False) -> Layout:
                 f"expected an end at {where} that does not break away from it, found events that "
                 f"break all of them: {ends}"
             )
-    return layout
 
 
 def _refuse_branches(scene: Scene, layout: Layout) -> None:

@@ -6,10 +6,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Joined, end_name
 from lumpedcable.model.energy import WORKS, energies
 from lumpedcable.model.inertia import Frame, end_drag
-from lumpedcable.model.layout import LEAST, part_names
+from lumpedcable.model.layout import part_names
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
 from lumpedcable.model.places import Seen

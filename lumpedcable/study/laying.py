@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.layout import cut_keys, cuts_of, layouts_of
+from lumpedcable.model.cuts import cut_keys, cuts_of, layouts_of
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure

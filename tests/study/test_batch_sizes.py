@@ -55,7 +55,10 @@ def test_a_shard_on_gpus_is_one_batch(monkeypatch, devices):
     assert sizes[-1] == 1024 * devices
     assert plan.lanes(1024, plan.sizes_for([(1024, SECONDS)], sizes, 1e5)) == [1024]
     assert plan.lanes(4096, sizes) == [1024 * devices] * (4 // devices)
-    assert plan.batch_sizes(1) == (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)[: 9 + 2 * (devices > 1)]
+    assert (
+        plan.batch_sizes(1)
+        == (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)[: 9 + 2 * (devices > 1)]
+    )
 
 
 def test_what_is_asked_for_ten_thousand_times_is_compiled_for():

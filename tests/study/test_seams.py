@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from engine_runs import HOOKE, NYLON, ROPE, run_text, study_of
 
-from lumpedcable.model import layout as layouts
-from lumpedcable.model.layout import LEAST, make_layout
+from lumpedcable.model import cuts
+from lumpedcable.model.cuts import LEAST
+from lumpedcable.model.layout import make_layout
 from lumpedcable.results import open_result
 from lumpedcable.study import compiled
 from lumpedcable.study.laying import lay_out
@@ -56,7 +57,7 @@ PLACES = "events.break.place=[15 m, 22 m, 40 m]"
 @pytest.fixture
 def no_seams(monkeypatch):
     """Call it, and lines that break along their length are two lines joined from then on."""
-    return lambda: monkeypatch.setattr(layouts, "has_seam", lambda scene, name: False)
+    return lambda: monkeypatch.setattr(cuts, "has_seam", lambda scene, name: False)
 
 
 def row(ran, run):
