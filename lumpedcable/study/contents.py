@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import platform
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -19,6 +19,7 @@ from lumpedcable.model.assemble import assemble, wave_scheme
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import body_works
 from lumpedcable.model.energy import WORKS, works_of
+from lumpedcable.model.layout import part_names
 from lumpedcable.results import Coordinate, ResultWriter, Variable, exact_name, sweep_coordinates
 from lumpedcable.scene import CHECKED
 from lumpedcable.scene.bodies import Body
@@ -108,7 +109,8 @@ class Contents:
         self.fields = fields_of(self.scene)
         pieces = [p for s in laid.structures for p in s.layout.pieces]
         self.histories = self.scene.output.keep != "summaries"
-        self.tips = self.ends if self.histories else []
+        tips = dict.fromkeys(_tip(end, self.segments) for end in self.ends)
+        self.tips = list(tips) if self.histories else []
         self.riders = carried_bodies(self.scene)
         rigid = [n for n, b in self.scene.bodies.items() if isinstance(b, Body) and b.rigid]
         self.bodies = [*rigid, *self.riders] if self.histories else []
@@ -167,11 +169,10 @@ class Contents:
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
                 found.append(Variable(path, ("run", "time"), "f8", "N", text))
-        for end in self.tips:
+        for name, side in self.tips:
             for quantity, (unit, text) in TIPS.items():
-                words = text.format(end.rpartition(".")[2])
-                dims = ("run", "time", "xyz")
-                found.append(Variable(_tip_path(end, quantity), dims, "f8", unit, words))
+                path, dims = f"lines/{name}/{side}_{quantity}", ("run", "time", "xyz")
+                found.append(Variable(path, dims, "f8", unit, text.format(side)))
         found += self.places.variables() if self.places else []
         for name in self.rigid:
             path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
@@ -295,11 +296,14 @@ class Contents:
                 ends = np.asarray(samples.ends[name])[:, :, k]
                 self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
         for end, both in samples.tips.items():
+            name, side = _tip(end, start)
+            path = f"lines/{name}/{side}_"
             moved, velocity = np.moveaxis(np.asarray(both, float), 2, 0)
-            place = self.laid.coordinates.expand(moved, axis=2) + _tip_start(start, end)[:, None]
-            self._put(writer, _tip_path(end, "position"), rows, first, place)
+            place = self.laid.coordinates.expand(moved, axis=2)
+            place = place + _tip_start(start[name], side)[:, None]
+            self._put(writer, f"{path}position", rows, first, place)
             velocity = self.laid.coordinates.expand(velocity, axis=2)
-            self._put(writer, _tip_path(end, "velocity"), rows, first, velocity)
+            self._put(writer, f"{path}velocity", rows, first, velocity)
         for name in self.bodies:
             q, v = np.moveaxis(np.asarray(samples.bodies[name], float), 2, 0)
             fields = rider_fields if name in self.riders else body_fields
@@ -357,16 +361,14 @@ def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]
     return found
 
 
-def _tip_path(end: str, quantity: str) -> str:
-    """ "lines/rope/end_position" for the position of "rope.end"."""
+def _tip(end: str, lines: Container[str]) -> tuple[str, str]:
+    """Line and side of an end in the file, which has `lines`: of a line that is cut one of its parts."""
     name, _, side = end.rpartition(".")
-    return f"lines/{name}/{side}_{quantity}"
+    return name if name in lines else part_names(name)[side == "end"], side
 
 
-def _tip_start(start: dict[str, NDArray[np.float64]], end: str) -> NDArray[np.float64]:
-    """Where an end starts (m), (runs, 3); `start` (runs, 3, nodes), filled up with NaN at the end."""
-    name, _, side = end.rpartition(".")
-    places = start[name]
+def _tip_start(places: NDArray[np.float64], side: str) -> NDArray[np.float64]:
+    """Where an end starts (m), (runs, 3); `places` (runs, 3, nodes), filled up with NaN at the end."""
     last = np.isfinite(places[:, 0]).sum(axis=1) - 1 if side == "end" else 0
     return places[np.arange(len(places)), :, last]
 

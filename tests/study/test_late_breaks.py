@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from engine_runs import HOOKE, run_text
 
+from lumpedcable.results import open_result
+
 # hauled in by 4 m within 40 ms, which sends waves to and fro, until it breaks in the middle of these
 HAULED = (
     HOOKE.replace(
@@ -103,6 +105,10 @@ waves = "plain"
     for end in ("a.end", "b.start"):  # which are 20 m of line each until then
         exact = ran.outcomes[0].recoils[end]["exact_front_arrival"]
         assert exact == pytest.approx(20e-3, rel=1e-9)
+    # in the file it is an end of the part before the break, that moves at T / (m c)
+    with open_result(tmp_path / "result.h5") as found:
+        speed = found.line("b-1").field("start_velocity")[0, 3:20, 0]
+    assert np.mean(speed) == pytest.approx(50.0, rel=0.01)
 
 
 def test_an_end_feels_no_break_before_its_waves_can_be_there(tmp_path):
