@@ -103,7 +103,9 @@ def table(data: dict[str, Any]) -> str:
     limits = {
         f"arithmetic: {data['operations']:.0f} operations a node-step": _arithmetic,
         f"memory: {data['bytes']:.0f} bytes a node-step": _memory,
-        f"starts: {data['kernels']} kernels a step, {GPU_LANES} runs in a batch": _starts(GPU_LANES),
+        f"starts: {data['kernels']} kernels a step, {GPU_LANES} runs in a batch": _starts(
+            GPU_LANES
+        ),
         f"starts with {MANY_LANES} runs in a batch": _starts(MANY_LANES),
     }
     for words, seconds in limits.items():
