@@ -56,9 +56,10 @@ def rows(dtype: str, counts: tuple[int, ...]) -> list[dict[str, Any]]:
 
     from benchmarks.engine import SCENE
     from benchmarks.native.line import FLAGS, compiler, go, parameters
+    from lumpedcable.model.numbers import number
     from lumpedcable.scene import load_study
     from lumpedcable.solve.integrate import Numbers
-    from lumpedcable.study.compiled import advance_batch, begin_batch, number
+    from lumpedcable.study.compiled import advance_batch, begin_batch
     from lumpedcable.study.laying import lay_out
     from lumpedcable.study.plan import batch_sizes, plan_of, rounded_steps
     from lumpedcable.study.starts import rows_of, starts

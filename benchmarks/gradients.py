@@ -19,9 +19,10 @@ from lumpedcable.fitting.residual import run_group
 from lumpedcable.fitting.scalar import read_scalar
 from lumpedcable.fitting.sensitivity import RUN_BACK, setting_of
 from lumpedcable.model.coordinates import coordinates_of
+from lumpedcable.model.numbers import number
 from lumpedcable.solve.integrate import advance, begin
 from lumpedcable.solve.start import start_of
-from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, number
+from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE
 from lumpedcable.study.lanes import across
 from lumpedcable.study.plan import structure_of
 

@@ -21,9 +21,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.hard_cases import CASES, FOLDER, Case, Ran, run_case
+from lumpedcable.model.numbers import number
 from lumpedcable.scene import Study, load_study
 from lumpedcable.status import Status
-from lumpedcable.study.compiled import number, prepare_batch
+from lumpedcable.study.compiled import prepare_batch
 from lumpedcable.study.plan import common_coordinates, structure_of
 
 PAGE = Path(__file__).parents[1] / "docs" / "hard-cases.md"

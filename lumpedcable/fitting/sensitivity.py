@@ -19,10 +19,11 @@ from lumpedcable.fitting.parameters import numbers_of
 from lumpedcable.fitting.residual import group_start, run_group, run_models, started
 from lumpedcable.fitting.scalar import Scalar
 from lumpedcable.model.layout import make_layout
+from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.measures import BodyMeasure
 from lumpedcable.status import Status
-from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, number, understood
+from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, understood
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.plan import (
     asked_step,

@@ -10,7 +10,7 @@ __all__ = ["if_given", "number", "vector"]
 
 
 def number(value: Any) -> Float[Array, ""]:
-    """A number."""
+    """A number, of a strong type, so that equal types find equal programs."""
     return jnp.asarray(value, float)
 
 

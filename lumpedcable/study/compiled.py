@@ -247,8 +247,3 @@ def followed(function: Callable[..., Any], *examples: Any) -> tuple[Callable[...
 def linearise(model: Model) -> Linear:
     """Stiffness and masses of one model at rest, for its natural modes."""
     return linearised(model)
-
-
-def number(value: float) -> Float[Array, ""]:
-    """A Python number as a strong-typed scalar, so that equal types find equal programs."""
-    return jnp.asarray(value, jnp.float64)

@@ -9,12 +9,13 @@ import numpy as np
 
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.net import make_net
+from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.errors import Fault
 from lumpedcable.solve.modal import Modes, natural_modes
 from lumpedcable.status import ADVICE, MEANING, Status
-from lumpedcable.study.compiled import Structure, linearise, number, prepare_batch
+from lumpedcable.study.compiled import Structure, linearise, prepare_batch
 from lumpedcable.study.plan import common_coordinates
 
 __all__ = ["NoEquilibriumError", "find_modes"]

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.layout import make_layout
+from lumpedcable.model.numbers import number
 from lumpedcable.model.riders import Rider
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
-from lumpedcable.study.compiled import Structure, number
+from lumpedcable.study.compiled import Structure
 
 __all__ = ["AtRest", "Resting", "RestingLine"]
 

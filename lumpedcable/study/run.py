@@ -15,12 +15,13 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumpedcable.model.numbers import number
 from lumpedcable.model.seams import cuts_in
 from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
-from lumpedcable.study.compiled import Ready, Structure, begin_batch, number
+from lumpedcable.study.compiled import Ready, Structure, begin_batch
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
 from lumpedcable.study.laying import Laid, equal_rows, lay_out

@@ -9,10 +9,10 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
+from lumpedcable.model.numbers import number
 from lumpedcable.study.compiled import (
     Ready,
     Structure,
-    number,
     prepare_batch,
     prepare_cells,
     prepare_many,

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
@@ -18,7 +17,7 @@ __all__ = ["body_figure"]
 
 def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
     """Distance of a body from its start and its speed against time, a curve for each run."""
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     figure, axes = style.panel_figure(["", ""], group.heading(result, name), height=3.0)
     drawn: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
     entries = []
@@ -28,7 +27,7 @@ def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
         far = np.linalg.norm(place - place[0], axis=-1)
         fast = np.linalg.norm(result.body(name, "velocity", run), axis=-1)
         for ax, values, kept in zip(axes, (far, fast), drawn, strict=True):
-            ax.plot(result.time * to_time, values, **look)
+            ax.plot(clock.shown, values, **look)
             kept.append(values)
         entries.append(Line2D([], [], label=title.replace("\n", ", ") or name, **look))
     words = (("distance from the start", "m"), ("speed", "m/s"))
@@ -41,8 +40,8 @@ def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
         else:
             style.say_empty(ax)
         ax.set_ylabel(style.with_unit(*named))
-        ax.set_xlabel(style.with_unit("time", time_unit))
-        ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
+        ax.set_xlabel(clock.label)
+        ax.set_xlim(clock.limits)
     style.foot(figure, group.note, entries if len(entries) > 1 else [])
     return figure
 

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
@@ -40,20 +39,20 @@ def energy_figure(result: ResultFile, group: Group) -> Figure:
     rest = result.energy(RESIDUAL)[runs] if RESIDUAL in result.energy_terms else None
     panels = [np.array([values[place] for values in terms.values()]) for place in range(count)]
     factor, unit = style.shared_unit(panels, "J")
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     rest_unit = ""
     figure, upper, lower = _stacked(result, group, rest is not None)
     for ax, curves in zip(upper, panels, strict=True):
         for name, values in zip(terms, curves, strict=True):
-            ax.plot(result.time * to_time, values * factor, **looks[name])
+            ax.plot(clock.shown, values * factor, **looks[name])
         ax.set_ylim(style.limits(curves * factor, zero=True))
         if not np.isfinite(curves).any():
             style.say_empty(ax)
     if rest is not None:
-        rest_unit = _residuals(lower, result.time * to_time, rest)
+        rest_unit = _residuals(lower, clock.shown, rest)
     for ax in (*upper, *lower):
-        ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
-    label = style.with_unit("time", time_unit)
+        ax.set_xlim(clock.limits)
+    label = clock.label
     style.label_outer(upper, "" if lower else label, style.with_unit("energy", unit))
     if lower:
         style.label_outer(lower, label, style.with_unit("residual\n", rest_unit))

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lumpedcable.results.human import scale
 from lumpedcable.results.reader import LineData, ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
@@ -38,7 +37,7 @@ def end_tension_figure(result: ResultFile, group: Group) -> Figure:
                 data[run].append((f"{name}.{side}", index, tension))
     together = [np.array([tension for _, _, tension in curves]) for curves in data.values()]
     factor, unit = style.shared_unit(together, "N")
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     heading = group.heading(result, "Tension at the ends")
     figure, axes = style.panel_figure(group.titles, heading)
     entries: dict[str, Line2D] = {}
@@ -48,13 +47,13 @@ def end_tension_figure(result: ResultFile, group: Group) -> Figure:
                 "color": style.COLOURS[index % len(style.COLOURS)],
                 "linestyle": style.DASHES[0 if name.endswith(".start") else 1],
             }
-            ax.plot(result.time * to_time, tension * factor, **look)
+            ax.plot(clock.shown, tension * factor, **look)
             entries[name] = Line2D([], [], label=name, **look)
-        ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
+        ax.set_xlim(clock.limits)
         ax.set_ylim(style.limits(values * factor, zero=True))
         if not np.isfinite(values).any():
             style.say_empty(ax)
-    style.label_outer(axes, style.with_unit("time", time_unit), style.with_unit("tension", unit))
+    style.label_outer(axes, clock.label, style.with_unit("tension", unit))
     style.foot(figure, group.note, list(entries.values()))
     return figure
 
@@ -83,7 +82,7 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     seen = {run: np.unique(np.minimum(times, end)) for run, end in ends.items()}
     shapes = {run: _shapes(result, run, seen[run]) for run in group.runs}
     across, up = side_view([shape for run in shapes.values() for shape in run])
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
     wide, high = extent(everything[:, across]), extent(everything[:, up])
     # what is flat but for rounding has no height to stretch
@@ -91,17 +90,15 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     note = "" if true else "Vertical scale stretched."
     heading = group.heading(result, "Shape")
     figure, axes = style.panel_figure(group.titles, heading)
-    shown_times = result.time[times] * to_time
+    shown_times = clock.shown[times]
     colours = Normalize(shown_times[0], shown_times[-1])
     for ax, run in zip(axes, group.runs, strict=True):
-        _draw(ax, shapes[run], (across, up), result.time[seen[run]] * to_time, colours)
+        _draw(ax, shapes[run], (across, up), clock.shown[seen[run]], colours)
         if true:
             ax.set_aspect("equal", adjustable="datalim")
     style.label_outer(axes, f"{_AXES[across]} (m)", f"{_AXES[up]} (m)")
     shown = ScalarMappable(colours, style.time_colours())
-    bar = figure.colorbar(
-        shown, ax=axes, label=style.with_unit("time", time_unit), aspect=35, pad=0.02
-    )
+    bar = figure.colorbar(shown, ax=axes, label=clock.label, aspect=35, pad=0.02)
     bar.set_ticks(shown_times.tolist())
     style.foot(figure, f"{note}\n{group.note}")
     return figure

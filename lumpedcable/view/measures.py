@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lumpedcable.results.human import scale
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
@@ -25,7 +24,7 @@ LABEL_WIDTH, LABEL_SIZE, ROW = 2.8, 7, 0.13  # of such labels: inches, points, i
 def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     """One measure against time, a curve for each run of the group, and its limit."""
     table, attributes = result.measures()[name]
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     figure, (ax,) = style.panel_figure([""], group.heading(result, name), height=3.0)
     entries, drawn = [], []
     for index, (run, title) in enumerate(zip(group.runs, group.titles, strict=True)):
@@ -33,7 +32,7 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
             "color": style.COLOURS[index % len(style.COLOURS)],
             "linestyle": style.DASHES[index % len(style.DASHES)],
         }
-        ax.plot(result.time * to_time, table[run], **look)
+        ax.plot(clock.shown, table[run], **look)
         entries.append(Line2D([], [], label=title.replace("\n", ", "), **look))
         drawn.append(table[run])
     _draw_limit(ax, attributes.get("limit"), entries, drawn)
@@ -43,7 +42,7 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     else:
         style.say_empty(ax)
     text, unit = attributes.get("long_name", name), attributes.get("units", "1")
-    style.label_outer([ax], style.with_unit("time", time_unit), style.with_unit(str(text), unit))
+    style.label_outer([ax], clock.label, style.with_unit(str(text), unit))
     style.foot(figure, group.note, entries)
     return figure
 

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lumpedcable.results.human import quantity, scale
+from lumpedcable.results.human import quantity
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
@@ -64,22 +64,22 @@ def _families(
     times, spacing = curve_times(result.time)
     data = {run: field(run, times) for run in group.runs}
     factor, text = style.shared_unit([values for _, values in data.values()], unit)
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     note = f"A curve every {quantity(spacing, 's')}." if spacing else ""
     if words == "recoil velocity":
         note += f" Positive: away from the broken end ({end.name}), along the line as it lay."
     heading = group.heading(result, f"{words.capitalize()} along {end.line.name}")
     figure, axes = style.panel_figure(group.titles, heading)
-    colours = Normalize(result.time[0] * to_time, result.time[-1] * to_time)
+    colours = Normalize(clock.shown[0], clock.shown[-1])
     for ax, (place, values) in zip(axes, data.values(), strict=True):
-        style.family(ax, place, values * factor, result.time[times] * to_time, colours)
+        style.family(ax, place, values * factor, clock.shown[times], colours)
         ax.set_xlim(style.limits(place, zero=True, margin=0.02))
         ax.set_ylim(style.limits(values * factor, zero=True))
         if not np.isfinite(values).any():
             style.say_empty(ax)
     style.label_outer(axes, _PLACE, style.with_unit(words, text))
     shown = ScalarMappable(colours, style.time_colours())
-    figure.colorbar(shown, ax=axes, label=style.with_unit("time", time_unit), aspect=35, pad=0.02)
+    figure.colorbar(shown, ax=axes, label=clock.label, aspect=35, pad=0.02)
     style.foot(figure, f"{note}\n{group.note}")
     return figure
 
@@ -108,7 +108,7 @@ def _against_time(
     levels: Callable[[int], float | None] = lambda run: None,
 ) -> Figure:
     """What the broken end does against time, one curve a run; its exact level where known."""
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     figure = style.new_figure(3.4, group.heading(result, f"{what} of {end.name}"))
     ax = figure.subplots()
     exact = False
@@ -118,7 +118,7 @@ def _against_time(
         curve, look = curves(run), style.curve(index)
         drawn.append(curve)
         name = title.replace("\n", ": ") or "this run"
-        handles += ax.plot(result.time * to_time, curve, **look, label=name)
+        handles += ax.plot(clock.shown, curve, **look, label=name)
         value = levels(run)
         if value is not None:
             exact = True
@@ -129,9 +129,9 @@ def _against_time(
         dotted = Line2D([], [], color=style.NEUTRAL, linewidth=0.7, linestyle=(0, (1, 2)))
         dotted.set_label(style.wrapped(f"exact{why}", style.WIDTH / 3, 7))
         handles.append(dotted)
-    ax.set_xlim(style.limits(result.time * to_time, margin=0.02))
+    ax.set_xlim(clock.limits)
     ax.set_ylim(style.limits(np.concatenate(drawn), zero=True))
-    ax.set_xlabel(style.with_unit("time", time_unit))
+    ax.set_xlabel(clock.label)
     ax.set_ylabel(words)
     named = len(handles) > 1 or bool(group.titles[0])
     style.foot(figure, group.note, handles if named else [])
@@ -140,7 +140,7 @@ def _against_time(
 
 def xt_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
     """Tension as colour over the unstretched line and time, with the exact fronts drawn in."""
-    to_time, time_unit = scale(float(result.time[-1]), "s")
+    clock = style.clock(result.time)
     figure, axes = style.panel_figure(
         group.titles,
         group.heading(result, f"Tension over {end.line.name} and time"),
@@ -151,17 +151,17 @@ def xt_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
     entries: dict[str, Line2D] = {}
     for ax, run, tension in zip(axes, group.runs, fields, strict=True):
         ax.grid(False)
-        ax.set_ylim(*(result.time[[0, -1]] * to_time) if len(result.time) > 1 else (0, 1))
+        ax.set_ylim(*(clock.shown[[0, -1]]) if len(result.time) > 1 else (0, 1))
         ax.set_xlim(*sorted(end.places(run)))
         if not np.isfinite(tension).any():
             style.say_empty(ax)
             continue
         factor, unit = style.shared_unit([tension], "N")
         node = end.line.unstretched_position(run)[: tension.shape[1] + 1]
-        mesh = _coloured(ax, node, result.time * to_time, tension * factor, pushed)
+        mesh = _coloured(ax, node, clock.shown, tension * factor, pushed)
         figure.colorbar(mesh, ax=ax, label=style.with_unit("tension", unit), aspect=25, pad=0.02)
-        entries |= _fronts(ax, end, run, to_time)
-    style.label_outer(axes, _PLACE, style.with_unit("time", time_unit))
+        entries |= _fronts(ax, end, run, clock.factor)
+    style.label_outer(axes, _PLACE, clock.label)
     style.foot(figure, group.note, list(entries.values()))
     return figure
 

@@ -12,7 +12,7 @@ import textwrap
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import matplotlib
 import numpy as np
@@ -183,6 +183,25 @@ def label_outer(axes: Sequence[Axes], x: str, y: str) -> None:
 def with_unit(words: str, unit: str) -> str:
     """An axis label, e.g. "tension (kN)"."""
     return f"{words} ({unit or '-'})".replace("\n ", "\n")
+
+
+class Clock(NamedTuple):
+    """How a figure tells time: `factor` from s to the unit of `label`, and all output times in it."""
+
+    factor: float
+    shown: Array
+    label: str
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Of an axis of time."""
+        return limits(self.shown, margin=0.02)
+
+
+def clock(time: Array) -> Clock:
+    """How a figure of output times (s) tells them."""
+    factor, unit = scale(float(time[-1]), "s")
+    return Clock(factor, time * factor, with_unit("time", unit))
 
 
 def shared_unit(panels: Sequence[Array], unit: str) -> tuple[float, str]:

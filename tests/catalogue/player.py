@@ -14,6 +14,7 @@ import numpy as np
 from engine_runs import scene_of
 
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene
 from lumpedcable.solve.integrate import (
     METHODS,
@@ -27,7 +28,7 @@ from lumpedcable.solve.integrate import (
 from lumpedcable.solve.leapfrog import CableTerm
 from lumpedcable.solve.observe import watches
 from lumpedcable.solve.start import start_of
-from lumpedcable.study.compiled import RUN_ONCE, number, prepare_batch
+from lumpedcable.study.compiled import RUN_ONCE, prepare_batch
 from lumpedcable.study.plan import (
     plan_of,
     rounded_steps,

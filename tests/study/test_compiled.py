@@ -10,9 +10,10 @@ import pytest
 from engine_runs import ROPE, scene_of, study_of
 
 from lumpedcable.model.coordinates import coordinates_of
+from lumpedcable.model.numbers import number
 from lumpedcable.solve.integrate import Numbers
 from lumpedcable.study import compiled
-from lumpedcable.study.compiled import advance_batch, begin_batch, number, prepare_batch
+from lumpedcable.study.compiled import advance_batch, begin_batch, prepare_batch
 from lumpedcable.study.plan import plan_of, rounded_steps, structure_of
 from lumpedcable.study.run import run_study
 
