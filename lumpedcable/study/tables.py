@@ -23,10 +23,12 @@ MOST_FAILURES = 10  # told one by one
 WIDE = 200  # columns where no terminal says how many there are
 
 
-def console_of(wide: int = WIDE) -> Console:
-    """A console as wide as the terminal, or wide where there is none."""
+def console_of(wide: int | None = None) -> Console:
+    """A console as wide as the terminal, or `wide`, else `WIDE`, where there is none."""
     console = Console(highlight=False, markup=False)
-    return console if console.is_terminal else Console(highlight=False, markup=False, width=wide)
+    if console.is_terminal:
+        return console
+    return Console(highlight=False, markup=False, width=WIDE if wide is None else wide)
 
 
 def new_table(padding: int = 1) -> Table:

@@ -13,7 +13,7 @@ import pytest
 from lumpedcable.scene import load_study
 from lumpedcable.scene.outcomes import RESULTS, TAKEN
 from lumpedcable.status import Status
-from lumpedcable.study import report
+from lumpedcable.study import report, tables
 from lumpedcable.study.summary import QUANTITIES, SUMMARIES, Outcome, empty_table
 
 SNAPBACK = Path(__file__).parents[2] / "configs" / "snapback.toml"
@@ -37,7 +37,7 @@ def outcome(run, status=Status.OK, message="ok"):
 
 
 def printed(monkeypatch, width, study, outcomes, target="out.h5"):
-    monkeypatch.setattr(report, "WIDE", width)
+    monkeypatch.setattr(tables, "WIDE", width)
     with redirect_stdout(StringIO()) as out:
         report.results_table(study, Path(target), outcomes)
     return out.getvalue()
