@@ -61,10 +61,11 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
         }
         tension[-1] = tension[0]; jump[-1] = jump[0];
         tension[n] = 2 * hold - tension[n - 1];
-        /* the loaded end's own strain rate is what its force asks for, the mean of the two beside it, while
-           its segment is taut */
+        /* the loaded end's own strain rate is what its force asks for: the mean of the two beside it */
         const REAL stiff = nu2[n - 1] / squared;
-        jump[n] = stiff > 0 ? 2 * l * fades / stiff - jump[n - 1] : jump[n - 1];
+        int fallen = 1;
+        for (int j = most(n - 5, 0); j < n; j++) fallen &= nu2[j] <= 0;
+        jump[n] = fallen ? jump[n - 1] : (stiff > 0 ? 2 * l * fades / stiff : 0) - jump[n - 1];
         nu2[n] = nu2[n - 1]; nu2[-1] = nu2[0];
         for (int j = 0; j < n; j++) {
             const REAL D = jump[j], T = tension[j];

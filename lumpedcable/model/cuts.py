@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumpedcable.physics.tips import FALLEN
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import WinchEnd
@@ -21,7 +22,7 @@ __all__ = [
     "segments_of",
 ]
 
-LEAST = 2  # segments on either side of a seam: an end's tension is carried on from its last two
+LEAST = FALLEN  # segments on either side of a seam: what an end asks of them must be the part's own
 IN_SEAM = -1  # in the place of the segments before a cut, where these are a number
 LENGTH_KEYS = ("length", "payout.speed", "payout.time")
 """Numbers of a line that its unstretched length follows from."""

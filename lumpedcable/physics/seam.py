@@ -11,6 +11,7 @@ two ends finds room. So one compiled program serves every place of the cut.
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
@@ -46,6 +47,12 @@ class Seam(eqx.Module):
     def hole(self, nodes: int) -> Bool[Array, " nodes"]:
         """Which of so many nodes is none."""
         return jnp.arange(nodes) == self.before + 1
+
+    def last(self, values: Float[Array, " n"], end: int, count: int) -> Float[Array, " count"]:
+        """Values of the `count` segments next to an end at the cut, the end's own first."""
+        if end == BEFORE:
+            return jax.lax.dynamic_slice_in_dim(values, self.before - count, count)[::-1]
+        return jax.lax.dynamic_slice_in_dim(values, self.before + EXTRA, count)
 
     def opened(self, nodes: Float[Array, "*d n+1"]) -> Float[Array, "*d n+3"]:
         """Nodal values of the whole line with the node at the cut three times: end, hole, end."""

@@ -10,6 +10,7 @@ import functools
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
@@ -17,7 +18,7 @@ from lumpedcable.physics.each import at_each
 from lumpedcable.physics.linear import neighbours, pick, sides
 from lumpedcable.physics.place import framed, place_at_end
 from lumpedcable.physics.seam import Seam
-from lumpedcable.physics.tips import AFTER, BEFORE
+from lumpedcable.physics.tips import AFTER, BEFORE, FALLEN
 from lumpedcable.physics.vectors import least, most
 from lumpedcable.physics.wave_terms import (
     SOFT,
@@ -66,22 +67,25 @@ class Boundary(eqx.Module):
         rate: Float[Array, ""],
         stiffness: Float[Array, ""],
         outward: Float[Array, " d"],
-        tension_only: bool,
+        last: Float[Array, " k"] | None,
     ) -> Float[Array, ""]:
         """Strain rate (1/s) of the segment that would follow beyond the end; `outward` a unit vector.
 
-        `stiffness` (N) is that of the end's own segment. The rate repeats at an end whose motion is
-        known. At one loaded by F it is 2 g - rate: the force gives the end's own strain rate
-        g = F' . u / T'(e), the mean of the two. Of a slack segment no force tells, and its rate repeats.
+        `stiffness` (N) is that of the end's own segment, and `last` are those of the last ones, None for
+        a line that cannot be slack. The rate repeats at an end whose motion is known. At one loaded by F
+        it is 2 g - rate: the force gives the end's own strain rate g = F' . u / T'(e), the mean of the
+        two. Of slack segments it says nothing: a few have run ahead of their neighbours, and g is 0;
+        where all of the last ones are slack the line falls slack, and what it does repeats.
         """
         if self.loaded is False:
             return rate
-        loaded, taut = -rate, stiffness > SOFT
+        loaded = -rate
         if self.force_rate is not None:
+            taut = stiffness > SOFT
             g = jnp.dot(self.force_rate, outward) / jnp.where(taut, stiffness, 1.0)
             loaded = loaded + 2.0 * jnp.where(taut, g, 0.0)
-        if tension_only:
-            loaded = jnp.where(taut, loaded, rate)
+        if last is not None:
+            loaded = jnp.where(jnp.max(last) <= SOFT, rate, loaded)
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, rate)
 
     def at_load(
@@ -256,11 +260,13 @@ class ReleaseWaves(eqx.Module):
         start, end = ends
         over = Ghosted(None, None, None) if over is None else over  # type: ignore[arg-type]
         ahead = -pick(tangent, 0), pick(tangent, -1)
-        own, near = (pick(stiffness, 0), pick(stiffness, -1)), None
+        own, fallen, near = (pick(stiffness, 0), pick(stiffness, -1)), (None, None), None
         if tension_only:
+            still = jax.lax.stop_gradient(stiffness)
+            fallen = still[:FALLEN], still[-FALLEN:]
             near = framed(own[0][None], stiffness, own[1][None], over.stiffness)
-        first = start.ghost_rate(pick(rate, 0), own[0], ahead[0], tension_only)
-        last = end.ghost_rate(pick(rate, -1), own[1], ahead[1], tension_only)
+        first = start.ghost_rate(pick(rate, 0), own[0], ahead[0], fallen[0])
+        last = end.ghost_rate(pick(rate, -1), own[1], ahead[1], fallen[1])
         rates = framed(first[None], rate, last[None], over.rate)
         if not self.corrected:
             return Ghosted(None, rates, near)
@@ -286,11 +292,11 @@ def _written_beyond(
     for side, end in cut.sides():
         own, slot = cut.seam.segment(side), cut.seam.slot(side) + 1
         ahead = pick(tangent, own) * (1.0 if side == BEFORE else -1.0)
-        stiff = pick(stiffness, own)
-        beyond = end.ghost_rate(pick(rate, own), stiff, ahead, near is not None)
-        rates = place_at_end(rates, slot, beyond)
+        stiff, last = pick(stiffness, own), None
         if near is not None:
             near = place_at_end(near, slot, stiff)
+            last = cut.seam.last(jax.lax.stop_gradient(stiffness), side, FALLEN)
+        rates = place_at_end(rates, slot, end.ghost_rate(pick(rate, own), stiff, ahead, last))
         if tensions is not None:
             tensions = place_at_end(tensions, slot, end.ghost_tension(pick(tension, own), ahead))
     return Ghosted(tensions, rates, near)

@@ -52,12 +52,15 @@ def test_parts_are_what_was_put_together(before):
 
 
 def test_ends_at_the_cut_are_counted_inwards():
-    seam = Seam(jnp.asarray(5))  # segments 0 ... 4 | slots 5, 6 | 7 ... 11
+    line = jnp.arange(12.0)  # segments 0 ... 4 | slots 5, 6 | 7 ... 11
+    seam = Seam(jnp.asarray(5))
     assert [int(seam.segment(BEFORE, k)) for k in range(3)] == [4, 3, 2]
     assert [int(seam.segment(AFTER, k)) for k in range(3)] == [7, 8, 9]
     assert [int(seam.node(BEFORE, k)) for k in range(3)] == [5, 4, 3]
     assert [int(seam.node(AFTER, k)) for k in range(3)] == [7, 8, 9]
     assert (int(seam.slot(BEFORE)), int(seam.slot(AFTER))) == (5, 6)
+    assert list(of(lambda seam: seam.last(line, BEFORE, 3), 5)) == [4.0, 3.0, 2.0]
+    assert list(of(lambda seam: seam.last(line, AFTER, 3), 5)) == [7.0, 8.0, 9.0]
 
 
 @pytest.mark.parametrize("index", [0, 2, 4])
