@@ -184,7 +184,7 @@ def test_the_code_of_a_page_runs(path, tmp_path):
     made = {p.name for p in tmp_path.iterdir()} - before
     assert sorted(made) == sorted(MADE.get(path.name, []))
     if path.name == "README.md":
-        assert len(list((tmp_path / "snapback").glob("*.png"))) == 10  # "ten pictures"
+        assert len(list((tmp_path / "snapback").glob("*.png"))) == 12  # "twelve pictures"
     opened = [b for _, b in blocks(path, "bash") for line in b.splitlines()
               if line.startswith("lumpedcable view") and " -o " not in line]  # fmt: skip
     seen = tmp_path / ".tools" / "browser.py.seen"
