@@ -13,6 +13,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
+from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene
@@ -218,14 +219,11 @@ def _swept(
     across = _unit(load - jnp.dot(load, along) * along)
     drag = jnp.sum(line.node_length) * line.drag.normal * jnp.dot(flow, flow)
 
-    def halve(_, bounds):
-        low, high = bounds
-        p = 0.5 * (low + high)
+    def steeper(p):
         turn = jnp.cos(p) * jnp.dot(load, across) - jnp.sin(p) * jnp.dot(load, along)
-        more = turn > drag * jnp.sin(p) ** 2
-        return jnp.where(more, p, low), jnp.where(more, high, p)
+        return turn > drag * jnp.sin(p) ** 2
 
-    p, _ = jax.lax.fori_loop(0, 50, halve, (jnp.zeros(()), jnp.full((), jnp.pi)))
+    p, _ = bisected(steeper, jnp.zeros(()), jnp.full((), jnp.pi), 50)
     tangent = _unit(jnp.cos(p) * along + jnp.sin(p) * across)
     slip = jnp.dot(flow, tangent)
     side = flow - slip * tangent
