@@ -18,12 +18,11 @@ from lumpedcable.study.compiling import heard
 from lumpedcable.study.run import run_study
 from lumpedcable.study.summary import EXACT, Outcome
 from lumpedcable.study.tables import (
-    MOST_FAILURES,
     MOST_ROWS,
     console_of,
     fits_on,
     new_table,
-    print_failures,
+    print_told,
     rows_shown,
 )
 from lumpedcable.timings import Timings
@@ -91,8 +90,9 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
     console.print(table)
     for note in _notes(study, ends, beside, rows):
         console.print(Text(note, "dim"))
-    print_failures(console, ((o.run, o.message) for o in outcomes if o.status is not Status.OK))
-    _remarks(console, outcomes)
+    print_told(console, ((o.run, o.message) for o in outcomes if o.status is not Status.OK))
+    said = ((o.run, remark_of(o.message)) for o in outcomes)
+    print_told(console, (one for one in said if one[1]), "with such a remark", "dim")
     console.print(f"written: {target}", soft_wrap=True)
 
 
@@ -229,13 +229,3 @@ def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) 
         changed = " These numbers belong to the scene without --set." if study.overrides else ""
         notes.append(f"{name}: {reference.source}.{note}{changed}")
     return notes
-
-
-def _remarks(console: Console, outcomes: Sequence[Outcome]) -> None:
-    """What is to be said of runs that went well."""
-    every = [(outcome.run, remark_of(outcome.message)) for outcome in outcomes]
-    said = [(run, remark) for run, remark in every if remark]
-    for run, remark in said[:MOST_FAILURES]:
-        console.print(Text(f"run {run}: {remark}", "dim"))
-    if len(said) > MOST_FAILURES:
-        console.print(Text(f"and {len(said) - MOST_FAILURES} more runs with such a remark", "dim"))

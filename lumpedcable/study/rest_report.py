@@ -21,7 +21,7 @@ from lumpedcable.study.tables import (
     console_of,
     fits_on,
     new_table,
-    print_failures,
+    print_told,
     rows_shown,
 )
 
@@ -63,7 +63,7 @@ def rest_table(study: Study, target: Path) -> None:
             for note in _notes(numbers, models, shown, result.runs):
                 console.print(Text(note, "dim"))
         said = zip(result.status, result.status_message, strict=True)
-        print_failures(console, ((k, why) for k, (state, why) in enumerate(said) if state != OK))
+        print_told(console, ((k, why) for k, (state, why) in enumerate(said) if state != OK))
     console.print(f"written: {target}", soft_wrap=True)
 
 

@@ -8,18 +8,17 @@ from rich.table import Table
 from rich.text import Text
 
 __all__ = [
-    "MOST_FAILURES",
     "MOST_ROWS",
     "console_of",
     "fits_on",
     "new_table",
-    "print_failures",
+    "print_told",
     "rows_shown",
     "table_of",
 ]
 
 MOST_ROWS = 60  # of a table; the file holds them all
-MOST_FAILURES = 10  # told one by one
+MOST_TOLD = 10  # runs told one by one
 WIDE = 200  # columns where no terminal says how many there are
 
 
@@ -60,10 +59,12 @@ def rows_shown(
     return [f"{shown} of {all_} {what} shown; {where} all."] if all_ > shown else []
 
 
-def print_failures(console: Console, failed: Iterable[tuple[int, str]]) -> None:
-    """Print numbers of runs and why they failed, the first few one by one."""
-    every = list(failed)
-    for run, message in every[:MOST_FAILURES]:
-        console.print(Text(f"run {run}: {message}", "red"))
-    if len(every) > MOST_FAILURES:
-        console.print(Text(f"and {len(every) - MOST_FAILURES} more runs went wrong", "red"))
+def print_told(
+    console: Console, told: Iterable[tuple[int, str]], rest: str = "went wrong", style: str = "red"
+) -> None:
+    """Print numbers of runs and what is told of each, the first few one by one, the `rest` by number."""
+    every = list(told)
+    for run, message in every[:MOST_TOLD]:
+        console.print(Text(f"run {run}: {message}", style))
+    if len(every) > MOST_TOLD:
+        console.print(Text(f"and {len(every) - MOST_TOLD} more runs {rest}", style))
