@@ -153,7 +153,7 @@ class _Parts:
     """
 
     pieces: list[Piece] = field(default_factory=list)
-    links: list[set[End]] = field(default_factory=list)
+    links: list[set] = field(default_factory=list)
     breaks: list[tuple[str, int, str]] = field(default_factory=list)
     outer: dict[str, End] = field(default_factory=dict)
 
@@ -198,12 +198,12 @@ def _cut_up(scene: Scene, name: str, line: Line, seams: bool, parts: _Parts) -> 
     parts.outer |= {f"{name}.start": (names[0], 0), f"{name}.end": (names[-1], -1)}
 
 
-def _ties(scene: Scene, outer: dict[str, End]) -> list[set[End]]:
+def _ties(scene: Scene, outer: dict[str, End]) -> list[set]:
     """The ends of lines that are tied to each other or to point bodies, ("", its name)."""
     points = [
         name for name, body in scene.bodies.items() if isinstance(body, Body) and not body.rigid
     ]
-    links: list[set[End]] = [{("", name)} for name in points]  # type: ignore[misc]
+    links: list[set] = [{("", name)} for name in points]
     for name, line in scene.lines.items():
         if line.model == "ideal":
             continue
@@ -211,7 +211,7 @@ def _ties(scene: Scene, outer: dict[str, End]) -> list[set[End]]:
             tie = tie_of(end)
             if tie is not None and not scene.on_body(end):
                 other = ("", tie) if tie in scene.bodies else outer[tie]
-                links.append({outer[f"{name}.{side}"], other})  # type: ignore[arg-type]
+                links.append({outer[f"{name}.{side}"], other})
     return links
 
 

@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from lumpedcable.results.attributes import text_of
 from lumpedcable.results.errors import ResultError
 
 __all__ = ["Series"]
@@ -34,8 +35,8 @@ class Series:
 
         def look(path: str, item: Any) -> None:
             if isinstance(item, h5py.Dataset) and item.ndim == 2 and "time" in item.dims[1]:
-                words = _text(item.attrs.get("long_name", "")) or path.split("/")[-1]
-                unit = _text(item.attrs.get("units", ""))
+                words = text_of(item.attrs.get("long_name", "")) or path.split("/")[-1]
+                unit = text_of(item.attrs.get("units", ""))
                 found[path] = (words.replace("_", " "), "" if unit == "1" else unit)
 
         self._file.visititems(look)
@@ -54,7 +55,7 @@ class Series:
                 for quantity, components in quantities.items():
                     item = one.get(quantity)
                     if isinstance(item, h5py.Dataset) and item.ndim == 3:
-                        unit = _text(item.attrs.get("units", ""))
+                        unit = text_of(item.attrs.get("units", ""))
                         for component in components:
                             found[f"{kind}/{name}/{quantity}/{component}"] = (name, unit)
         return found
@@ -69,7 +70,7 @@ class Series:
             if not isinstance(item, h5py.Dataset) or item.ndim != 1 or "/" not in path:
                 return
             if "run" in item.dims[0] and item.dtype.kind in "fiu":
-                unit = _text(item.attrs.get("units", ""))
+                unit = text_of(item.attrs.get("units", ""))
                 found[path] = "" if unit == "1" else unit
 
         self._file.visititems(look)
@@ -100,7 +101,3 @@ class Series:
         parent, _, last = path.rpartition("/")
         known = _COMPONENTS.get(parent.rpartition("/")[2], ())
         return (parent, (known.index(last),)) if last in known else (path, ())
-
-
-def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)

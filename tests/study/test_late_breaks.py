@@ -63,12 +63,17 @@ end = {end}
 """
 
 
+JOINED = (
+    '[materials.m]\nlaw = "linear"\nEA = "1 MN"\n'
+    + line("a", "{ fixed = [0, 0, 0] }", '"b.start"')
+    + line("b", '"a.end"', "{ fixed = [42, 0, 0] }")
+)
+
+
 def test_an_end_feels_no_break_of_another_line(tmp_path):
     ran = run_text(
         tmp_path,
-        '[materials.m]\nlaw = "linear"\nEA = "1 MN"\n'
-        + line("a", "{ fixed = [0, 0, 0] }", '"b.start"')
-        + line("b", '"a.end"', "{ fixed = [42, 0, 0] }")
+        JOINED
         + """
 [events]
 first = { breaks = "b.end", start = "3 ms", time = "0.5 ms" }
@@ -88,9 +93,7 @@ every = "1 ms"
 def test_the_other_end_of_a_line_that_is_to_break_along_it_recoils(tmp_path):
     ran = run_text(
         tmp_path,
-        '[materials.m]\nlaw = "linear"\nEA = "1 MN"\n'
-        + line("a", "{ fixed = [0, 0, 0] }", '"b.start"')
-        + line("b", '"a.end"', "{ fixed = [42, 0, 0] }")
+        JOINED
         + """
 [events]
 first = { breaks = "a.end", start = "1 ms", time = "0.5 ms" }
