@@ -25,6 +25,7 @@ from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.joined import copy_whole
 from lumpedcable.results.reader import open_result
+from lumpedcable.results.schema import FIELD_TIME
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.scene import SceneError, Study, load_study
 from lumpedcable.shown import Drawn, Figures, Page
@@ -241,8 +242,7 @@ class Result(Drawn):
         root = xarray.open_dataset(self.path, **how)
         shared = {name: root[name] for name in root.variables if set(root[name].dims) <= {"run"}
                   and "key" in root[name].attrs}  # fmt: skip
-        if "time" in root.variables:
-            shared["time"] = root["time"]
+        shared |= {name: root[name] for name in ("time", FIELD_TIME) if name in root.variables}
         return found.assign_coords(shared)
 
 

@@ -143,9 +143,16 @@ def test_the_fit_of_the_tutorial_is_the_one_that_it_runs():
     assert told == kept | {"free": first}
 
 
+@pytest.mark.parametrize("block", blocks("studies.md"))
+def test_what_studies_keep_is_read(block, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SNAPBACK.partition("[output]")[0] + block)
+    assert load_study(scene).runs[0].output.fields_after == 20
+
+
 def test_no_page_has_others():
     # the scene of extending.md is run by test_docs_extending.py
-    known = {"fitting.md", "scene-language.md", "tutorial-rope.md", "extending.md"}
+    known = {"fitting.md", "scene-language.md", "studies.md", "tutorial-rope.md", "extending.md"}
     assert {name for name in PAGES if blocks(name)} == known
     assert len(SWEEPS) == 5
     assert len(COILS) == 1

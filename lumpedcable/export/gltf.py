@@ -36,11 +36,12 @@ def write_gltf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     played slower or faster; `extras` of the animation holds the factor.
     """
     lines = lines_of(result, run or 0)
-    keys = np.unique(np.linspace(0, len(result.time) - 1, MOST_KEYS).round().astype(int))
+    time = result.time[result.frames]
+    keys = np.unique(np.linspace(0, len(time) - 1, MOST_KEYS).round().astype(int))
     places = [_y_up(line.position[keys]) for line in lines]
     good = np.all([np.isfinite(p).all(axis=(1, 2)) for p in places], axis=0)
     keys, places = keys[good], [p[good] for p in places]  # a run that failed ends there
-    time = result.time[keys] - (result.time[keys[0]] if len(keys) else 0.0)
+    time = time[keys] - (time[keys[0]] if len(keys) else 0.0)
     last = float(time[-1]) if len(time) else 0.0
     pace = min(max(last, SLOWEST), FASTEST) / last if last > 0.0 else 1.0
     extent = max((float(np.ptp(p, axis=(0, 1)).max()) for p in places if p.size), default=1.0)

@@ -22,14 +22,15 @@ _LINE = 3  # VTK_LINE
 
 
 def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
-    """Write all lines of one run, every saved time a step.
+    """Write all lines of one run, every time with fields a step.
 
     Points are the nodes (m); cells the segments. Point data: velocity (m/s); cell data: tension (N),
     strain (-), and line, the number of the line in the file. The mesh is written once; points and
     data follow step by step.
     """
     lines = lines_of(result, run or 0)
-    steps = len(result.time)
+    time = result.time[result.frames]
+    steps = len(time)
     points = np.concatenate([line.position for line in lines], axis=1)
     nodes = points.shape[1]
     pairs, owners, first = [], [], 0
@@ -66,7 +67,7 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
                 flat = table.reshape(steps * table.shape[1], *table.shape[2:])
                 root.create_dataset(f"{group}/{name}", data=flat.astype("f4"))
         root.create_dataset("CellData/line", data=np.concatenate(owners).astype("i4"))
-        _steps(root, result.time, nodes, cells, own)
+        _steps(root, time, nodes, cells, own)
     with replacing(target, "VTKHDF") as partial:
         partial.write_bytes(made.getbuffer())
     return [target]

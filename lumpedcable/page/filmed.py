@@ -38,7 +38,7 @@ class Beside(NamedTuple):
 
 
 def beside_lines(result: ResultFile, run: int) -> Beside:
-    """Ideal cables, ships and bodies of a run, at all saved times."""
+    """Ideal cables, ships and bodies of a run, at the times with fields."""
     scene = tables(str(result.attributes.get("effective_scene", "")) or result.scene_text)
     more = Unrecorded(result, np.array([run]), scene)
     ways = {
@@ -46,6 +46,7 @@ def beside_lines(result: ResultFile, run: int) -> Beside:
         for name in result.bodies
     }
     ways |= {name: (places[0], angles[0]) for name, (places, angles) in more.ships.items()}
+    ways = {name: tuple(way[result.frames] for way in both) for name, both in ways.items()}
     found = Beside(more.lines, [], [])
     for _, told, places, angles in solids_of(ways, scene):
         size = size_of(told)

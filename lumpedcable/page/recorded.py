@@ -16,7 +16,8 @@ from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results import ResultError
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity, scale
-from lumpedcable.results.reader import LineData, ResultFile
+from lumpedcable.results.lines import LineData
+from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 
 __all__ = ["Payload", "recorded"]
@@ -94,11 +95,25 @@ class _Recorder:
         self.histories = _history_names(self.stored, names, self.motions)
         self.derived: dict[str, dict[str, list[Array]]] = {}
         most = max(MOST_NUMBERS // (len(self.runs) * max(len(self.histories), 1)), 2)
-        self.times = even(len(result.time), min(MOST_TIMES, most))
+        spread = even(len(result.time), min(MOST_TIMES, most))
         self.nodes = {name: even(line.nodes, MOST_NODES) for name, line in self.lines.items()}
         drawn = len(self.runs) * sum(5 * len(nodes) for nodes in self.nodes.values())
-        # frames are some of the timeline's times; what lies between is drawn between
-        self.frames = even(len(self.times), max(MOST_DRAWN // max(drawn, 1), 20))
+        # frames are those of the timeline's times that show fields; what lies between is drawn between
+        pool = result.frames if self.seldom else spread
+        shown = pool[even(len(pool), max(MOST_DRAWN // max(drawn, 1), 20))]
+        self.times = np.union1d(spread, shown)
+        self.frames = np.searchsorted(self.times, shown)
+
+    @property
+    def seldom(self) -> bool:
+        """Whether there are times without fields."""
+        return len(self.result.frames) < len(self.result.time)
+
+    def timeline(self, values: Array) -> Array:
+        """Numbers worked out from fields, at all times of the timeline; straight between two fields."""
+        if self.seldom:
+            return np.interp(self.times, self.result.frames, values)
+        return values[self.times]
 
     def payload(self) -> Payload:
         result = self.result
@@ -161,18 +176,18 @@ class _Recorder:
         drawn: list[Array] = []
         own: dict[str, list[Array]] = {key: [] for key in _DERIVED}
         segments = nodes[:-1] + np.diff(nodes) // 2  # one segment between two nodes that are kept
-        frames = self.times[self.frames]
+        frames = np.searchsorted(self.result.frames, self.times[self.frames])
         for run in self.runs:
             position = line.position(int(run))
             drawn.append(position[frames][:, nodes])
-            own["length"].append(_length(position)[self.times])
-            own["sag"].append(_sag(position)[self.times])
+            own["length"].append(self.timeline(_length(position)))
+            own["sag"].append(self.timeline(_sag(position)))
             if line.has("tension"):
                 fields["tension"].append(line.tension(int(run))[frames][:, segments])
             if line.has("velocity"):
                 speed = np.linalg.norm(line.velocity(int(run)), axis=-1)
                 fields["speed"].append(speed[frames][:, nodes])
-                own["peak_speed"].append(_largest(speed)[self.times])
+                own["peak_speed"].append(self.timeline(_largest(speed)))
         self.derived[name] = own
         places = np.array([line.unstretched_position(int(run))[nodes] for run in self.runs])
         middles = np.array([line.unstretched_segment(int(run))[segments] for run in self.runs])

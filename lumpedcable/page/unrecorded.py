@@ -90,7 +90,7 @@ class Unrecorded:
             riders = {name: result.body(name, "position", run) for name in result.bodies}
             free = {n: Moved(p, result.body(n, "attitude", run)) for n, p in riders.items()}
             for name, line in straight_lines(scene, free | ships, riders).items():
-                places.setdefault(name, {})[run] = line.position
+                places.setdefault(name, {})[run] = line.position[result.frames]
                 tensions.setdefault(name, {})[run] = line.tension
         for name, way in ways.items():
             position, attitude = (np.array(part) for part in zip(*way, strict=True))

@@ -6,8 +6,10 @@ Knows nothing of the engine: variables come in by name, dimension and unit, and 
 from lumpedcable.results.describe import describe
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.folder import Manifest, StudyFolder, is_study_folder
-from lumpedcable.results.reader import Axis, LineData, ResultFile, open_result
+from lumpedcable.results.lines import LineData
+from lumpedcable.results.reader import Axis, ResultFile, open_result
 from lumpedcable.results.schema import (
+    FIELD_TIME,
     SCHEMA_VERSION,
     Coordinate,
     Variable,
@@ -18,6 +20,7 @@ from lumpedcable.results.schema import (
 from lumpedcable.results.writer import ResultWriter
 
 __all__ = [
+    "FIELD_TIME",
     "SCHEMA_VERSION",
     "Axis",
     "Coordinate",

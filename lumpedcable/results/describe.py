@@ -35,7 +35,7 @@ def describe(path: str | Path) -> str:
             ("runs", str(result.runs)),
             *(("swept", _swept(axis)) for axis in result.axes),
             *(("line", _line(result, name)) for name in result.lines),
-            ("time", _times(result.time)),
+            ("time", _times(result)),
             ("energy", ", ".join(result.energy_terms) or "not stored"),
             ("solver", _solver(result)),
             ("status", _statuses(result)),
@@ -105,11 +105,17 @@ def _line(result: ResultFile, name: str) -> str:
     return f"{name}: {line.nodes} nodes, {text} unstretched; {', '.join(line.fields)}"
 
 
-def _times(time: np.ndarray) -> str:
+def _times(result: ResultFile) -> str:
+    time = result.time
     text = f"{quantity(float(time[0]), 's')} to {quantity(float(time[-1]), 's')}"
     if len(time) > 1:
         text += f" every {quantity(float(np.median(np.diff(time))), 's')}"
-    return f"{text}, {len(time)} saved"
+    text += f", {len(time)} saved"
+    if len(result.frames) < len(time):
+        seldom = time[result.frames]
+        spacing = quantity(float(seldom[1] - seldom[0]), "s") if len(seldom) > 1 else "once"
+        text += f"; fields every {spacing}, {len(seldom)} saved"
+    return text
 
 
 def _solver(result: ResultFile) -> str:

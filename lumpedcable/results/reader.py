@@ -16,86 +16,14 @@ from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError, check_known
 from lumpedcable.results.folder import StudyFolder, is_study_folder
-from lumpedcable.results.joined import damaged
+from lumpedcable.results.lines import Index, LineData, dataset_of, frames_of, read
 from lumpedcable.results.schema import axes_words, check_version, partial_of
 from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
-Index = int | slice | None
 
 OK = "ok"
 """The status of a run that reached its end."""
-
-
-class LineData:
-    """The fields of one line, read when asked for.
-
-    `run` and `time` are indices or slices; leaving one out reads all along it. An index drops the
-    dimension. Where runs differ in their number of nodes, the surplus is NaN.
-    """
-
-    def __init__(self, group: h5py.Group, name: str) -> None:
-        self.name: str = name
-        self._group = group
-
-    @property
-    def nodes(self) -> int:
-        """Number of nodes, the largest where runs differ."""
-        return _dataset(self._group, "node").shape[0]
-
-    def node_count(self, run: int) -> int:
-        """Number of nodes that a run has; the rest of the arrays is padding."""
-        return int(np.isfinite(self.unstretched_position(run)).sum())
-
-    @property
-    def fields(self) -> list[str]:
-        """Names of the fields stored in every run and time."""
-        return [
-            key
-            for key, item in self._group.items()
-            if isinstance(item, h5py.Dataset) and item.ndim >= 2 and "time" in item.dims[1]
-        ]
-
-    def position(self, run: Index = None, time: Index = None) -> Array:
-        """Node positions in m, shape (run, time, node, 3)."""
-        return self.field("position", run, time)
-
-    def velocity(self, run: Index = None, time: Index = None) -> Array:
-        """Node velocities in m/s, shape (run, time, node, 3)."""
-        return self.field("velocity", run, time)
-
-    def tension(self, run: Index = None, time: Index = None) -> Array:
-        """Segment tensions in N, shape (run, time, segment)."""
-        return self.field("tension", run, time)
-
-    def strain(self, run: Index = None, time: Index = None) -> Array:
-        """Segment strains (-), shape (run, time, segment)."""
-        return self.field("strain", run, time)
-
-    def field(self, name: str, run: Index = None, time: Index = None) -> Array:
-        """Any field of shape (run, time, ...) by name.
-
-        Raises:
-            ResultError: the file does not hold it, or it cannot be read.
-        """
-        pick = tuple(slice(None) if index is None else index for index in (run, time))
-        return _read(_dataset(self._group, name), pick)
-
-    def unstretched_position(self, run: int = 0) -> Array:
-        """Unstretched distance of the nodes from the line's start in m, shape (node,)."""
-        return self._along("unstretched_position", run)
-
-    def unstretched_segment(self, run: int = 0) -> Array:
-        """Unstretched distance of the segments' midpoints from the start in m, (segment,)."""
-        return self._along("unstretched_segment", run)
-
-    def _along(self, name: str, run: int) -> Array:
-        dataset = _dataset(self._group, name)
-        return _read(dataset, (run,) if dataset.ndim == 2 else ())
-
-    def has(self, name: str) -> bool:
-        """Whether the file holds a field of this name."""
-        return name in self._group
 
 
 class ResultFile:
@@ -108,6 +36,7 @@ class ResultFile:
         complete: whether the study ran to its end.
         runs: number of runs.
         time: saved times in s, shape (time,).
+        frames: which of them have fields of lines, shape (frame,).
         series: everything along run and time by its path.
     """
 
@@ -118,8 +47,9 @@ class ResultFile:
         self.attributes: dict[str, Any] = _attributes(file)
         self.complete: bool = bool(self.attributes.get("complete", False))
         self.attributes["complete"] = self.complete
-        self.runs: int = int(_dataset(file, "run").shape[0])
-        self.time: NDArray[np.float64] = _read(_dataset(file, "time"), ())
+        self.runs: int = int(dataset_of(file, "run").shape[0])
+        self.time: NDArray[np.float64] = read(dataset_of(file, "time"), ())
+        self.frames: NDArray[np.int64] = frames_of(file)
 
     @property
     def scene_text(self) -> str:
@@ -180,25 +110,25 @@ class ResultFile:
         """How each run ended: "ok", or a word for what went wrong."""
         if "status" not in self._file:
             return [OK] * self.runs
-        dataset = _dataset(self._file, "status")
+        dataset = dataset_of(self._file, "status")
         meanings = _text(dataset.attrs.get("flag_meanings", "")).split()
         values = np.atleast_1d(dataset.attrs.get("flag_values", np.arange(len(meanings))))
         words = {int(v): word for v, word in zip(values, meanings, strict=False)}
-        return [words.get(int(v), f"status {int(v)}") for v in _read(dataset, ())]
+        return [words.get(int(v), f"status {int(v)}") for v in read(dataset, ())]
 
     @property
     def status_time(self) -> Array:
         """When each failed run failed, in s, NaN for the others; shape (run,)."""
         if "status_time" not in self._file:
             return np.full(self.runs, np.nan)
-        return _read(_dataset(self._file, "status_time"), ())
+        return read(dataset_of(self._file, "status_time"), ())
 
     @property
     def status_message(self) -> list[str]:
         """What each failed run said, "" for the others."""
         if "status_message" not in self._file:
             return [""] * self.runs
-        return [_text(value) for value in _read(_dataset(self._file, "status_message"), ())]
+        return [_text(value) for value in read(dataset_of(self._file, "status_message"), ())]
 
     def reason(self, run: int) -> str:
         """Why a run is not all there: what it said, or else how it ended."""
@@ -209,7 +139,7 @@ class ResultFile:
         """Number of saved times on the disk, shape (run,); less than `time` where unfinished."""
         if "written" not in self._file:
             return np.full(self.runs, len(self.time))
-        return _read(_dataset(self._file, "written"), ()).astype(np.int64)
+        return read(dataset_of(self._file, "written"), ()).astype(np.int64)
 
     @property
     def lines(self) -> list[str]:
@@ -239,12 +169,12 @@ class ResultFile:
         self._check("body", name, self.bodies)
         self._check("quantity", quantity, self._names(f"bodies/{name}"))
         pick = () if run is None else (run,)
-        return _read(_dataset(self._file, f"bodies/{name}/{quantity}"), pick)
+        return read(dataset_of(self._file, f"bodies/{name}/{quantity}"), pick)
 
     def measures(self) -> dict[str, tuple[Array, dict[str, Any]]]:
         """Measures (run, time), NaN where they do not count, with units, long_name and limit."""
-        found = {n: _dataset(self._file, f"measures/{n}") for n in self._names("measures")}
-        return {n: (_read(d, ()), _attributes(d)) for n, d in found.items()}
+        found = {n: dataset_of(self._file, f"measures/{n}") for n in self._names("measures")}
+        return {n: (read(d, ()), _attributes(d)) for n, d in found.items()}
 
     @property
     def energy_terms(self) -> list[str]:
@@ -259,12 +189,12 @@ class ResultFile:
         """
         self._check("energy term", term, self.energy_terms)
         pick = () if run is None else (run,)
-        return _read(_dataset(self._file, f"energy/{term}"), pick)
+        return read(dataset_of(self._file, f"energy/{term}"), pick)
 
     def energy_name(self, term: str) -> str:
         """What an energy term is, in words."""
         self._check("energy term", term, self.energy_terms)
-        return _text(_dataset(self._file, f"energy/{term}").attrs.get("long_name", term))
+        return _text(dataset_of(self._file, f"energy/{term}").attrs.get("long_name", term))
 
     @property
     def ends(self) -> list[str]:
@@ -285,7 +215,7 @@ class ResultFile:
 
     def summary_attributes(self, end: str, name: str) -> dict[str, Any]:
         """Attributes of a summary number: units, long_name, and `holds` or `source` if any."""
-        return _attributes(_dataset(self._file, _summary_path(end, name)))
+        return _attributes(dataset_of(self._file, _summary_path(end, name)))
 
     @property
     def cables(self) -> list[str]:
@@ -301,7 +231,7 @@ class ResultFile:
         self._check("cable", cable, self.cables)
         path = f"rest/{cable}"
         return {
-            name: _read(_dataset(self._file, f"{path}/{name}"), ()) for name in self._names(path)
+            name: read(dataset_of(self._file, f"{path}/{name}"), ()) for name in self._names(path)
         }
 
     def group_attributes(self, path: str) -> dict[str, Any]:
@@ -324,7 +254,7 @@ class ResultFile:
         self.close()
 
     def _summary(self, end: str, name: str) -> Array:
-        return _read(_dataset(self._file, _summary_path(end, name)), ())
+        return read(dataset_of(self._file, _summary_path(end, name)), ())
 
     def _names(self, path: str, kind: type = h5py.Dataset) -> list[str]:
         group = self._file.get(path)
@@ -380,20 +310,3 @@ def open_result(path: str | Path) -> ResultFile:
 
 def _summary_path(end: str, name: str) -> str:
     return f"summary/{name}" if end == "run" else f"summary/{end}/{name}"
-
-
-def _dataset(group: h5py.Group, name: str) -> h5py.Dataset:
-    found = group.get(name)
-    if not isinstance(found, h5py.Dataset):
-        raise ResultError(f"{group.file.filename}: no {name} in {group.name}")
-    return found
-
-
-def _read(dataset: h5py.Dataset, pick: tuple[int | slice, ...]) -> Array:
-    try:
-        return np.asarray(dataset[pick])
-    except (IndexError, ValueError) as error:
-        shape = dataset.shape
-        raise ResultError(f"{dataset.name} of shape {shape} has no part {pick}") from error
-    except OSError as error:
-        raise ResultError(damaged(dataset)) from error

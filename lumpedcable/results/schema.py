@@ -7,7 +7,8 @@ h5py, Panoply, MATLAB and the HDF5 tools all read it with names and units::
     /<axis> (run)                                  one per swept number, attribute `key`
     /status, /status_time, /status_message (run)   how each run ended
     /written (run)                                 number of saved times that have been written
-    /lines/<name>/...                              (run, time, node, xyz) and the like
+    /field_time (field_time) s                     only where fields are kept more seldom than the rest
+    /lines/<name>/...                              (run, time or field_time, node, xyz) and the like
     /bodies/<name>/...                             (run, time, xyz) and (run, time, angle)
     /energy/<term> (run, time)                     J
     /summary/<end>/<quantity> (run)                numbers of one recoiling end
@@ -34,6 +35,9 @@ SCHEMA_VERSION = "1"
 PARTIAL_SUFFIX = ".partial"
 """Appended to the target's name while the file is being written."""
 
+FIELD_TIME = "field_time"
+"""The dimension along time of fields that are kept more seldom than what is one number at a time."""
+
 END_SPEED = "peak_end_speed"
 """Name of the peak speed of a recoiling end, for who writes it and who draws it."""
 
@@ -47,6 +51,7 @@ RESERVED = frozenset(
     {
         "run",
         "time",
+        FIELD_TIME,
         "xyz",
         "angle",
         "bodies",

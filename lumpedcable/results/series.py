@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.attributes import text_of
 from lumpedcable.results.errors import ResultError
+from lumpedcable.results.lines import times_of
 
 __all__ = ["Series"]
 
@@ -34,7 +35,7 @@ class Series:
         found: dict[str, tuple[str, str]] = {}
 
         def look(path: str, item: Any) -> None:
-            if isinstance(item, h5py.Dataset) and item.ndim == 2 and "time" in item.dims[1]:
+            if isinstance(item, h5py.Dataset) and item.ndim == 2 and times_of(item) == "time":
                 words = text_of(item.attrs.get("long_name", "")) or path.split("/")[-1]
                 unit = text_of(item.attrs.get("units", ""))
                 found[path] = (words.replace("_", " "), "" if unit == "1" else unit)

@@ -10,7 +10,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.results.reader import OK, Index, LineData, ResultFile, open_result
+from lumpedcable.results.lines import Index, LineData, dataset_of, times_of
+from lumpedcable.results.reader import OK, ResultFile, open_result
 from lumpedcable.results.series import Series
 
 __all__ = ["SoundFile"]
@@ -61,13 +62,19 @@ class SoundFile(ResultFile):
         good[:, 0] = True
         return good
 
-    def last(self, run: int) -> int:
-        """Number of the last saved time at which a run was right and on its way."""
-        return int(self.good[run].nonzero()[0][-1])
+    def good_at(self, times: str | None) -> NDArray[np.bool_] | None:
+        """The same at the times of `times_of`; None where there are none."""
+        if times is None:
+            return None
+        return self.good if times == "time" else self.good[:, self.frames]
+
+    def last_frame(self, run: int) -> int:
+        """Number of the last time with fields at which a run was right and on its way."""
+        return int(self.good[run, self.frames].nonzero()[0][-1])
 
     def line(self, name: str) -> LineData:
         """The fields of one line."""
-        return _SoundLine(super().line(name)._group, name, self.good)
+        return _SoundLine(super().line(name)._group, name, self)
 
     def body(self, name: str, quantity: str, run: Index = None) -> Array:
         """As of the whole file."""
@@ -85,13 +92,15 @@ class SoundFile(ResultFile):
 class _SoundLine(LineData):
     """The fields of one line, as far as its runs went well."""
 
-    def __init__(self, group: h5py.Group, name: str, good: NDArray[np.bool_]) -> None:
+    def __init__(self, group: h5py.Group, name: str, whole: SoundFile) -> None:
         super().__init__(group, name)
-        self._good = good
+        self._whole = whole
 
     def field(self, name: str, run: Index = None, time: Index = None) -> Array:
         """As of the whole file."""
-        return _masked(super().field(name, run, time), self._good, run, time)
+        values = super().field(name, run, time)
+        good = self._whole.good_at(times_of(dataset_of(self._group, name)))
+        return values if good is None else _masked(values, good, run, time)
 
 
 class _SoundSeries(Series):
@@ -104,9 +113,8 @@ class _SoundSeries(Series):
     def read(self, path: str, run: int | slice) -> Array:
         """As of the whole file."""
         values = super().read(path, run)
-        dataset, _ = self._found(path)
-        timed = dataset.ndim > 1 and "time" in dataset.dims[1]
-        return _masked(values, self._whole.good, run) if timed else values
+        good = self._whole.good_at(times_of(self._found(path)[0]))
+        return values if good is None else _masked(values, good, run)
 
 
 def _masked(values: Array, good: NDArray[np.bool_], run: Index = None, time: Index = None) -> Array:

@@ -105,6 +105,9 @@ class Output(Part):
     alone."""
     every: PositiveTime = 0.0
     """Time in s between kept states; needed with duration."""
+    fields_every: PositiveTime | None = None
+    """Time in s between kept fields, a whole number of times every. Absent: every. Tensions at the ends,
+    energies and all else that is one number at a time are kept at every one still."""
     quantities: tuple[FieldQuantity, ...] = ("position", "velocity", "tension", "strain", "energy")
     """Fields that are kept."""
     keep: Literal["fields", "histories", "summaries"] = "fields"
@@ -127,6 +130,11 @@ class Output(Part):
         if self.static:
             return 0
         return max(1, math.floor(self.duration / self.every * (1.0 + ROUNDING)))
+
+    @property
+    def fields_after(self) -> int:
+        """From how many output times to how many there is a field again."""
+        return 1 if self.fields_every is None else round(self.fields_every / self.every)
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between the fields."""
@@ -157,6 +165,7 @@ class Output(Part):
                 f"expected a whole number of times every, {format_quantity(self.every, 's')}: "
                 f"{near[0]} or {near[1]}, found {format_quantity(self.duration, 's', 10)}",
             )
+        yield from self._spacing()
         if not self.quantities:
             yield Problem(
                 ("quantities",),
@@ -168,6 +177,33 @@ class Output(Part):
                     ("quantities",), f'expected each quantity once, found "{quantity}" again'
                 )
                 break
+
+    def _spacing(self) -> Iterator[Problem]:
+        """Yield what is wrong with the time between fields."""
+        between, path = self.fields_every, ("fields_every",)
+        if between is None:
+            return
+        found = f"found {format_quantity(between, 's', 10)}"
+        if self.static:
+            yield Problem(path, f"expected a duration with it, {found} for a scene at rest")
+        elif self.keep != "fields":
+            yield Problem(
+                path, f'expected keep = "fields" with it, {found} with keep = "{self.keep}"'
+            )
+        elif between > self.duration * (1.0 + ROUNDING):
+            most = format_quantity(self.duration, "s")
+            yield Problem(path, f"expected at most the duration, {most}, {found}")
+        elif self.every > 0.0:
+            times = between / self.every
+            if abs(times - max(1, round(times))) > ROUNDING * times:
+                near = dict.fromkeys(
+                    max(1, whole) for whole in (math.floor(times), math.ceil(times))
+                )
+                each, *told = (format_quantity(n * self.every, "s", 10) for n in (1, *near))
+                message = (
+                    f"expected a whole number of times every, {each}: {' or '.join(told)}, {found}"
+                )
+                yield Problem(path, message)
 
 
 def _one_kind(value: Any) -> Any:

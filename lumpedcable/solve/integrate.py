@@ -7,7 +7,7 @@ interrupted.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -24,8 +24,8 @@ from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
-from lumpedcable.physics.place import place
 from lumpedcable.solve.constrained import Constrained
+from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, tips, watch, watched, watches
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
@@ -46,7 +46,6 @@ __all__ = [
     "interval",
 ]
 
-Kept = TypeVar("Kept")
 # of an output interval: a step as short as this that is refused will not be followed by a better one
 LEAST_STEP = 1e-10
 METHODS = {
@@ -73,7 +72,8 @@ class Plan:
 
     `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
     Of the ends `tips` place and velocity are sampled.
-    `outputs` is the most that one call of `advance` returns. `sloped` asks that Runge-Kutta methods of
+    `outputs` is the most that one call of `advance` returns, `fields_after` from how many of them to how
+    many there are fields again. `sloped` asks that Runge-Kutta methods of
     fixed steps have derivatives in both modes, which takes a little longer, and a run that stops ends at
     the instant of it.
     """
@@ -88,6 +88,7 @@ class Plan:
     stop: str | None = None
     sloped: bool = False
     tips: tuple[Recoil, ...] = ()
+    fields_after: int = 1
 
     @property
     def energy(self) -> bool:
@@ -318,27 +319,31 @@ def interval(
 
 def advance(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, first: Int[Array, ""],
-    count: Int[Array, ""], keep: Callable[[Sample], Kept] = lambda found: found,
+    count: Int[Array, ""], keep: Callable[[Sample], Any] | None = None,
     ends: tuple[Int[Array, ""], Int[Array, ""]] | None = None,
-) -> tuple[Progress, Kept]:  # fmt: skip
+) -> tuple[Progress, Any]:  # fmt: skip
     """`count` outputs on from output number `first`; samples (outputs of the plan, ...).
 
-    `keep` makes of a sample what is kept of it. `ends` are the equal steps of the first interval that
-    are taken already, and those of the last one that are taken now or were before; None: none, and
-    all. The last sample of an interval that is not gone through to its end means nothing.
+    `keep` makes of a sample what is kept of it; None: all, but fields only as `put_seldom` keeps them,
+    of every `plan.fields_after`th output. `ends` are the equal steps of the first interval that are
+    taken already, and those of the last one that are taken now or were before; None: none, and all.
+    The last sample of an interval that is not gone through to its end means nothing.
     """
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
-    def sample_at(run: Progress, t) -> Kept:
+    def sample_at(run: Progress, t) -> Any:
         found = sample(model, t, run.y, plan.quantities, dt, run.stuck)
         more = {"largest": found.largest | watched(run.seen), "upright": run.upright}
         more["tips"] = tips(model, t, run.y, plan.tips)
-        return keep(found._replace(stopped=rests(model, plan, run), lost=run.lost, **more))
+        found = found._replace(stopped=rests(model, plan, run), lost=run.lost, **more)
+        return found if keep is None else keep(found)
 
-    empty = jax.tree.map(
-        lambda s: jnp.zeros((plan.outputs, *s.shape), s.dtype),
-        jax.eval_shape(lambda r: sample_at(r, numbers.every), run),
-    )
+    shapes = jax.eval_shape(lambda r: sample_at(r, numbers.every), run)
+    empty = room_for(shapes, plan.outputs)
+    seldom = keep is None and plan.fields_after > 1
+    if seldom:
+        slots = field_slots(plan.outputs, plan.fields_after)
+        empty = empty._replace(fields=room_for(shapes.fields, slots))
 
     def body(k, carry):
         run, kept = carry
@@ -350,8 +355,8 @@ def advance(
             )
         run = interval(model, plan, numbers, run, (first + k) * numbers.every, turns=turns)
         found = sample_at(run, (first + k + 1) * numbers.every)
-        return run, jax.tree.map(
-            lambda all_, x: place(all_, x[None], k, *(0,) * x.ndim), kept, found
-        )
+        if seldom:
+            return run, put_seldom(kept, found, first, k, plan.fields_after)
+        return run, put(kept, found, k)
 
     return jax.lax.fori_loop(0, count, body, (run, empty))

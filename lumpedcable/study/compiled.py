@@ -199,11 +199,12 @@ def advance_batch(
     """The next `count` outputs of every run: states, samples with an axis of outputs.
 
     `ends` are as of `advance`; without them it is another program, which counts less. Samples are packed
-    for a single run alone: to lay those of many together takes longer than calls.
+    for a single run alone, where all have fields: to lay those of many together takes longer than calls.
     """
 
     def every(models, runs, numbers, first, count, ends):
-        keep = pack if models.numbers.shape[0] == 1 else lambda found: found
+        alone = models.numbers.shape[0] == 1 and plan.fields_after == 1
+        keep = pack if alone else None
 
         def one(model, run):
             mine = cut_at(model.tree(), numbers.cuts)

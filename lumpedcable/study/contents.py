@@ -11,16 +11,20 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jax
 import numpy as np
 
 from lumpedcable import __version__
-from lumpedcable.model.assemble import assemble, wave_scheme
+from lumpedcable.model.assemble import wave_scheme
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.couple import body_works
-from lumpedcable.model.energy import WORKS, works_of
 from lumpedcable.model.layout import part_names
-from lumpedcable.results import Coordinate, ResultWriter, Variable, exact_name, sweep_coordinates
+from lumpedcable.results import (
+    FIELD_TIME,
+    Coordinate,
+    ResultWriter,
+    Variable,
+    exact_name,
+    sweep_coordinates,
+)
 from lumpedcable.scene import CHECKED
 from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.observe import Sample
@@ -31,6 +35,7 @@ from lumpedcable.study.carried import (
     carried_variables,
     rider_fields,
 )
+from lumpedcable.study.energies import energy_terms
 from lumpedcable.study.laying import Laid
 from lumpedcable.study.places import Places, neighbours
 from lumpedcable.study.plan import courant_of, fields_of
@@ -40,7 +45,7 @@ from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoi
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Contents", "energy_terms"]
+__all__ = ["Contents"]
 
 FIELDS = {
     "position": ("node", "m", "position"),
@@ -58,40 +63,6 @@ BODY_FIELDS = {
     "attitude": ("angle", "rad", "roll, pitch, yaw"),
     "turning": ("angle", "rad/s", "rates of roll, pitch, yaw"),
 }
-STORED = {
-    "kinetic": "kinetic energy, added mass included",
-    "strain": "strain energy",
-    "gravitational": "potential energy of weight less buoyancy",
-    "bending": "bending energy",
-    "seabed": "energy stored in the seabed",
-    "winch": "what winches have put into the lines, as if it were stored",
-    "contact": "energy stored where trolleys touch their lines",
-    "hydrostatic": "energy of hulls that heave, roll or pitch",
-    "control": "what holds ships at their places, as if it were stored",
-}
-
-
-def energy_terms(laid: Laid) -> dict[str, str]:
-    """Energy datasets of a study: name to long name, stored ones first."""
-    # only names and structure are asked for: nothing is computed
-    scene, layout = laid.scene, laid.structures[0].layout.whole
-    model = jax.eval_shape(lambda: assemble(scene, layout, laid.coordinates))
-    stored = {"kinetic", "strain"}
-    kinds: set[str] = set()
-    for line in model.lines.values():
-        stored |= {load.energy_name for load in line.loads}
-        kinds |= set(works_of(line, scene.solver.method == "leapfrog"))
-    for name, body in model.bodies.items():
-        stored |= set(jax.eval_shape(lambda b: b.stored(b.reference), body))
-        kinds |= set(body_works(model, name))
-    stored |= {coupled.law.energy_name for coupled in model.couplings}
-    if any(junction.load is not None for junction in model.junctions):
-        stored.add("gravitational")
-    terms = {name: text for name, text in STORED.items() if name in stored}
-    for kind, (sign, text) in WORKS.items():
-        if kind in kinds:
-            terms[f"work_{kind}" if sign > 0 else f"lost_{kind}"] = text
-    return terms
 
 
 class Contents:
@@ -107,6 +78,8 @@ class Contents:
         layouts = [structure.layout for structure in laid.structures]
         self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
         self.fields = fields_of(self.scene)
+        self.after = self.scene.output.fields_after
+        self.clock = "time" if self.after == 1 else FIELD_TIME  # of the fields
         pieces = [p for s in laid.structures for p in s.layout.pieces]
         self.histories = self.scene.output.keep != "summaries"
         tips = dict.fromkeys(_tip(end, self.segments) for end in self.ends)
@@ -139,6 +112,8 @@ class Contents:
     def dims(self) -> dict[str, int]:
         """Sizes of all dimensions."""
         dims = {"run": len(self.runs), "time": self.laid.count + 1, "xyz": 3}
+        if self.clock != "time":
+            dims[self.clock] = self.laid.count // self.after + 1
         for name, segments in self.segments.items():
             dims[f"lines/{name}/segment"] = segments
             dims[f"lines/{name}/node"] = segments + 1
@@ -162,7 +137,7 @@ class Contents:
         for name in self.segments:
             for quantity, (place, unit, text) in FIELDS.items():
                 if quantity in self.fields:
-                    dims = ("run", "time", place) + (("xyz",) if place == "node" else ())
+                    dims = ("run", self.clock, place) + (("xyz",) if place == "node" else ())
                     path = f"lines/{name}/{quantity}"
                     found.append(Variable(path, dims, precision, unit, text))
             for side in ("start", "end") if self.histories else ():
@@ -210,6 +185,9 @@ class Contents:
             "time": Coordinate(np.arange(self.laid.count + 1) * every, "s", "time"),
             "run": Coordinate(self.runs, "1", "run"),
         }
+        if self.clock != "time":
+            times = np.arange(self.laid.count // self.after + 1) * (self.after * every)
+            found[self.clock] = Coordinate(times, "s", "time of fields")
         runs = self.study.runs
         if runs.axes:
             columns = runs.columns(self.runs)
@@ -278,7 +256,9 @@ class Contents:
         start: dict[str, NDArray[np.float64]],
         first: int,
     ) -> None:
-        """Samples (runs, times, ...) from output `first` on; `start` (runs, 3, nodes) in m."""
+        """Samples (runs, times, ...) from output `first` on, fields of those outputs that have them;
+        `start` (runs, 3, nodes) in m.
+        """
         if not self.histories:
             return
         for name, fields in samples.fields.items():
@@ -291,7 +271,8 @@ class Contents:
                         table = _sized(table, 3, nodes) + _sized(start[name][:, None], 3, nodes)
                     table = np.moveaxis(table, 2, 3)
                 size = self.segments[name] + (FIELDS[quantity][0] == "node")
-                self._put(writer, f"lines/{name}/{quantity}", rows, first, _sized(table, 2, size))
+                path, begins = f"lines/{name}/{quantity}", -(-first // self.after)
+                self._put(writer, path, rows, begins, _sized(table, 2, size), self.clock)
             for k, side in enumerate(("start", "end")):
                 ends = np.asarray(samples.ends[name])[:, :, k]
                 self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
@@ -315,11 +296,15 @@ class Contents:
         for term in samples.energy if self.energy else ():
             self._put(writer, f"energy/{term}", rows, first, np.asarray(samples.energy[term]))
 
-    def _put(self, writer: ResultWriter, path: str, rows, first: int, table) -> None:
-        times = slice(first, first + table.shape[1])
+    def _put(
+        self, writer: ResultWriter, path: str, rows, first: int, table, clock: str = "time"
+    ) -> None:
+        if table.shape[1] == 0:
+            return
+        times = {clock: slice(first, first + table.shape[1])}
         for group in neighbours(rows):
             mine = slice(int(rows[group[0]]), int(rows[group[-1]]) + 1)
-            writer.write(path, table[group[0] : group[-1] + 1], run=mine, time=times)
+            writer.write(path, table[group[0] : group[-1] + 1], run=mine, **times)
 
     def write_table(self, writer: ResultWriter, first: int, table: Table) -> None:
         """Status and summaries of runs that have ended, from row `first` on."""
@@ -332,11 +317,11 @@ class Contents:
     def _blank(self, writer: ResultWriter, row: int) -> None:
         """A run without a start has no history: what was computed from nowhere reads NaN."""
         for variable in self.variables():
-            if variable.dims[:2] == ("run", "time"):
+            if variable.dims[1:2] in (("time",), (self.clock,)):
                 name = variable.path.split("/")[1]
-                sizes = {"node": self.segments.get(name, 0) + 1,
-                         "segment": self.segments.get(name, 0), "xyz": 3, "angle": 3}  # fmt: skip
-                shape = (1, self.laid.count + 1, *(sizes[d] for d in variable.dims[2:]))
+                sizes = self.dims() | {"node": self.segments.get(name, 0) + 1,
+                                       "segment": self.segments.get(name, 0)}  # fmt: skip
+                shape = (1, *(sizes[d] for d in variable.dims[1:]))
                 writer.write(variable.path, np.full(shape, np.nan), run=slice(row, row + 1))
 
 

@@ -209,6 +209,7 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
         outputs=_outputs_at_once(scene, layout, runs),
         stop=scene.output.stop,
         tips=recoils_of(layout) if scene.output.keep != "summaries" else (),
+        fields_after=scene.output.fields_after,
     )
 
 
@@ -224,7 +225,8 @@ def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
     Few calls, since each costs as much as a hundred steps of a short line.
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
-    numbers = sum(per_node.get(quantity, 0) for quantity in fields_of(scene)) + 1
+    fields = sum(per_node.get(quantity, 0) for quantity in fields_of(scene))
+    numbers = fields / scene.output.fields_after + 1
     most = ROOM / (8.0 * runs * _nodes(layout) * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 

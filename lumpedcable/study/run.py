@@ -269,7 +269,7 @@ def _run_part(
             left = account.count - done
             if batch.stopped.all():
                 # nothing moves any more: what is left repeats the last state
-                samples = batch.repeated(left)
+                samples = batch.repeated(done, left)
                 account.add(samples, done + 1, left)
                 if contents.histories:
                     contents.write(writer, rows, samples, start, done + 1)

@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 from lumpedcable.solve.integrate import Progress
+from lumpedcable.solve.keeping import fields_done
 from lumpedcable.solve.observe import Sample
 from lumpedcable.study.compiled import Ready, advance_batch
 from lumpedcable.study.packed import Packed, unpacked
@@ -39,7 +40,8 @@ class Batch:
         self._ends: Any = None
 
     def advance(self, done: int, count: int, between: Callable[[], None]) -> Sample:
-        """Samples (runs, count, ...) of all runs, of the outputs after number `done`.
+        """Samples (runs, count, ...) of all runs, of the outputs after number `done`; their fields alone
+        (runs, `fields_done`, ...).
 
         Nobody can interrupt a call, so that an interval of many steps is gone through in several;
         `between` is called after each.
@@ -54,12 +56,14 @@ class Batch:
                 np.asarray(done), np.asarray(count), ends,
             )  # fmt: skip
             between()
-        lived = len(self.rows)
-        found = unpacked(jax.tree.map(lambda x: np.asarray(x)[:lived, :count], found))
+        lived, after = len(self.rows), self.plan.fields_after
+        found = jax.tree.map(lambda x: np.asarray(x)[:lived], found)
+        reached = 1 + (done + count - 1) // after - done // after  # with those of the last output
+        found = _first(unpacked(found), count, reached)
         if lived < len(self.part.runs):
             found = jax.tree.map(self._among_all, self._last, found)
         self._last = jax.tree.map(lambda x: x[:, -1:], found)
-        return found
+        return _first(found, count, fields_done(done, count, after))
 
     @property
     def steps_at_once(self) -> int:
@@ -81,9 +85,14 @@ class Batch:
         """Which of all runs have stopped."""
         return self._last.stopped[:, 0]
 
-    def repeated(self, count: int) -> Sample:
-        """The last samples of all runs, `count` times."""
-        return jax.tree.map(lambda x: np.repeat(x, count, axis=1), self._last)
+    def repeated(self, done: int, count: int) -> Sample:
+        """The last samples of all runs, for the `count` outputs after number `done`."""
+        fields = fields_done(done, count, self.plan.fields_after)
+
+        def again(tree: Any, times: int) -> Any:
+            return jax.tree.map(lambda x: np.repeat(x, times, axis=1), tree)
+
+        return again(self._last, count)._replace(fields=again(self._last.fields, fields))
 
     def shrink(self, seconds: float) -> None:
         """Go on without the runs that have stopped, if that pays; `seconds` are left as things are."""
@@ -109,3 +118,9 @@ class Batch:
         for all_, mine in zip(jax.tree.leaves(whole), jax.tree.leaves(now), strict=True):
             all_[self.rows] = mine
         return whole
+
+
+def _first(samples: Sample, count: int, fields: int) -> Sample:
+    """The first `count` samples (runs, ...) of each run, and the first `fields` of its fields."""
+    cut = jax.tree.map(lambda x: x[:, :count], samples._replace(fields={}))
+    return cut._replace(fields=jax.tree.map(lambda x: x[:, :fields], samples.fields))

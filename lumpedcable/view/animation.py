@@ -111,7 +111,9 @@ class _Film:
 
     def __init__(self, result: SoundFile, run: int, seconds: float, more: Beside) -> None:
         self.result, self.run = result, run
-        self.times = result.time[result.good[run]]
+        frames = result.frames
+        self.saved = result.time[frames]
+        self.times = self.saved[result.good[run, frames]]
         others, self.balls, self.faces = more
         stored = {name: result.line(name) for name in result.lines}
         shown = {
@@ -201,7 +203,7 @@ class _Film:
         for solid, faces in zip(self.solids, self.faces, strict=True):
             solid.set_verts(list(faces[sample][..., view]))
         self.marks.set_data(*np.reshape([ball[sample][view] for ball in self.balls], (-1, 2)).T)
-        now = self.result.time[sample] * self.to_time
+        now = self.saved[sample] * self.to_time
         last = self.result.time[-1] * self.to_time
         places = max(0, 2 - int(np.floor(np.log10(last)))) if last > 0 else 0
         self.clock.set_text(f"{now:.{places}f} {self.time_unit}, {self.pace}")

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lumpedcable.results.reader import LineData, ResultFile
+from lumpedcable.results.lines import LineData
+from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
@@ -77,12 +78,12 @@ def _end_tensions(line: LineData, run: int) -> tuple[Array, Array]:
 
 def shape_figure(result: SoundFile, group: Group) -> Figure:
     """All lines seen from the side at a few times, a panel for each run, at its end if that is early."""
-    ends = {run: result.last(run) for run in group.runs}
+    ends = {run: result.last_frame(run) for run in group.runs}
     times = np.unique(np.linspace(0, max(ends.values()), _SHAPES).round().astype(int))
     seen = {run: np.unique(np.minimum(times, end)) for run, end in ends.items()}
     shapes = {run: _shapes(result, run, seen[run]) for run in group.runs}
     across, up = side_view([shape for run in shapes.values() for shape in run])
-    clock = style.clock(result.time)
+    clock = style.clock(result.time[result.frames])
     everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
     wide, high = extent(everything[:, across]), extent(everything[:, up])
     # what is flat but for rounding has no height to stretch

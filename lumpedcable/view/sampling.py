@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results.errors import ResultError
-from lumpedcable.results.reader import LineData, ResultFile
+from lumpedcable.results.lines import LineData
+from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.schema import END_SPEED, exact_name
 
 Array = NDArray[Any]
@@ -16,6 +17,7 @@ Array = NDArray[Any]
 EXACT_SPEED = exact_name(END_SPEED)
 _USUAL = 0.010  # s; the spacing of curves in published snap-back figures
 _MOST_CURVES = 31
+_ROUNDING = 1e-6  # share of the spacing
 
 
 def curve_times(time: Array) -> tuple[Array, float]:
@@ -26,7 +28,8 @@ def curve_times(time: Array) -> tuple[Array, float]:
 
     Returns:
         Indices of the saved times nearest to the multiples of the spacing after the first time, and
-        the spacing in s. Where times were saved more coarsely than that, all of them.
+        the spacing in s. Where times were saved more coarsely than that, all of them; where it is no
+        multiple of theirs, every so many of them, and their spacing.
     """
     span = float(time[-1] - time[0])
     if span <= 0:
@@ -36,10 +39,14 @@ def curve_times(time: Array) -> tuple[Array, float]:
         rough = span / 20
         power = 10.0 ** np.floor(np.log10(rough))
         spacing = float(power * min((1, 2, 5, 10), key=lambda m: abs(np.log(m * power / rough))))
+    saved = float(np.median(np.diff(time)))
+    every = max(1, round(spacing / saved))
+    if abs(every * saved - spacing) > _ROUNDING * spacing:
+        return np.arange(0, len(time), every), every * saved
     wanted = time[0] + spacing * np.arange(int(span / spacing + 1e-9) + 1)
     picked = np.unique(np.abs(time[None, :] - wanted[:, None]).argmin(axis=1))
     if len(picked) < len(wanted):
-        return np.arange(len(time)), float(np.median(np.diff(time)))
+        return np.arange(len(time)), saved
     return picked, spacing
 
 

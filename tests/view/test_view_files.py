@@ -206,7 +206,8 @@ def test_labels_as_file_names(label, tag):
         (0.2, 20e-3, 0.020, 11),  # saved more coarsely than that: all there is
         (0.02, 1e-4, 0.001, 21),
         (60.0, 0.1, 2.0, 31),
-        (0.201, 3e-3, 0.010, 21),  # off the grid: the nearest ones
+        (0.201, 3e-3, 0.009, 23),  # 10 ms are no multiple of them: every third
+        (0.196, 7e-3, 0.007, 29),
     ],
 )
 def test_curves_come_at_round_times(last, every, spacing, curves):
