@@ -46,8 +46,8 @@ __all__ = [
     "interval",
 ]
 
-# of an output interval: a step as short as this that is refused will not be followed by a better one
-LEAST_STEP = 1e-10
+# of an output interval: stages that have no solution with a step as short as this will not have any
+LEAST_SOLVED = 1e-10
 METHODS = {
     "leapfrog": Leapfrog,
     "constrained": Constrained,
@@ -232,7 +232,8 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     own, guess = cast((numbers, guess), str(dtype))
     steps = diffrax.PIDController(rtol=own.rtol, atol=own.atol, norm=_size)
 
-    least = jnp.maximum(LEAST_STEP, 4.0 * jnp.finfo(dtype).eps) * own.every
+    eps = 4.0 * jnp.finfo(dtype).eps
+    least = eps * own.every, jnp.maximum(LEAST_SOLVED, eps) * own.every
 
     def part(carry, until):
         t0, y, seen, taken, stuck = carry

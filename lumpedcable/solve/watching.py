@@ -20,19 +20,21 @@ class Watching(diffrax.AbstractAdaptiveStepSizeController):
     diffrax shows its steps to nobody else. The state is that of `controller` and the watches, which are
     `seen` before the first step. The model is `args`; the solver's times count from `start` (s).
 
-    A step of less than `least` (s) that is refused ends the run: a stage that has no solution, or a
-    jump right there, would have steps ever shorter until time stands still.
+    A step of less than `least` (s) that is refused ends the run, since they would get ever shorter until
+    time stands still: the first where its error is too large, as over a jump, which many are short
+    enough for; the second where its stages have no solution or its error is no number.
     """
 
     controller: diffrax.PIDController
     seen: tuple[Watch, ...]
     start: Float[Array, ""]
-    least: Float[Array, ""]
+    least: tuple[Float[Array, ""], Float[Array, ""]]
     recoils: tuple[Recoil, ...] = eqx.field(static=True)
 
     def __init__(
         self, controller: diffrax.PIDController, seen: tuple[Watch, ...],
-        start: Float[Array, ""], least: Float[Array, ""], recoils: tuple[Recoil, ...],
+        start: Float[Array, ""], least: tuple[Float[Array, ""], Float[Array, ""]],
+        recoils: tuple[Recoil, ...],
     ):  # fmt: skip
         self.controller, self.seen, self.recoils = controller, seen, recoils
         self.start, self.least = start, least
@@ -72,6 +74,7 @@ class Watching(diffrax.AbstractAdaptiveStepSizeController):
         t, dt = self.start + t1, jnp.asarray(t1 - t0)
         after = watch(args, y1_candidate, seen, self.recoils, t, dt)
         seen = jax.tree.map(lambda new, old: jnp.where(keep, new, old), after, seen)
-        ended = ~keep & (t1 - t0 < self.least)
+        measured = jnp.isfinite(self.norm(y_error))
+        ended = ~keep & (t1 - t0 < jnp.where(measured, *self.least))
         result = diffrax.RESULTS.where(ended, diffrax.RESULTS.dt_min_reached, result)
         return keep, next_start, next_end, jumped, (inner, seen), result
