@@ -11,11 +11,13 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.correction import end_correction
 from lumpedcable.model.couple import Found, body_powers, body_works, coupling_energies, live_line
 from lumpedcable.model.ends import Driven
+from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
-from lumpedcable.model.model import Evaluation, Model, Vectors, end_correction
+from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.rods import line_drag, line_energy
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.linear import pick

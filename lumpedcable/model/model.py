@@ -1,7 +1,5 @@
 """The whole scene as one mechanical system: forces, masses and what happens at the ends."""
 
-from typing import NamedTuple
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,20 +10,14 @@ from lumpedcable.model.attached import attached_ends, body_gain, follow, follow_
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.boundary import boundary
 from lumpedcable.model.carried import Measured
+from lumpedcable.model.correction import corrected_ends
 from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered_gain, winch_of
-from lumpedcable.model.ends import (
-    Driven,
-    End,
-    Joined,
-    Junction,
-    Loaded,
-    Release,
-    end_name,
-    solve_small,
-)
-from lumpedcable.model.grip import held_back, joint_held_back
+from lumpedcable.model.ends import Driven, End, Joined, Junction, Loaded, Release, end_name
+from lumpedcable.model.evaluation import Evaluation
+from lumpedcable.model.grip import held_back
 from lumpedcable.model.inertia import end_matrices
-from lumpedcable.model.line import Line, LineForces, Workspace
+from lumpedcable.model.junctions import junction_gain
+from lumpedcable.model.line import Line, Workspace
 from lumpedcable.model.passing import drifting
 from lumpedcable.model.places import PlaceMeasured
 from lumpedcable.model.splices import add_splices
@@ -33,30 +25,10 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
-from lumpedcable.physics.waves import Boundary
 
-__all__ = ["Evaluation", "Model"]
+__all__ = ["Model"]
 
 Vectors = dict[str, Float[Array, "d nodes"]]
-
-
-class Evaluation(NamedTuple):
-    """Everything known of one line at one instant: its forces, its nodes' inertia, its end forces.
-
-    `ends` are the known forces on the nodes of the line's ends (N), None where there is none; `grip` the
-    friction (N) on the nodes in a kick, None where the line has none.
-    """
-
-    line: LineForces
-    nodes: inertia.Frame
-    ends: tuple[Float[Array, " d"] | None, ...]
-    boundaries: tuple[Boundary, ...]
-    grip: Float[Array, "d nodes"] | None = None
-
-    @property
-    def force(self) -> Float[Array, "d nodes"]:
-        """Net force on each node (N), with the known end forces and without drag."""
-        return self.line.force
 
 
 class Model(eqx.Module):
@@ -199,7 +171,7 @@ class Model(eqx.Module):
             middle[name] = place_at_end(middle[name], node, now)
             after[name] = place_at_end(after[name], node, half)
         for index in range(len(self.junctions)):
-            gains, pushes = self._junction(index, t, found, before, dt)
+            gains, pushes = junction_gain(self, index, t, found, before, dt)
             reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
             for (name, side), (active, gain) in gains.items():
                 node = self.lines[name].node(side)
@@ -285,7 +257,7 @@ class Model(eqx.Module):
                 given = jnp.where(begun, result[name][:, node], given)
             result[name] = place_at_end(result[name], node, given)
         for index in range(len(self.junctions)):
-            gains, pushes = self._junction(index, t, found, velocity, None)
+            gains, pushes = junction_gain(self, index, t, found, velocity, None)
             reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
             for (name, side), (active, gain) in gains.items():
                 node = self.lines[name].node(side)
@@ -316,84 +288,3 @@ class Model(eqx.Module):
         """Force (N) that whatever drives an end node exerts on it: M a - F - drag."""
         mass, drag, flow = end_matrices(e.nodes, node, velocity)
         return mass @ gain - e.force[:, node] + drag @ (velocity - flow)
-
-    def _junction(self, index: int, t, found, before, dt):
-        """Common acceleration (m/s2) of a junction's members, and what each breakable one carries.
-
-        (sum M + dt/2 D) a = sum F - D (v - w), D = k |v| lagging by half a step.
-        """
-        junction = self.junctions[index]
-        leaving = dict(self.leavers(index))
-        name, node = self.carrier(index)
-        velocity = pick(before[name], self.lines[name].node(node))
-        d, dtype = velocity.shape[0], velocity.dtype
-        half = 0.0 if dt is None else 0.5 * dt
-        matrix, vector = jnp.zeros((d, d), dtype), jnp.zeros((d,), dtype)
-        if junction.mass is not None:
-            matrix = matrix + junction.mass * jnp.eye(d, dtype=dtype)
-        if junction.load is not None:
-            vector = vector + junction.load
-        parts = {}
-        for member in junction.members:
-            e, place = found[member[0]], self.lines[member[0]].node(member[1])
-            mass, drag, flow = end_matrices(e.nodes, place, velocity)
-            force = pick(e.force, place) - drag @ (velocity - flow)
-            parts[member] = (mass + half * drag, force)
-            active = 1.0
-            if member in leaving:
-                active = jnp.where(leaving[member].begun(t), 0.0, 1.0).astype(dtype)
-            matrix = matrix + active * parts[member][0]
-            vector = vector + active * force
-        gain = solve_small(matrix, vector)
-        if dt is not None:
-            gain = joint_held_back(self, junction.members, t, found, before, matrix, gain, dt)
-        gains, pushes, parting = {}, {}, self.parting(index)
-        for member in junction.members:
-            active = True
-            if member in leaving:
-                active = ~leaving[member].begun(t)
-                mass, force = parts[member]
-                pushes[end_name(*member)] = (leaving[member], mass @ gain - force)
-            elif parting is not None:
-                active = ~parting.begun(t)  # left to itself it moves like any other end
-            gains[member] = (active, gain)
-        return gains, pushes
-
-
-def end_correction(
-    line: Line, e: Evaluation, node: int, dt: Float[Array, ""] | None
-) -> Float[Array, ""] | None:
-    """theta of the dispersion correction at an end node (-): see `corrected_ends`.
-
-    None where the line has no such correction or the end's motion is known.
-    """
-    met = e.boundaries[line.ends.index(node)]
-    if line.waves is None or not line.waves.corrected or met.loaded is False:
-        return None
-    nu2 = jnp.zeros((), line.reference.dtype)
-    if dt is not None:
-        segment = line.segment(node)
-        stiff = jnp.maximum(pick(e.line.stiffness, segment), 0.0)
-        length = pick(line.segment_length, segment)
-        nu2 = jnp.clip(stiff * (dt / length) ** 2 / line.mass, 0.0, 1.0)
-    theta = 0.25 * (1.0 - nu2)
-    return theta if met.loaded is True else jnp.where(met.loaded, theta, 0.0)
-
-
-def corrected_ends(
-    line: Line, e: Evaluation, gain: Float[Array, "d nodes"], dt: Float[Array, ""] | None
-) -> Float[Array, "d nodes"]:
-    """Accelerations, or changes of velocity, with the dispersion correction of loaded ends.
-
-    The end node stands for half a segment; a_N <- a_N + theta (a_N - a_N-1) along the line, with
-    theta = (1 - nu^2) / 4 and nu the Courant number there, cancels the leading error of its motion.
-    """
-    for end in line.ends:
-        theta = end_correction(line, e, end, dt)
-        if theta is not None:
-            node = line.node(end)
-            u = pick(e.line.shape.tangent, line.segment(end))
-            own = pick(gain, node)
-            ahead = jnp.dot(own - pick(gain, line.node(end, 1)), u)
-            gain = place_at_end(gain, node, own + theta * ahead * u)
-    return gain

@@ -12,8 +12,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.energy import powers
+from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Workspace
-from lumpedcable.model.model import Evaluation, Model
+from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 
 __all__ = ["CableTerm", "Leapfrog", "rates"]
