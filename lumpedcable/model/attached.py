@@ -23,7 +23,6 @@ from lumpedcable.physics.vectors import dot
 
 __all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "on_paths", "start_velocities"]
 
-NODES = (0, -1)
 SLIDES = 2  # times that N, which depends a little on how a body slides, is found
 
 
@@ -36,10 +35,9 @@ class BodyGain(NamedTuple):
 
 def attached_ends(model, body: str | None = None):
     """Ends that are tied to bodies, or to one of them: (line, 0 or -1, end)."""
-    for name, pair in model.ends.items():
-        for node, end in zip(NODES, pair, strict=True):
-            if isinstance(end, Attached) and body in (None, end.body):
-                yield name, node, end
+    for name, node, end in model.outer_ends():
+        if isinstance(end, Attached) and body in (None, end.body):
+            yield name, node, end
 
 
 def follow(model, t: Float[Array, ""], displacement: dict[str, Array]) -> dict[str, Array]:
@@ -88,23 +86,22 @@ def on_paths(
     time leaves a velocity behind.
     """
     displacement, velocity = dict(displacement), dict(velocity)
-    for name, pair in model.ends.items():
-        for node, end in zip(NODES, pair, strict=True):
-            if not isinstance(end, Driven) or isinstance(end.motion, Still):
-                continue
-            u, v = displacement[name], velocity[name]
-            # how far it has gone is told in double precision: places of tens of metres cost digits
-            path = jax.tree.map(
-                lambda x: x.astype(jnp.float64) if eqx.is_inexact_array(x) else x, end.motion
-            )
-            place = (path.position(t) - path.position(jnp.zeros_like(t))).astype(u.dtype)
-            rate = velocity_of(end.motion, t).astype(v.dtype)
-            if end.release is not None:
-                begun = end.release.begun(t)
-                place = jnp.where(begun, u[:, node], place)
-                rate = jnp.where(begun, v[:, node], rate)
-            displacement[name] = place_at_end(u, node, place)
-            velocity[name] = place_at_end(v, node, rate)
+    for name, node, end in model.outer_ends():
+        if not isinstance(end, Driven) or isinstance(end.motion, Still):
+            continue
+        u, v = displacement[name], velocity[name]
+        # how far it has gone is told in double precision: places of tens of metres cost digits
+        path = jax.tree.map(
+            lambda x: x.astype(jnp.float64) if eqx.is_inexact_array(x) else x, end.motion
+        )
+        place = (path.position(t) - path.position(jnp.zeros_like(t))).astype(u.dtype)
+        rate = velocity_of(end.motion, t).astype(v.dtype)
+        if end.release is not None:
+            begun = end.release.begun(t)
+            place = jnp.where(begun, u[:, node], place)
+            rate = jnp.where(begun, v[:, node], rate)
+        displacement[name] = place_at_end(u, node, place)
+        velocity[name] = place_at_end(v, node, rate)
     displacement = follow(model, t, displacement)
     return displacement, follow_rate(model, t, displacement, velocity)
 

@@ -161,7 +161,7 @@ def _rod_powers(line: Line, e: Evaluation, v, dt) -> dict[str, Array]:
     dashpot of dt EA / l would (N s/m).
     """
     shape = e.line.shape
-    pulled = [(n, f) for n, f in zip((0, -1), e.ends, strict=True) if f is not None]
+    pulled = [(n, f) for n, f in zip(line.ends, e.ends, strict=True) if f is not None]
     power = {"ends": sum((jnp.dot(f, v[:, n]) for n, f in pulled), jnp.zeros((), v.dtype))}
     if line.added_mass is not None:
         # v . (dM/dt) v / 2, its rods turning as their ends move

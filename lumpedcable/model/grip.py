@@ -14,15 +14,13 @@ from lumpedcable.physics.vectors import dot
 
 __all__ = ["grip_limit", "held_back", "joint_held_back"]
 
-NODES = (0, -1)
-
 
 def grip_limit(model, name: str, t, e, velocity) -> Float[Array, " nodes"]:
     """The most friction (N) that each node of a line can have at its velocity (m/s)."""
     line = model.lines[name]
     limit = line.grip.limit(e.line.shape, velocity)
-    for node, end in zip(NODES, model.ends[name], strict=True):
-        share = _share(model, t, end)
+    for node in line.ends:
+        share = _share(model, t, model.end(name, node))
         if share is not None:
             limit = place_at_end(limit, node, limit[node] * jnp.asarray(share, limit.dtype))
     return limit
@@ -41,7 +39,7 @@ def _lasting(model, end) -> bool:
     if not isinstance(end, Joined):
         return False
     members = model.junctions[end.junction].members
-    return all(model.ends[name][NODES.index(node)].release is None for name, node in members)
+    return all(model.end(name, node).release is None for name, node in members)
 
 
 def held_back(model, name: str, t, e, before, change, dt):
@@ -67,7 +65,7 @@ def joint_held_back(model, members, t, found, before, matrix, gain, dt):
     names = [name for name, _ in members]
     if not all(model.lines[n].grip is not None and found[n].grip is not None for n in names):
         return gain
-    if not _lasting(model, model.ends[names[0]][NODES.index(members[0][1])]):
+    if not _lasting(model, model.end(*members[0])):
         return gain
     name, node = members[0]
     e = found[name]

@@ -1,5 +1,7 @@
 """The whole scene as one mechanical system: forces, masses and what happens at the ends."""
 
+from collections.abc import Iterator
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -53,6 +55,12 @@ class Model(eqx.Module):
     def end(self, name: str, node: int) -> End:
         """What is at an end of a line."""
         return (self.ends[name] + self.cuts.get(name, ()))[self.lines[name].ends.index(node)]
+
+    def outer_ends(self) -> Iterator[tuple[str, int, End]]:
+        """Starts (0) and ends (-1) of lines, without those at cuts: (line, its end, what is there)."""
+        for name, pair in self.ends.items():
+            for node, end in zip((0, -1), pair, strict=True):
+                yield name, node, end
 
     def breakable(self) -> list[tuple[str, int, End]]:
         """Driven, joined or attached ends that can break: (line, its end, what is there)."""
@@ -278,11 +286,10 @@ class Model(eqx.Module):
                 result[line] = place_at_end(result[line], node, gain)
         return steered_gain(self, t, result), reaction, found
 
-    def _driven(self):
-        for name, pair in self.ends.items():
-            for node, end in zip((0, -1), pair, strict=True):
-                if isinstance(end, Driven):
-                    yield name, node, end
+    def _driven(self) -> Iterator[tuple[str, int, Driven]]:
+        for name, node, end in self.outer_ends():
+            if isinstance(end, Driven):
+                yield name, node, end
 
     def _reaction(self, e: Evaluation, node: int, velocity, gain) -> Float[Array, " d"]:
         """Force (N) that whatever drives an end node exerts on it: M a - F - drag."""

@@ -64,10 +64,9 @@ def make_net(model: Model, ordered: bool = True) -> Net:
         places = np.arange(count, count + line.segments + 1)
         count += line.segments + 1
         index[name] = places
-    for name, pair in model.ends.items():
-        for node, end in zip((0, -1), pair, strict=True):
-            if isinstance(end, Joined):
-                index[name][node] = shared.setdefault(end.junction, index[name][node])
+    for name, node, end in model.outer_ends():
+        if isinstance(end, Joined):
+            index[name][node] = shared.setdefault(end.junction, index[name][node])
     used = np.unique(np.concatenate(list(index.values())))
     compact = np.full(count, -1)
     compact[used] = np.arange(used.size)
@@ -78,10 +77,9 @@ def make_net(model: Model, ordered: bool = True) -> Net:
     fixed = np.ones(size, bool)
     fixed[: used.size] = False
     index = {name: place[places] for name, places in index.items()}
-    for name, pair in model.ends.items():
-        for node, end in zip((0, -1), pair, strict=True):
-            if isinstance(end, Driven | Attached):
-                fixed[index[name][node]] = True
+    for name, node, end in model.outer_ends():
+        if isinstance(end, Driven | Attached):
+            fixed[index[name][node]] = True
     return Net(index, fixed, width)
 
 

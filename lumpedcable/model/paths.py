@@ -37,7 +37,7 @@ class Path:
 
 def _knot(model: Model, side: Side):
     """What an end is tied to that other ends may be tied to as well, None where nothing is."""
-    end = model.ends[side[0]][0 if side[1] == 0 else 1]
+    end = model.end(*side)
     if isinstance(end, Attached):
         return ("body", end.body)
     if isinstance(end, Joined):

@@ -254,7 +254,7 @@ def _guessed(model: Model) -> Model:
 
 
 def _post(model: Model, line: str, node: int) -> Float[Array, " d"]:
-    place = held_position(model, model.ends[line][0 if node == 0 else 1])
+    place = held_position(model, model.end(line, node))
     assert place is not None  # the scene was checked
     return place
 

@@ -138,7 +138,7 @@ def chain_of(model: Model, path: Path, t, found, displacement, before, dt, ahead
                 last = place(last, wide, at - 1, 0, 0)
     driven = {}
     for (at, _), (line, node) in path.points.items():
-        end = model.ends[line][0 if node == 0 else 1]
+        end = model.end(line, node)
         if isinstance(end, Driven):
             driven[at] = mean_velocity_of(end.motion, t, ahead).astype(rates.dtype)
     nodal = {leg.line: found[leg.line] for leg in path.legs}
@@ -173,7 +173,7 @@ def _hubs(model: Model, path: Path, displacement, before) -> dict[int, Hub]:
         q, v = body.reference + displacement[key], before[key]
         points = {}
         for (where, side), (line, node) in path.points.items():
-            end = model.ends[line][0 if node == 0 else 1]
+            end = model.end(line, node)
             if where == at and isinstance(end, Attached):
                 points[side] = end.point
         turns = {side: body.rate(q, v, point)[0] for side, point in points.items()}

@@ -108,7 +108,7 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
             (line.start, (pieces[0].name, 0)),
             (line.end, (pieces[-1].name, -1)),
         ):
-            kind = model.ends[piece][0 if node == 0 else 1]
+            kind = model.end(piece, node)
             if isinstance(end, JoinedEnd) and isinstance(kind, Joined):
                 given[kind.junction] = coordinates.point(end.at)
     return given
@@ -163,18 +163,15 @@ def _held_joints(model: Model, given: dict[int, Float[Array, " d"]]) -> Model:
 
 def _place(model: Model, end: tuple[str, int], joints) -> Float[Array, " d"] | None:
     """Where an end is (m), None where only the force on it is known."""
-    name, node = end
-    kind = model.ends[name][0 if node == 0 else 1]
+    kind = model.end(*end)
     return joints[kind.junction] if isinstance(kind, Joined) else held_position(model, kind)
 
 
 def _pull(model: Model, end: tuple[str, int]) -> Float[Array, " d"]:
-    name, node = end
-    kind = model.ends[name][0 if node == 0 else 1]
-    d = model.lines[name].dimensions
+    kind = model.end(*end)
     if isinstance(kind, Loaded) and kind.force is not None:
         return kind.force
-    return jnp.zeros(d)
+    return jnp.zeros(model.lines[end[0]].dimensions)
 
 
 def _lay_out(line: Line, model: Model, outer, joints) -> Float[Array, "d nodes"]:
@@ -275,7 +272,7 @@ def _joint_places(
             continue  # an ideal line
         ends = ((pieces[0].name, 0), (pieces[-1].name, -1))
         stiffness = 1.0 / jnp.asarray(scene.lines[name].unstretched, float)
-        kinds = [model.ends[n][0 if k == 0 else 1] for n, k in ends]
+        kinds = [model.end(*end) for end in ends]
         for this, other, far in ((0, 1, ends[1]), (1, 0, ends[0])):
             here, there = kinds[this], kinds[other]
             if not isinstance(here, Joined):

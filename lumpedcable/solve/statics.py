@@ -51,7 +51,8 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
         drag = inertia.drag_force(model.frame(line, forces.shape), still)
         if drag is not None and line.current is not None:
             force = force + drag
-        for node, end in zip((0, -1), model.ends[name], strict=True):
+        for node in line.ends:
+            end = model.end(name, node)
             if isinstance(end, Loaded) and end.force is not None:
                 force = force.at[:, node].add(end.external(t))
         whole[name], shapes[name] = force, forces.shape
@@ -92,9 +93,10 @@ def laid_out_exactly(model: Model) -> bool:
         and all(isinstance(load, Weight) for load in line.loads)
         for line in model.lines.values()
     )
-    loaded = any(isinstance(end, Loaded) for pair in model.ends.values() for end in pair)
+    ends = [end for _, _, end in model.outer_ends()]
+    loaded = any(isinstance(end, Loaded) for end in ends)
     cuts = all(junction.cut for junction in model.junctions)
-    held = sum(isinstance(end, Driven | Attached) for pair in model.ends.values() for end in pair)
+    held = sum(isinstance(end, Driven | Attached) for end in ends)
     return only_weight and loaded and cuts and held <= 1
 
 

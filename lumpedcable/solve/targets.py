@@ -136,11 +136,10 @@ def _rest_near(
     if rods or not model.junctions or laid_out_exactly(model):
         return start_of(scene, layout, coordinates)
     near = dict(jax.lax.stop_gradient(nodes))
-    for name, ends in model.ends.items():
-        for node, end in zip((0, -1), ends, strict=True):
-            held = held_position(model, end)
-            if held is not None:  # a place of the scene's own, which has its derivatives
-                near[name] = place_at_end(near[name], node, held)
+    for name, node, end in model.outer_ends():
+        held = held_position(model, end)
+        if held is not None:  # a place of the scene's own, which has its derivatives
+            near[name] = place_at_end(near[name], node, held)
     lines = {name: placed(line, near[name]) for name, line in model.lines.items()}
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
