@@ -48,11 +48,12 @@ from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
 from lumpedcable.scene.lines import (
     FixedEnd,
-    HeldEnd,
     HeldForce,
     JoinedEnd,
     MovingEnd,
     RecordedMotion,
+    held_force,
+    held_place,
 )
 
 __all__ = ["assemble", "make_line", "release_of", "seam_of", "segment_lengths", "wave_scheme"]
@@ -295,9 +296,8 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
     """The end of a joint's members that holds or moves it as a whole, None where none does."""
     for name, node in joint.members:
         end = _own_end(scene, layout, name, node)
-        if isinstance(end, FixedEnd | MovingEnd | WinchEnd) or scene.on_body(end):
-            return end
-        if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
+        moved = isinstance(end, MovingEnd | WinchEnd) or scene.on_body(end)
+        if moved or held_place(end) is not None:
             return end
     return None
 
@@ -310,9 +310,8 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
         own = _holder(scene, layout, layout.joints[joint])
         if own is None:
             return Joined(joint, release)
-    if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
-        force = number(own.held.pretension) * coordinates.vector(own.held.direction)
-        return Loaded(force, release)
+    if (held := held_force(own)) is not None:
+        return Loaded(_force(held, coordinates), release)
     if (tied := body_place(scene, own, coordinates)) is not None:
         return Attached(*tied, release)
     if isinstance(own, WinchEnd) or scene.point_of(own) is not None:
@@ -324,12 +323,14 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
     return Driven(_motion(own, coordinates), release)
 
 
+def _force(held: HeldForce, coordinates: Coordinates) -> Float[Array, " d"]:
+    """The force (N) that holds an end."""
+    return number(held.pretension) * coordinates.vector(held.direction)
+
+
 def _motion(end, coordinates: Coordinates) -> AbstractMotion:
-    if isinstance(end, FixedEnd):
-        return Still(coordinates.point(end.fixed))
-    if isinstance(end, HeldEnd):
-        assert not isinstance(end.held, HeldForce)
-        return Still(coordinates.point(end.held.position))
+    if (place := held_place(end)) is not None:
+        return Still(coordinates.point(place))
     motion = end.motion
     if isinstance(motion, RecordedMotion):
         record = jnp.stack([coordinates.point(place) for place in motion.position])
@@ -356,8 +357,8 @@ def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinat
                 weight = mass - number(scene.fluid.density) * number(body.volume)
             load = weight * number(scene.gravity) * coordinates.vector((0.0, 0.0, -1.0))
     for name, node in joint.members:
-        own = _own_end(scene, layout, name, node)
-        if isinstance(own, HeldEnd) and isinstance(own.held, HeldForce):
-            force = number(own.held.pretension) * coordinates.vector(own.held.direction)
+        held = held_force(_own_end(scene, layout, name, node))
+        if held is not None:
+            force = _force(held, coordinates)
             load = force if load is None else load + force
     return Junction(joint.members, mass, load, layout.cuts(joint))

@@ -30,7 +30,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, Contact, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition, MovingEnd
+from lumpedcable.scene.lines import MovingEnd, held_place
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, SpeedMeasure
 from lumpedcable.scene.moved import MovedBody
 
@@ -95,10 +95,8 @@ def place_motion(scene: Scene, place: Any, coordinates: Coordinates) -> Abstract
     """The path of a place [x, y, z] (m) or of a point of a moved body; None for anything else."""
     if isinstance(place, WinchEnd):
         place = place.winch.at
-    if isinstance(place, FixedEnd):
-        place = place.fixed
-    if isinstance(place, HeldEnd) and isinstance(place.held, HeldPosition):
-        place = place.held.position
+    held = held_place(place)
+    place = place if held is None else held
     if isinstance(place, tuple):
         return Still(coordinates.point(place))
     carried = scene.point_of(place)

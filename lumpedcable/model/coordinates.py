@@ -14,11 +14,11 @@ from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import (
     FixedEnd,
     HarmonicMotion,
-    HeldEnd,
-    HeldForce,
     JoinedEnd,
     MovingEnd,
     RecordedMotion,
+    held_force,
+    held_place,
 )
 from lumpedcable.scene.motions import FREEDOMS, SHIFTS, TURNS
 from lumpedcable.scene.moved import MovedBody
@@ -237,10 +237,8 @@ def _keeps(each: np.ndarray, axes: np.ndarray) -> bool:
 
 
 def _places_of(end) -> list[np.ndarray]:
-    if isinstance(end, FixedEnd):
-        return [np.asarray(end.fixed)]
-    if isinstance(end, HeldEnd) and not isinstance(end.held, HeldForce):
-        return [np.asarray(end.held.position)]
+    if (place := held_place(end)) is not None:
+        return [np.asarray(place)]
     if isinstance(end, WinchEnd) and isinstance(end.winch.at, tuple):
         return [np.asarray(end.winch.at)]
     if isinstance(end, JoinedEnd):
@@ -258,8 +256,8 @@ def _on_body(scene: Scene, end) -> list[np.ndarray]:
 
 
 def _directions_of(end) -> list[np.ndarray]:
-    if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
-        return [np.asarray(end.held.direction)]
+    if (force := held_force(end)) is not None:
+        return [np.asarray(force.direction)]
     if isinstance(end, FixedEnd) and end.direction is not None:
         return [np.asarray(end.direction)]
     if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):

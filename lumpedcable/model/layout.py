@@ -12,7 +12,7 @@ from lumpedcable.model.cuts import cut_at, is_seam, segments_of
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.lines import HeldEnd, HeldForce, Line, tie_of
+from lumpedcable.scene.lines import Line, held_force, tie_of
 
 __all__ = ["Joint", "Layout", "Piece", "make_layout", "part_names"]
 
@@ -258,8 +258,7 @@ def _holds(scene: Scene, name: str) -> bool:
 
 def _pulls(scene: Scene, name: str) -> bool:
     """Whether an end, "LINE.start" or "LINE.end", is held by a force."""
-    end = _end_of(scene, name)
-    return isinstance(end, HeldEnd) and isinstance(end.held, HeldForce)
+    return held_force(_end_of(scene, name)) is not None
 
 
 def _end_of(scene: Scene, name: str):

@@ -15,7 +15,7 @@ from lumpedcable.physics.tension import (
 )
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.lines import HeldEnd, HeldForce
+from lumpedcable.scene.lines import held_force
 from lumpedcable.scene.materials import InextensibleMaterial
 
 __all__ = ["LAWS", "STANDARD_GRAVITY", "law_of", "rest_stiffness", "rod_law"]
@@ -54,8 +54,8 @@ def rest_stiffness(scene: Scene, name: str) -> Float[Array, ""]:
     stiff = REST_STIFFNESS * STANDARD_GRAVITY * number(scene.lines[name].mass)
     for line in scene.lines.values():
         for end in (line.start, line.end):
-            if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
-                stiff = stiff + REST_SHARE * number(end.held.pretension)
+            if (held := held_force(end)) is not None:
+                stiff = stiff + REST_SHARE * number(held.pretension)
     for body in scene.bodies.values():
         if isinstance(body, Body) and not body.rigid:
             stiff = stiff + REST_SHARE * STANDARD_GRAVITY * number(body.mass)

@@ -10,12 +10,11 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
-    FixedEnd,
     HeldEnd,
-    HeldForce,
-    HeldPosition,
     JoinedEnd,
     Line,
+    held_force,
+    held_place,
     tie_of,
 )
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
@@ -107,7 +106,7 @@ def _across(lines: Lines, bodies: Bodies, path: Path, line: Line) -> Iterator[Pr
         if not isinstance(getattr(line, side), WinchEnd) or isinstance(end, WinchEnd):
             continue
         what = None
-        if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
+        if held_force(end) is not None:
             what = "a force"
         elif end == "free":
             what = "a free end"
@@ -202,10 +201,8 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
     """Return where an end is held or has its mean place (m), None where the scene does not say."""
     if isinstance(end, WinchEnd):
         end = end.winch.at
-    if isinstance(end, FixedEnd):
-        return end.fixed
-    if isinstance(end, HeldEnd) and isinstance(end.held, HeldPosition):
-        return end.held.position
+    if (place := held_place(end)) is not None:
+        return place
     if isinstance(end, tuple):
         return end
     name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")

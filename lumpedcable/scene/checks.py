@@ -20,10 +20,10 @@ from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
     FixedEnd,
-    HeldEnd,
     HeldForce,
     JoinedEnd,
     Line,
+    held_force,
     tie_of,
 )
 from lumpedcable.scene.materials import Material
@@ -191,8 +191,8 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
             yield from _named_end(draft, (*path, side), end)
         elif isinstance(end, JoinedEnd):
             yield from _joined_end(draft, (*path, side, "joined"), end.joined)
-        elif isinstance(end, HeldEnd) and isinstance(end.held, HeldForce):
-            yield from _pretension(draft, (*path, side, "held", "pretension"), line, end.held)
+        elif (held := held_force(end)) is not None:
+            yield from _pretension(draft, (*path, side, "held", "pretension"), line, held)
         elif _clamped(end) and line.bending is None:
             yield Problem(
                 (*path, side, "direction"),

@@ -191,6 +191,20 @@ def tie_of(end: Any) -> str | None:
     return end if isinstance(end, str) and end != "free" else None
 
 
+def held_place(end: Any) -> tuple[float, float, float] | None:
+    """Return the place that holds an end (m), as ``fixed`` or as ``held``; None where none does."""
+    if isinstance(end, FixedEnd):
+        return end.fixed
+    if isinstance(end, HeldEnd) and isinstance(end.held, HeldPosition):
+        return end.held.position
+    return None
+
+
+def held_force(end: Any) -> HeldForce | None:
+    """Return the force that holds an end, None where none does."""
+    return end.held if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce) else None
+
+
 ENDS: dict[str, type[Part]] = {
     "fixed": FixedEnd,
     "held": HeldEnd,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import FixedEnd, HeldEnd, HeldPosition
+from lumpedcable.scene.lines import held_place
 
 __all__ = ["Cable", "cables"]
 
@@ -50,22 +49,13 @@ def cables(scene: Scene) -> list[Cable]:
         if any(name in cable.lines for cable in found) or _follows(scene, name):
             continue
         after = _next(scene, name)
-        if after is not None and _place(line.start) is not None:
+        if after is not None and held_place(line.start) is not None:
             body = line.end if line.end in scene.bodies else None
             found.append(Cable((name, after), body, True))  # type: ignore[arg-type]
         else:
-            spans = _place(line.start) is not None and _place(line.end) is not None
+            spans = held_place(line.start) is not None and held_place(line.end) is not None
             found.append(Cable((name,), None, spans))
     return found
-
-
-def _place(end: Any) -> tuple[float, float, float] | None:
-    """Where an end is fixed (m), None where it is not."""
-    if isinstance(end, FixedEnd):
-        return end.fixed
-    if isinstance(end, HeldEnd) and isinstance(end.held, HeldPosition):
-        return end.held.position
-    return None
 
 
 def _next(scene: Scene, name: str) -> str | None:
@@ -82,13 +72,13 @@ def _next(scene: Scene, name: str) -> str | None:
     if len(others) != 1 or others[0][1] != "start" or others[0][0] == name:
         return None
     after = others[0][0]
-    return after if _place(scene.lines[after].end) is not None else None
+    return after if held_place(scene.lines[after].end) is not None else None
 
 
 def _follows(scene: Scene, name: str) -> bool:
     """Whether a line is the second one of a cable."""
     return any(
-        _next(scene, other) == name and _place(line.start) is not None
+        _next(scene, other) == name and held_place(line.start) is not None
         for other, line in scene.lines.items()
         if other != name
     )
