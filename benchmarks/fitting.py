@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from lumpedcable.fitting.arrays import arrays_of
-from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.data import FitProblem
 from lumpedcable.fitting.load import load_fit
 from lumpedcable.fitting.residual import penalised, predict
 from lumpedcable.fitting.run import fit_problem
@@ -58,7 +58,7 @@ def run(quick: bool = False) -> dict[str, Any]:
     return {"segments": segments, "values": problem.points, "rows": rows}
 
 
-def measured(segments: int) -> Problem:
+def measured(segments: int) -> FitProblem:
     """The four break tests with data of the model itself at the truth, and noise."""
     with tempfile.TemporaryDirectory() as folder:
         text = FILE.read_text(encoding="utf-8").replace("../", f"{FILE.parents[1]}/")
@@ -81,7 +81,7 @@ def measured(segments: int) -> Problem:
     return replace(problem, records=tuple(records))
 
 
-def begun(problem: Problem, values: np.ndarray) -> Problem:
+def begun(problem: FitProblem, values: np.ndarray) -> FitProblem:
     """The same from other start values."""
     parameters = [
         replace(p, start=float(x)) for p, x in zip(problem.parameters, values, strict=True)

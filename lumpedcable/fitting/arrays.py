@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from lumpedcable.fitting.axes import changed_scenes
-from lumpedcable.fitting.data import Problem, Record, Smooth
+from lumpedcable.fitting.data import FitProblem, Record, Smooth
 from lumpedcable.fitting.observe import Grid, Watched, grid_of
 from lumpedcable.fitting.transforms import Transform, transform_of
 from lumpedcable.model.layout import make_layout
@@ -148,7 +148,7 @@ class Member(NamedTuple):
     plan: Plan
 
 
-def arrays_of(problem: Problem, steps: Sequence[int] | None = None) -> tuple[Spec, Arrays]:
+def arrays_of(problem: FitProblem, steps: Sequence[int] | None = None) -> tuple[Spec, Arrays]:
     """Structure and numbers of a problem.
 
     `steps`: fixed numbers of steps between outputs, by group, for reverse mode.
@@ -179,7 +179,7 @@ def arrays_of(problem: Problem, steps: Sequence[int] | None = None) -> tuple[Spe
     return spec, arrays
 
 
-def _table(problem: Problem, k: int) -> tuple[TableSpec, TableArrays]:
+def _table(problem: FitProblem, k: int) -> tuple[TableSpec, TableArrays]:
     table = problem.tables[k]
     scene = table.study.scene
     values = {
@@ -198,7 +198,7 @@ def _table(problem: Problem, k: int) -> tuple[TableSpec, TableArrays]:
     return TableSpec(structure, table.material, free), arrays
 
 
-def grouped(problem: Problem) -> list[list[Member]]:
+def grouped(problem: FitProblem) -> list[list[Member]]:
     """Records that share their structure, their steps, what is observed and their parameters."""
     groups: dict[object, list[Member]] = {}
     for record in problem.records:
@@ -217,7 +217,7 @@ def seen_plan(plan: Plan) -> Plan:
     return replace(plan, quantities=SEEN, recoils=(), outputs=1, sloped=True)
 
 
-def _group(problem: Problem, members: list[Member]) -> tuple[GroupSpec, GroupArrays]:
+def _group(problem: FitProblem, members: list[Member]) -> tuple[GroupSpec, GroupArrays]:
     scenes = [member.scene for member in members]
     starts = [_starts(problem, member) for member in members]
     begun = [s.with_numbers(values) for s, values in zip(scenes, starts, strict=True)]
@@ -271,7 +271,7 @@ def rounded_steps_of(scene: Scene, every: float, step: float) -> int:
     return int(rounded_steps(one, np.array([step]))[0])
 
 
-def _starts(problem: Problem, member: Member) -> dict[str, float]:
+def _starts(problem: FitProblem, member: Member) -> dict[str, float]:
     """The start values of the free numbers of a record's scene, by key."""
     name, found = member.record.name, {}
     for key in member.scene.numbers():
@@ -334,7 +334,7 @@ def _rows(record: Record, points: int, what: str) -> np.ndarray:
     return np.array(rows)
 
 
-def _smooth(problem: Problem, one: Smooth) -> tuple[tuple[int, ...], SmoothArrays]:
+def _smooth(problem: FitProblem, one: Smooth) -> tuple[tuple[int, ...], SmoothArrays]:
     """Parameters of a table's tensions in order, its strains, and the weight of a change of slope."""
     mine = [
         (int(p.key.rpartition(".")[2]), k)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import Arrays, Spec
-from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.data import FitProblem
 from lumpedcable.fitting.minimise import Found
 from lumpedcable.fitting.residual import value_and_jacobian
 from lumpedcable.fitting.transforms import before_bounds, share_of
@@ -34,7 +34,7 @@ def way_of(p) -> float:
     return ways[0] if ways else abs(p.start) or 1.0
 
 
-def at_bounds(problem: Problem, values: Array, slope: Array, left: Array) -> NDArray[np.bool_]:
+def at_bounds(problem: FitProblem, values: Array, slope: Array, left: Array) -> NDArray[np.bool_]:
     """Whether each value is at a bound: near it for the search, and for the data as good as on it.
 
     A start far from a bound alone says nothing of how near the end is to it; what the data see of
@@ -49,7 +49,7 @@ def at_bounds(problem: Problem, values: Array, slope: Array, left: Array) -> NDA
     return (near < AT_BOUND * ways) & (felt < UNFELT * noise)
 
 
-def _noise(problem: Problem, left: Array) -> float:
+def _noise(problem: FitProblem, left: Array) -> float:
     """The noise in deviations: 1 where it was given, else what is left."""
     free = max(problem.points - len(problem.parameters), 1)
     return 1.0 if problem.known_noise else max(float(np.sqrt(np.sum(left**2) / free)), EXACT)
@@ -74,7 +74,7 @@ def _slopes(spec: Spec, arrays: Arrays, z):
     return value_and_jacobian(spec, arrays, z)[2]
 
 
-def falling(problem: Problem, arrays: Arrays, found: Found) -> NDArray[np.bool_]:
+def falling(problem: FitProblem, arrays: Arrays, found: Found) -> NDArray[np.bool_]:
     """Numbers (p,) next to a bound, from which the loss falls inwards: no minimum has them there.
 
     With J_k the derivatives of r by such a number and P what is left beside all J_j of numbers away

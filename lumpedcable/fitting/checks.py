@@ -7,8 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from lumpedcable.fitting.columns import Columns
-from lumpedcable.fitting.data import Problem as FitProblem
-from lumpedcable.fitting.data import Smooth
+from lumpedcable.fitting.data import FitProblem, Smooth
 from lumpedcable.fitting.language import FitFile, Free, TableExperiment
 from lumpedcable.fitting.parameters import Parameter
 from lumpedcable.scene import Study, TableMaterial

@@ -12,7 +12,7 @@ from lumpedcable.fitting.observe import Watched
 from lumpedcable.fitting.parameters import Parameter
 from lumpedcable.scene import Study
 
-__all__ = ["Problem", "Record", "Series", "Smooth", "Table"]
+__all__ = ["FitProblem", "Record", "Series", "Smooth", "Table"]
 
 Array = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ class Smooth:
 
 
 @dataclass(frozen=True)
-class Problem:
+class FitProblem:
     """Everything that a fit needs to know: parameters, data and how to search; its file, for faults."""
 
     title: str

@@ -18,8 +18,7 @@ from lumpedcable.fitting.checks import (
     whole_problems,
 )
 from lumpedcable.fitting.columns import check_times, noise_of, read_data
-from lumpedcable.fitting.data import Problem as FitProblem
-from lumpedcable.fitting.data import Record, Series, Table
+from lumpedcable.fitting.data import FitProblem, Record, Series, Table
 from lumpedcable.fitting.language import (
     Choice,
     Column,

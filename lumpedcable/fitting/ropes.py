@@ -11,7 +11,7 @@ import numpy as np
 
 from lumpedcable.fitting.arrays import Arrays, GroupArrays, Spec, TableArrays, arrays_of
 from lumpedcable.fitting.bounds import falling, with_slopes
-from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.data import FitProblem
 from lumpedcable.fitting.minimise import Found, searches
 from lumpedcable.fitting.profile import flagged, with_profiles
 from lumpedcable.fitting.residual import unpacked
@@ -24,7 +24,7 @@ __all__ = ["fit_ropes"]
 Setting = tuple[Spec, Arrays]
 
 
-def fit_ropes(problems: Mapping[str, Problem]) -> dict[str, Fitted]:
+def fit_ropes(problems: Mapping[str, FitProblem]) -> dict[str, Fitted]:
     """Fit every rope by itself, all at once.
 
     Ropes whose problems differ in numbers alone are lanes of one search (`jax.vmap`), shorter data
@@ -52,7 +52,7 @@ def _profiled(fitted: Fitted) -> Fitted:
     return with_profiles(fitted, asked)
 
 
-def _together(problems: Mapping[str, Problem], made: Mapping[str, Setting]) -> dict[str, Fitted]:
+def _together(problems: Mapping[str, FitProblem], made: Mapping[str, Setting]) -> dict[str, Fitted]:
     begun = clock.perf_counter()
     first = next(iter(problems.values()))
     spec = made[next(iter(problems))][0]
@@ -84,7 +84,7 @@ def _together(problems: Mapping[str, Problem], made: Mapping[str, Setting]) -> d
     return fits
 
 
-def _searched(problem: Problem, spec: Spec, arrays: Arrays, z) -> tuple[Found, Arrays]:
+def _searched(problem: FitProblem, spec: Spec, arrays: Arrays, z) -> tuple[Found, Arrays]:
     """All lanes searched, once more from beside their ends, and at the steps that their ends want."""
     method = problem.method
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import Arrays, Spec, arrays_of, grouped
 from lumpedcable.fitting.bounds import at_bounds, falling, way_of
-from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.data import FitProblem
 from lumpedcable.fitting.minimise import REVERSE_FROM, Found
 from lumpedcable.fitting.outliers import Forgiven, deviations_of, forgiven, influence
 from lumpedcable.fitting.residual import Prediction, group_start, unpacked
@@ -47,7 +47,7 @@ class Fitted:
     bound the search ended though the loss falls inwards.
     """
 
-    problem: Problem
+    problem: FitProblem
     values: Array
     certainty: Certainty
     criteria: Criteria
@@ -99,7 +99,7 @@ class Fitted:
         return base.with_numbers({key: x for key, x in own.items() if key in known})
 
 
-def fit_problem(problem: Problem, tell: Callable[[str], None] = lambda words: None) -> Fitted:
+def fit_problem(problem: FitProblem, tell: Callable[[str], None] = lambda words: None) -> Fitted:
     """Find the parameters of a problem.
 
     Args:
@@ -115,7 +115,7 @@ def fit_problem(problem: Problem, tell: Callable[[str], None] = lambda words: No
     return fitted_from(problem, spec, sought, clock.perf_counter() - begun)
 
 
-def _fixed_steps(problem: Problem, spec: Spec, arrays: Arrays) -> tuple[Spec, Arrays]:
+def _fixed_steps(problem: FitProblem, spec: Spec, arrays: Arrays) -> tuple[Spec, Arrays]:
     """The same problem with steps as structure, for reverse mode."""
     counts = []
     for group, a in zip(spec.groups, arrays.groups, strict=True):
@@ -130,7 +130,7 @@ def group_bound(group, arrays, values) -> float:
     return float(np.min(bound))
 
 
-def fitted_from(problem: Problem, spec: Spec, sought: Sought, seconds: float) -> Fitted:
+def fitted_from(problem: FitProblem, spec: Spec, sought: Sought, seconds: float) -> Fitted:
     """What searches have found, with how sure it is.
 
     Raises:
@@ -193,7 +193,7 @@ def _as_forgiven(spec: Spec, arrays: Arrays, rows: Array, left: Array) -> tuple[
     return rows, loss
 
 
-def _overflow_words(problem: Problem) -> str:
+def _overflow_words(problem: FitProblem) -> str:
     """What is wrong with start values from which no search finds its way."""
     starts = [f"{p.name} = {format_quantity(p.start, p.unit)}" for p in problem.parameters]
     return (
@@ -235,7 +235,7 @@ def _used_rows(arrays: Arrays, found: Found) -> NDArray[np.bool_]:
     return np.concatenate([used, np.arange(rest) < rest - runs])
 
 
-def _by_series(problem: Problem, spec: Spec, arrays: Arrays, found: Prediction):
+def _by_series(problem: FitProblem, spec: Spec, arrays: Arrays, found: Prediction):
     """Predictions, failures and roughness in the order of the problem's series."""
     by_record: dict[str, tuple[list[Array], Status, list[float]]] = {}
     for members, values, status, rough in zip(
@@ -256,7 +256,7 @@ def _by_series(problem: Problem, spec: Spec, arrays: Arrays, found: Prediction):
     return tuple(predicted), tuple(failures), tuple(roughness)
 
 
-def _members(problem: Problem):
+def _members(problem: FitProblem):
     """The records of every group, in the order of its runs."""
     return [[member.record for member in group] for group in grouped(problem)]
 

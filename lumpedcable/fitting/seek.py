@@ -13,7 +13,7 @@ from scipy.stats import qmc
 
 from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.bounds import falling, inside, with_slopes
-from lumpedcable.fitting.data import Problem
+from lumpedcable.fitting.data import FitProblem
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import penalised, unpacked
 from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
@@ -74,7 +74,10 @@ class Sought(NamedTuple):
 
 
 def seek(
-    problem: Problem, spec: Spec, arrays: Arrays, tell: Callable[[str], None] = lambda words: None
+    problem: FitProblem,
+    spec: Spec,
+    arrays: Arrays,
+    tell: Callable[[str], None] = lambda words: None,
 ) -> Sought:
     """Search from every start; without a number of starts, from others if the first ends badly."""
     sought: Sought | None = None
@@ -102,14 +105,14 @@ def seek(
     return sought._replace(sampled=SAMPLE)
 
 
-def _starts(problem: Problem) -> list[Array]:
+def _starts(problem: FitProblem) -> list[Array]:
     """The start values, and a scrambled Sobol sample between the bounds for more of them."""
     first = np.array([p.start for p in problem.parameters])
     more = (problem.method.starts or 1) - 1
     return [first, *_sample(problem, more)] if more else [first]
 
 
-def _sample(problem: Problem, count: int) -> Array:
+def _sample(problem: FitProblem, count: int) -> Array:
     """Values (count, p), seeded: between two bounds evenly, else by factors up to `REACH` either way."""
     low, high, start = (
         np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
@@ -127,7 +130,7 @@ def _sample(problem: Problem, count: int) -> Array:
     return np.select([has_low & has_high, has_low, has_high], [between, above, below], free)
 
 
-def _others(problem: Problem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
+def _others(problem: FitProblem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
     """Starts from a sample, the one with the least loss first."""
     losses, places = [], _sample(problem, SAMPLE)
     for place in places:
@@ -140,7 +143,7 @@ def _others(problem: Problem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
 _plain = jax.jit(penalised, static_argnames=("spec",), compiler_options=RUN_OFTEN)
 
 
-def bad_end(problem: Problem, spec: Spec, sought: Sought) -> bool:
+def bad_end(problem: FitProblem, spec: Spec, sought: Sought) -> bool:
     """Whether the best search has not come to an end that could be the right one."""
     best = min(sought.starts, key=lambda s: s.loss)
     if not best.converged or not np.isfinite(best.loss):
@@ -164,7 +167,7 @@ def chance_of(square: float, free: float) -> float:
 
 
 def settled(
-    problem: Problem, spec: Spec, arrays: Arrays, start: Array
+    problem: FitProblem, spec: Spec, arrays: Arrays, start: Array
 ) -> tuple[Start, Found, Arrays]:
     """A search, repeated from its end while its result wants another number of steps in time.
 
@@ -194,7 +197,7 @@ def settled(
     return Start(start, values, loss, steps, failed, converged), found, arrays
 
 
-def _off_bounds(problem: Problem, spec: Spec, once, found: Found, arrays: Arrays) -> Found:
+def _off_bounds(problem: FitProblem, spec: Spec, once, found: Found, arrays: Arrays) -> Found:
     """A search that ran to a bound from which the loss falls inwards goes on from off that bound."""
     falls = falling(problem, arrays, found)
     if not (found.converged and np.any(falls)):
@@ -235,7 +238,7 @@ def beside(z: Array, random: np.random.Generator) -> Array:
     return z + NUDGE * np.maximum(np.abs(z), 1.0) * random.standard_normal(z.shape)
 
 
-def _nudged(problem: Problem, once, found: Found, arrays: Arrays) -> Found:
+def _nudged(problem: FitProblem, once, found: Found, arrays: Arrays) -> Found:
     """A search ended in a crease of the loss goes on beside it.
 
     Records of a line that goes slack have creases and small jumps; where the search ends in one, a
