@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import finite, hold, positive
+from .checks import finite, hold, positive, reaching
 from .highline import SHOWN, Highline
 from .pair import Pair
 from .roots import Values, bracketed, widened
@@ -132,12 +132,7 @@ def loaded_from_length(
         ValueError: a load off the span, a line that is too short, a weight that is not positive.
     """
     l, c, q, G, x, S = _checked(span, drop, weight, load, place, length)
-    hold(
-        np.real(S) > np.hypot(np.real(l), np.real(c)),
-        "expected a length S over the distance of the ends, {:g} m, found {:g} m",
-        np.hypot(np.real(l), np.real(c)),
-        np.real(S),
-    )
+    reaching(l, c, S)
     return _of_length(_at(l, c, q, G, x), S)
 
 
@@ -243,12 +238,7 @@ def straight_from_length(
     """
     l, c, _, G, x, S = _checked(span, drop, 1.0, load, place, length)
     positive("load G", "N", G)
-    hold(
-        np.real(S) > np.hypot(np.real(l), np.real(c)),
-        "expected a length S over the distance of the ends, {:g} m, found {:g} m",
-        np.hypot(np.real(l), np.real(c)),
-        np.real(S),
-    )
+    reaching(l, c, S)
     # with d the length from A to the load: d + d' = S and d^2 - d'^2 = x^2 - (l - x)^2 - c^2 + 2 c y
     D = 0.5 * S + 0.5 * (x**2 - (l - x) ** 2 - c**2) / S
     r = c / S

@@ -28,3 +28,10 @@ def hold(good: Values, message: str, *values: Values) -> None:
         first = int(np.argmin(np.ravel(good)))
         told = [float(np.ravel(np.broadcast_to(v, np.shape(good)))[first]) for v in values]
         raise ValueError(message.format(*told))
+
+
+def reaching(span: Values, drop: Values, length: Values, what: str = "a length S") -> None:
+    """Raise ValueError where a length (m) is not over the distance of the ends, sqrt(l^2 + c^2)."""
+    chord, real = np.hypot(np.real(span), np.real(drop)), np.real(length)
+    message = f"expected {what} over the distance of the ends, {{:g}} m, found {{:g}} m"
+    hold(real > chord, message, chord, real)

@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import finite, hold, positive
+from .checks import finite, hold, positive, reaching
 from .highline import Highline
 from .law import Array, root, smallest
 from .newton import convex_minimum
@@ -75,12 +75,7 @@ def dragged_from_length(
         "expected a highline that ends before B, and over 0 m of traction cable, found {:g} m",
         np.real(S),
     )
-    hold(
-        np.real(S) + s > np.hypot(l, c),
-        "expected both lengths together over the distance of the ends, {:g} m, found {:g} m",
-        np.hypot(l, c),
-        np.real(S) + s,
-    )
+    reaching(l, c, np.real(S) + s, "both lengths together")
     return _line(numbers, S, tension=False)
 
 

@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import finite, hold, positive
+from .checks import finite, hold, positive, reaching
 from .roots import Values, bracketed
 
 __all__ = [
@@ -216,12 +216,7 @@ def highline_from_length(
         ValueError: a length that does not reach from A to B.
     """
     l, c, q, S = _checked(span, drop, weight, ("length S", "m", length))
-    hold(
-        np.real(S) > np.hypot(np.real(l), np.real(c)),
-        "expected a length S over the distance of the ends, {:g} m, found {:g} m",
-        np.hypot(np.real(l), np.real(c)),
-        np.real(S),
-    )
+    reaching(l, c, S)
     ratio = np.sqrt(S**2 - c**2) / l
     excess = np.real((S**2 - c**2 - l**2) / (l**2 * (ratio + 1.0)))  # ratio - 1
     low, high = np.log1p(excess), np.sqrt(6.0 * excess)
