@@ -5,7 +5,9 @@ its acceleration J q'' + J' q', so its mass M and the force F on it enter the bo
 J^T M J and J^T (F - M J' q').
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
 import jax
@@ -21,6 +23,9 @@ from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
+if TYPE_CHECKING:
+    from lumpedcable.model.model import Model
+
 __all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "on_paths", "start_velocities"]
 
 SLIDES = 2  # times that N, which depends a little on how a body slides, is found
@@ -33,14 +38,14 @@ class BodyGain(NamedTuple):
     pulls: dict[tuple[str, int], Float[Array, " d"]]
 
 
-def attached_ends(model, body: str | None = None):
+def attached_ends(model: Model, body: str | None = None):
     """Ends that are tied to bodies, or to one of them: (line, 0 or -1, end)."""
     for name, node, end in model.outer_ends():
         if isinstance(end, Attached) and body in (None, end.body):
             yield name, node, end
 
 
-def follow(model, t: Float[Array, ""], displacement: dict[str, Array]) -> dict[str, Array]:
+def follow(model: Model, t: Float[Array, ""], displacement: dict[str, Array]) -> dict[str, Array]:
     """The same displacements (m), with attached ends where their bodies have taken them."""
     moved = dict(displacement)
     for name, node, end in attached_ends(model):
@@ -51,7 +56,7 @@ def follow(model, t: Float[Array, ""], displacement: dict[str, Array]) -> dict[s
 
 
 def follow_rate(
-    model,
+    model: Model,
     t: Float[Array, ""],
     displacement: dict[str, Array],
     velocity: dict[str, Array],
@@ -78,7 +83,7 @@ def _tied(t, values: Array, node: int, end: Attached, value: Array) -> Array:
 
 
 def on_paths(
-    model, t: Float[Array, ""], displacement: dict[str, Array], velocity: dict[str, Array]
+    model: Model, t: Float[Array, ""], displacement: dict[str, Array], velocity: dict[str, Array]
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """The same displacements (m) and velocities (m/s), of moved and tied ends as they are at t (s).
 
@@ -106,7 +111,7 @@ def on_paths(
     return displacement, follow_rate(model, t, displacement, velocity)
 
 
-def start_velocities(model, velocity: dict[str, Array]) -> dict[str, Array]:
+def start_velocities(model: Model, velocity: dict[str, Array]) -> dict[str, Array]:
     """Velocities (m/s) at the start: bodies as they are let go, lines at rest but for their ends."""
     moved = dict(velocity)
     zero = {}
@@ -118,7 +123,7 @@ def start_velocities(model, velocity: dict[str, Array]) -> dict[str, Array]:
 
 
 def body_gain(
-    model, name: str, t: Float[Array, ""], found: dict, displacement: dict[str, Array],
+    model: Model, name: str, t: Float[Array, ""], found: dict, displacement: dict[str, Array],
     before: dict[str, Array], dt: Float[Array, ""] | None,
 ) -> BodyGain:  # fmt: skip
     """Acceleration of a body under its own forces and those of the lines that are tied to it.
@@ -135,7 +140,7 @@ def body_gain(
 
 
 def _gain_at(
-    model, name: str, body: AbstractBody, t, found, displacement, before, middle, dt
+    model: Model, name: str, body: AbstractBody, t, found, displacement, before, middle, dt
 ) -> BodyGain:
     """The gain from `before` on, with forces that depend on velocities taken at `middle`."""
     key = body_key(name)

@@ -1,7 +1,7 @@
 """From trolleys, winches and measures of a scene to those of the model."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -34,6 +34,9 @@ from lumpedcable.scene.lines import MovingEnd, held_place
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, SpeedMeasure
 from lumpedcable.scene.moved import MovedBody
 
+if TYPE_CHECKING:
+    from lumpedcable.model.model import Model
+
 __all__ = [
     "Measured",
     "make_couplings",
@@ -59,16 +62,20 @@ class Measured(eqx.Module):
     deck: str | None = eqx.field(static=True, default=None)
     post: BodyPost | None = None
 
-    def value(self, model, t, seen: Seen) -> Float[Array, ""]:
+    def value(self, model: "Model", t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
         body, key = model.bodies[self.body], body_key(self.body)
         d = self.axes.shape[1]
         place = self.origin + self.axes @ (body.reference + seen.displacement[key])[:d]
         law = self._law(model, seen.displacement)
         found = law.value(t, place, self.axes @ seen.velocity[key][:d])
-        return jnp.where(t <= body.path.arrival, found, jnp.nan) if self.until_rest else found
+        if not self.until_rest:
+            return found
+        assert isinstance(body, Rider)  # the scene was checked
+        assert isinstance(body.path, Hauled)
+        return jnp.where(t <= body.path.arrival, found, jnp.nan)
 
-    def _law(self, model, displacement) -> AbstractMeasure:
+    def _law(self, model: "Model", displacement) -> AbstractMeasure:
         """The measure with what it counts from where that is at the moment."""
         law = self.law
         if self.deck is not None and isinstance(law, measures.HeightMeasure):
@@ -81,7 +88,7 @@ class Measured(eqx.Module):
             law = replace(law, near=replace(law.near, post=Still(place)))
         return law
 
-    def _six(self, model, displacement, name: str) -> Float[Array, " 6"]:
+    def _six(self, model: "Model", displacement, name: str) -> Float[Array, " 6"]:
         """Place (m) and roll, pitch, yaw (rad) of a rigid body."""
         q = model.bodies[name].reference + displacement[body_key(name)]
         d = self.axes.shape[1]

@@ -1,8 +1,10 @@
 """Bodies that run on cables, and lines that winches pay out: how they act on each other."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -29,6 +31,9 @@ from lumpedcable.physics.coupling import (
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
 from lumpedcable.physics.weight import Weight
+
+if TYPE_CHECKING:
+    from lumpedcable.model.model import Model
 
 __all__ = [
     "Coupled",
@@ -63,12 +68,28 @@ def winch_name(line: str) -> str:
     return f"winch of {line}"
 
 
-def winch_of(model, line: str) -> Winch | None:
+def winch_of(model: Model, line: str) -> Winch | None:
     """The winch at an end of a line, None where it has none."""
-    return model.bodies.get(winch_name(line))
+    winch = model.bodies.get(winch_name(line))
+    assert winch is None or isinstance(winch, Winch)  # no other body has such a name
+    return winch
 
 
-def live_line(model, name: str, displacement: Values, velocity: Values | None) -> Line:
+def _winches(model: Model) -> Iterator[tuple[str, Winch]]:
+    """The winches among the bodies, by name."""
+    for name, body in model.bodies.items():
+        if isinstance(body, Winch):
+            yield name, body
+
+
+def _rider(model: Model, coupled: Coupled) -> Rider:
+    """The body that runs on a cable."""
+    body = model.bodies[coupled.body]
+    assert isinstance(body, Rider)  # nothing else does
+    return body
+
+
+def live_line(model: Model, name: str, displacement: Values, velocity: Values | None) -> Line:
     """A line as long as it is at the moment: its winch has paid out L, and pays out dL/dt."""
     line, winch = model.lines[name], winch_of(model, name)
     if winch is None:
@@ -120,9 +141,7 @@ class Found(dict[str, Any]):
             for coupled in model.couplings
         )
         self.drawn = {
-            name: payout_force(model, body, self, displacement)
-            for name, body in model.bodies.items()
-            if isinstance(body, Winch)
+            name: payout_force(model, winch, self, displacement) for name, winch in _winches(model)
         }
         for coupled, pull in zip(model.couplings, self.pulls, strict=True):
             if coupled.line is not None:
@@ -136,15 +155,16 @@ class Found(dict[str, Any]):
                     length = jnp.sum(e.line.shape.node_length)
                     grown = sum((force.payout for force in pull.taken.values()), pull.kink)
                     self.drawn[winch] = self.drawn[winch] + grown / length
-        self.payouts = {name: _answer(model, name, self, velocity) for name in self.drawn}
+        self.payouts = {
+            name: _answer(winch, name, self, velocity) for name, winch in _winches(model)
+        }
 
-    def add_passing(self, model, velocity: Values | None, middle: Values | None) -> None:
+    def add_passing(self, model: Model, velocity: Values | None, middle: Values | None) -> None:
         """Add what drag and friction along a line do to what its winch pays out (see `passing`).
 
         `velocity` is that of the evaluation, `middle` that at which drag acts; None at rest.
         """
-        for name in self.drawn:
-            winch = model.bodies[name]
+        for name, winch in _winches(model):
             line = model.lines[winch.line]
             if not passing_kinds(line):
                 continue
@@ -152,20 +172,20 @@ class Found(dict[str, Any]):
             held = None if velocity is None else velocity[winch.line][:, winch.node]
             self.passed[name] = on_payout(line, self[winch.line], v, winch.node, held)
             self.drawn[name] = sum(self.passed[name].values(), self.drawn[name])
-            self.payouts[name] = _answer(model, name, self, velocity)
+            self.payouts[name] = _answer(winch, name, self, velocity)
 
 
-def _answer(model, name: str, found: Found, velocity: Values | None) -> Float[Array, " m"]:
+def _answer(winch: Winch, name: str, found: Found, velocity: Values | None) -> Float[Array, " m"]:
     """What comes of the pull at a winch with its control (N)."""
     rate = None if velocity is None else velocity[body_key(name)]
-    return model.bodies[name].answer(found.drawn[name], rate)
+    return winch.answer(found.drawn[name], rate)
 
 
 def _pull(
-    model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None, dt
+    model: Model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None, dt
 ) -> Pull:
     """What a coupling does."""
-    body, key = model.bodies[coupled.body], body_key(coupled.body)
+    body, key = _rider(model, coupled), body_key(coupled.body)
     d = body.dimensions
     place = (body.reference + displacement[key])[:d]
     speed = None if velocity is None else velocity[key][:d]
@@ -187,7 +207,7 @@ def _pull(
 
 
 def _growth(
-    model, line: str, displacement: Values, velocity: Values | None
+    model: Model, line: str, displacement: Values, velocity: Values | None
 ) -> Float[Array, ""] | None:
     """dL/dt over L (1/s) of the winch of a line, None without one and at rest."""
     winch, key = winch_of(model, line), body_key(winch_name(line))
@@ -197,7 +217,7 @@ def _growth(
 
 
 def posts_of(
-    model, coupled: Coupled, t, displacement: Values | None, velocity: Values | None
+    model: Model, coupled: Coupled, t, displacement: Values | None, velocity: Values | None
 ) -> Posts | None:
     """The posts of an ideal cable at t (s), None of another; with None as at the start, and at rest."""
     law, found = coupled.law, []
@@ -215,7 +235,9 @@ def posts_of(
     return Posts(*found)
 
 
-def body_force(model, name: str, found: Found, displacement: Values | None = None) -> Array | None:
+def body_force(
+    model: Model, name: str, found: Found, displacement: Values | None = None
+) -> Array | None:
     """Generalised force on a body from the cable that it runs on, or on a winch from its line.
 
     Of a rigid body that of the ideal cables whose posts stand on it, at `displacement`, the start if
@@ -237,11 +259,11 @@ def body_force(model, name: str, found: Found, displacement: Values | None = Non
     for coupled, pull in zip(model.couplings, found.pulls, strict=True):
         if coupled.body == name:
             force = jnp.zeros_like(body.reference) if force is None else force
-            force = force.at[: body.dimensions].add(pull.body)
+            force = force.at[: _rider(model, coupled).dimensions].add(pull.body)
     return force
 
 
-def payout_force(model, winch: Winch, found, displacement: Values) -> Float[Array, ""]:
+def payout_force(model: Model, winch: Winch, found, displacement: Values) -> Float[Array, ""]:
     """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
 
     Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
@@ -269,7 +291,7 @@ def payout_force(model, winch: Winch, found, displacement: Values) -> Float[Arra
     return force
 
 
-def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
+def _drum_weight(model: Model, winch: Winch, displacement: Values) -> Float[Array, ""]:
     """Potential energy (J) that a metre of line has at the post."""
     line = model.lines[winch.line]
     post = (line.reference + displacement[winch.line])[:, winch.node]
@@ -280,7 +302,7 @@ def _drum_weight(model, winch: Winch, displacement: Values) -> Float[Array, ""]:
     return total
 
 
-def coupling_energies(model, found: Found) -> dict[str, Float[Array, ""]]:
+def coupling_energies(model: Model, found: Found) -> dict[str, Float[Array, ""]]:
     """Energies (J) of couplings by dataset."""
     total: dict[str, Float[Array, ""]] = {}
     for coupled, pull in zip(model.couplings, found.pulls, strict=True):
@@ -289,7 +311,7 @@ def coupling_energies(model, found: Found) -> dict[str, Float[Array, ""]]:
     return total
 
 
-def body_works(model, name: str) -> tuple[str, ...]:
+def body_works(model: Model, name: str) -> tuple[str, ...]:
     """The kinds of work of a body, of what it runs on, of what hauls it and of its winch."""
     body = model.bodies[name]
     mine = (coupled for coupled in model.couplings if coupled.body == name)
@@ -302,7 +324,7 @@ def body_works(model, name: str) -> tuple[str, ...]:
 
 
 def body_powers(
-    model, name: str, found: Found, displacement: Values, velocity: Values, gain: Array
+    model: Model, name: str, found: Found, displacement: Values, velocity: Values, gain: Array
 ) -> dict[str, Float[Array, ""]]:
     """Power (W) of each of `body_works` beyond those of the body itself, at its rates' gain."""
     body, key = model.bodies[name], body_key(name)
@@ -313,7 +335,8 @@ def body_powers(
             continue
         power = dict(pull.given)
         for kind, force in pull.taken.items():
-            power[kind] = -jnp.dot(force.body, v[: body.dimensions])
+            assert coupled.line is not None  # nothing resists on an ideal cable
+            power[kind] = -jnp.dot(force.body, v[: _rider(model, coupled).dimensions])
             power[kind] -= jnp.sum(force.line * velocity[coupled.line])
             growth = _growth(model, coupled.line, displacement, velocity)
             power[kind] -= 0.0 if growth is None else force.payout * growth
@@ -339,13 +362,13 @@ def body_powers(
 # --- coordinates whose motion is given ------------------------------------------------------
 
 
-def _hauled(model) -> Iterator[tuple[str, AbstractMotion, Array]]:
+def _hauled(model: Model) -> Iterator[tuple[str, AbstractMotion, Array]]:
     for name, body in model.bodies.items():
         if isinstance(body, Rider) and body.path is not None and body.free is not None:
             yield body_key(name), body.path, body.free
 
 
-def steered(model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
+def steered(model: Model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
     """The same velocities, but hauled bodies as they are hauled: at t (s), or over the dt (s) after."""
     moved = dict(velocity)
     for key, path, free in _hauled(model):
@@ -355,7 +378,7 @@ def steered(model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
     return moved
 
 
-def steered_gain(model, t, gains: Values) -> Values:
+def steered_gain(model: Model, t, gains: Values) -> Values:
     """The same accelerations, but of hauled coordinates those of their paths."""
     moved = dict(gains)
     for key, path, free in _hauled(model):

@@ -4,6 +4,10 @@ An end that something holds, moves or carries has none until it breaks away, nor
 a line is going to break: half a segment each.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -12,12 +16,16 @@ from lumpedcable.model.ends import Joined, Loaded
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
+if TYPE_CHECKING:
+    from lumpedcable.model.model import Model
+
 __all__ = ["grip_limit", "held_back", "joint_held_back"]
 
 
-def grip_limit(model, name: str, t, e, velocity) -> Float[Array, " nodes"]:
+def grip_limit(model: Model, name: str, t, e, velocity) -> Float[Array, " nodes"]:
     """The most friction (N) that each node of a line can have at its velocity (m/s)."""
     line = model.lines[name]
+    assert line.grip is not None  # who asks has looked
     limit = line.grip.limit(e.line.shape, velocity)
     for node in line.ends:
         share = _share(model, t, model.end(name, node))
@@ -26,7 +34,7 @@ def grip_limit(model, name: str, t, e, velocity) -> Float[Array, " nodes"]:
     return limit
 
 
-def _share(model, t, end):
+def _share(model: Model, t, end):
     """0 for an end that is held, 1 once it has broken away; None for one that lies there for good."""
     if isinstance(end, Loaded) or _lasting(model, end):
         return None
@@ -34,7 +42,7 @@ def _share(model, t, end):
     return 0.0 if release is None else release.begun(t)
 
 
-def _lasting(model, end) -> bool:
+def _lasting(model: Model, end) -> bool:
     """Whether an end stays joined to others for good."""
     if not isinstance(end, Joined):
         return False
@@ -42,7 +50,7 @@ def _lasting(model, end) -> bool:
     return all(model.end(name, node).release is None for name, node in members)
 
 
-def held_back(model, name: str, t, e, before, change, dt):
+def held_back(model: Model, name: str, t, e, before, change, dt):
     """The velocity (m/s) after a kick of length dt (s) with friction, and the evaluation.
 
     Friction takes of a node's momentum along the bed what would stop it in this kick, or mu N dt
@@ -57,7 +65,7 @@ def held_back(model, name: str, t, e, before, change, dt):
     return after - stopped, e._replace(grip=force)
 
 
-def joint_held_back(model, members, t, found, before, matrix, gain, dt):
+def joint_held_back(model: Model, members, t, found, before, matrix, gain, dt):
     """The same for the acceleration (m/s2) of a joint with the inertia `matrix` (kg, (d, d)).
 
     The force (N) is booked on the first member.
@@ -70,7 +78,9 @@ def joint_held_back(model, members, t, found, before, matrix, gain, dt):
     name, node = members[0]
     e = found[name]
     limit = sum(grip_limit(model, n, t, found[n], before[n])[k] for n, k in members)
-    normal = model.lines[name].grip.bed.normal(e.line.shape)
+    grip = model.lines[name].grip
+    assert grip is not None  # as looked at above
+    normal = grip.bed.normal(e.line.shape)
     n = normal[:, 0 if normal.shape[1] == 1 else node]
     after = before[name][:, node] + dt * gain
     level = (after - n * jnp.dot(n, after))[:, None]

@@ -1,6 +1,6 @@
 """Numbers of a place along a line: its tension, its speed, its motion."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -18,6 +18,9 @@ from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.scene import Scene
 from lumpedcable.scene.measures import LineMeasure, MotionMeasure, PlaceKind
+
+if TYPE_CHECKING:
+    from lumpedcable.model.model import Model
 
 __all__ = ["PlaceMeasured", "Seen", "place_measured", "segment_sizes"]
 
@@ -47,7 +50,7 @@ class PlaceMeasured(eqx.Module):
     along: Float[Array, " d"] | None = None
     origin: Float[Array, ""] | None = None
 
-    def value(self, model, t, seen: Seen) -> Float[Array, ""]:
+    def value(self, model: "Model", t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
         if self.side is not None:
             piece = self.pieces[self.side]
@@ -65,7 +68,7 @@ class PlaceMeasured(eqx.Module):
             moved = moved - self._at(before, [line.reference for line in before])
         return self._told(moved)
 
-    def _vectors(self, model, seen: Seen) -> list[Float[Array, "d nodes"]]:
+    def _vectors(self, model: "Model", seen: Seen) -> list[Float[Array, "d nodes"]]:
         """Of the nodes of each piece what is told of the place: place, way (m) or velocity (m/s)."""
         if self.kind in ("speed", "velocity"):
             return [seen.velocity[piece] for piece in self.pieces]

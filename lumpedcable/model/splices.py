@@ -4,8 +4,10 @@ The two parts of a line meet at a joint, where they share a node. What bends ove
 neither; while the line breaks there it fades like the force does.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +16,9 @@ from jaxtyping import Array, Float
 from lumpedcable.model.ends import Release
 from lumpedcable.physics.bending import Bending, bent
 from lumpedcable.physics.load import Shape
+
+if TYPE_CHECKING:
+    from lumpedcable.model.model import Model
 
 __all__ = ["Splice", "add_splices", "spliced", "splices"]
 
@@ -30,19 +35,23 @@ class Splice(NamedTuple):
     power: Float[Array, ""]
 
 
-def spliced(model) -> Iterator[tuple[str, str, Bending, Release]]:
+def spliced(model: Model) -> Iterator[tuple[str, str, Bending, Release]]:
     """The parts before and after each cut of a line with bending, its bending, and its break."""
     for index, junction in enumerate(model.junctions):
         if not junction.cut:
             continue
-        part = {node: name for name, node in junction.members}
+        part, release = {node: name for name, node in junction.members}, model.parting(index)
         for load in model.lines[part[0]].loads:
             if isinstance(load, Bending):
-                yield part[-1], part[0], load, model.parting(index)
+                assert release is not None  # a line is cut where it breaks
+                yield part[-1], part[0], load, release
 
 
 def splices(
-    model, t: Float[Array, ""], shapes: Mapping[str, Shape], dt: Float[Array, ""] | None = None
+    model: Model,
+    t: Float[Array, ""],
+    shapes: Mapping[str, Shape],
+    dt: Float[Array, ""] | None = None,
 ) -> tuple[Splice, ...]:
     """What bends over the cuts of a model at t (s), of a kick of dt (s) there if steps are fixed."""
     found = []
@@ -75,7 +84,7 @@ def _fading(release: Release, t: Float[Array, ""], dt: Float[Array, ""] | None):
     return 0.25 * (before + 2.0 * now + after), (after - before) / (2.0 * dt)
 
 
-def add_splices(model, t: Float[Array, ""], found, dt: Float[Array, ""] | None) -> None:
+def add_splices(model: Model, t: Float[Array, ""], found, dt: Float[Array, ""] | None) -> None:
     """Work out what bends over the cuts of a model at t (s), and add it to the forces of the lines."""
     shapes = {name: e.line.shape for name, e in found.items()}
     found.splices = splices(model, t, shapes, dt)
