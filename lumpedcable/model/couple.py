@@ -129,7 +129,12 @@ class Found(dict[str, Any]):
     passed: dict[str, dict[str, Float[Array, ""]]]
 
     def add_couplings(
-        self, model, t, displacement: Values, velocity: Values | None, dt: Array | None = None
+        self,
+        model: Model,
+        t,
+        displacement: Values,
+        velocity: Values | None,
+        dt: Array | None = None,
     ) -> None:
         """Work out what couplings and winches do, and add it to the forces of the lines.
 
