@@ -77,6 +77,25 @@ every = "1 ms"
 """
 
 
+def fixed(*place):
+    """An end that is fixed at a place (m)."""
+    return f"{{ fixed = {list(map(float, place))} }}"
+
+
+def line_text(name, material, length, segments, mass, start, end, more=""):
+    """The table of a line of `length` (m) and `mass` (kg/m) between two ends as a scene writes them."""
+    return f"""
+[lines.{name}]
+material = "{material}"
+length = {length}
+segments = {segments}
+mass = {mass}
+start = {start}
+end = {end}
+{more}
+"""
+
+
 def sliding_block(
     *, speed, end='"free"', line=1e-3, face=0.5, volume=None, step, duration, every, more=""
 ):

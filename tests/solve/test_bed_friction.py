@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text, scene_of, sliding_block
+from engine_runs import line_text, run_text, scene_of, sliding_block
 
 from lumpedcable.results import open_result
 from lumpedcable.scene import SceneError
@@ -19,15 +19,6 @@ friction = {MU}
 """
 ELASTIC = '[materials.wire]\nlaw = "linear"\nEA = {EA}\n'
 RODS = '[materials.wire]\nlaw = "inextensible"\n[solver]\nstep = "2 ms"\n'
-LINE = """
-[lines.wire]
-material = "wire"
-length = {length}
-segments = {segments}
-mass = {mass}
-start = {start}
-end = {end}
-"""
 OUTPUT = """
 [output]
 duration = {duration}
@@ -37,7 +28,7 @@ quantities = ["position", "velocity", "tension", "energy"]
 
 
 def line(length, segments, start, end, mass=MASS):
-    return LINE.format(length=length, segments=segments, mass=mass, start=start, end=end)
+    return line_text("wire", "wire", length, segments, mass, start, end)
 
 
 @pytest.mark.slow

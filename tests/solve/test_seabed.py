@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import equilibrium_of, nodes_in_space, run_text, scene_of
+from engine_runs import equilibrium_of, fixed, line_text, nodes_in_space, run_text, scene_of
 from modal_runs import modes_of
 
 from lumpedcable.exact import elastic_catenary, rod_frequencies, string_frequencies
@@ -17,21 +17,7 @@ from lumpedcable.study.compiled import RUN_ONCE
 G = 9.80665
 BED = "[seabed]\nheight = {height}\nstiffness = {stiffness}\n"
 HOOKE = '[materials.chain]\nlaw = "linear"\nEA = {EA}\n{more}\n'
-LINE = """
-[lines.{name}]
-material = "chain"
-length = {length}
-segments = {segments}
-mass = {mass}
-start = {start}
-end = {end}
-{more}
-"""
 OUTPUT = '[output]\nduration = "1 s"\nevery = "1 s"\n'
-
-
-def fixed(*place):
-    return f"{{ fixed = {list(map(float, place))} }}"
 
 
 def text(
@@ -44,13 +30,10 @@ def text(
         f"gravity = {G}\n"
         + BED.format(height=height, stiffness=stiffness)
         + HOOKE.format(EA=EA, more=material)
-        + LINE.format(
-            name="chain", length=length, segments=segments, mass=weight / G, start=start, end=end,
-            more=line,
-        )
+        + line_text("chain", "chain", length, segments, weight / G, start, end, line)
         + more
         + OUTPUT
-    )  # fmt: skip
+    )
 
 
 def at_rest(folder, scene, name="chain"):
@@ -112,10 +95,7 @@ def test_which_end_is_the_anchor_does_not_matter(tmp_path):
 @pytest.mark.slow
 def test_two_halves_joined_on_the_bed_are_the_whole(tmp_path):
     _, ends, nodes = at_rest(tmp_path, text((0, 0, 0), (400, 0, 100), 450, 1e8, 800))
-    far = LINE.format(
-        name="far", length=225, segments=30, mass=800 / G, start='"free"', end=fixed(400, 0, 100),
-        more="",
-    )  # fmt: skip
+    far = line_text("far", "chain", 225, 30, 800 / G, '"free"', fixed(400, 0, 100))
     scene = text((0, 0, 0), '"far.start"', 225, 1e8, 800, 30, more=far)
     _, half, first = at_rest(tmp_path, scene)
     assert half[0] == pytest.approx(ends[0], rel=1e-8)

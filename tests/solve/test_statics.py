@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import equilibrium_of, nodes_in_space, order_of, scene_of
+from engine_runs import equilibrium_of, fixed, line_text, nodes_in_space, order_of, scene_of
 
 from lumpedcable.exact import elastic_catenary, hanging_nodes, linear_strain
 from lumpedcable.model.coordinates import coordinates_of
@@ -13,30 +13,12 @@ from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE
 
-LINE = """
-[lines.rope]
-material = "wire"
-length = {length}
-segments = {segments}
-mass = {mass}
-start = {start}
-end = {end}
-{more}
-"""
-
 
 def text(length, end, *, EA=1e7, segments=40, mass=10.0, gravity=9.81, start=None, more="", top=""):
     head = "" if gravity is None else f"gravity = {gravity}\n"
     head += f'{top}\n[materials.wire]\nlaw = "linear"\nEA = {EA}\n'
-    line = LINE.format(
-        length=length, segments=segments, mass=mass, more=more,
-        start=start or "{ fixed = [0, 0, 0] }", end=end,
-    )  # fmt: skip
+    line = line_text("rope", "wire", length, segments, mass, start or fixed(0, 0, 0), end, more)
     return head + line + '\n[output]\nduration = "1 s"\nevery = "1 s"\n'
-
-
-def fixed(*place):
-    return f"{{ fixed = {list(map(float, place))} }}"
 
 
 def tensions(found, name="rope"):
@@ -122,9 +104,8 @@ def test_a_line_lighter_than_water_rises(tmp_path):
 
 def test_a_body_between_two_lines(tmp_path):
     # a weight on two nearly weightless, nearly rigid lines: a triangle of known sides
-    scene = text(80, '"bob"', EA=1e11, mass=1e-6, segments=4) + LINE.format(
-        length=60, segments=4, mass=1e-6, start=fixed(100, 0, 0), end='"bob"', more=""
-    ).replace("lines.rope", "lines.stay")
+    scene = text(80, '"bob"', EA=1e11, mass=1e-6, segments=4)
+    scene += line_text("stay", "wire", 60, 4, 1e-6, fixed(100, 0, 0), '"bob"')
     scene += "[bodies.bob]\nmass = 1000\n"
     found, coordinates = equilibrium_of(scene_of(tmp_path, scene))
     assert bool(found.converged)
@@ -137,9 +118,8 @@ def test_a_body_between_two_lines(tmp_path):
 
 def test_two_halves_joined_are_the_whole(tmp_path):
     whole, c = equilibrium_of(scene_of(tmp_path, text(120, fixed(100, 0, 20))))
-    half = text(60, '"far.start"', segments=20) + LINE.format(
-        length=60, segments=20, mass=10, start='"free"', end=fixed(100, 0, 20), more=""
-    ).replace("lines.rope", "lines.far")
+    half = text(60, '"far.start"', segments=20)
+    half += line_text("far", "wire", 60, 20, 10, '"free"', fixed(100, 0, 20))
     found, d = equilibrium_of(scene_of(tmp_path, half))
     assert bool(found.converged)
     both = np.concatenate(
@@ -240,9 +220,7 @@ def test_two_lines_in_a_row_from_one_held_end(tmp_path, case, mirrored):
     if mirrored:
         ends = {"rope": ('"far.end"', anchor), "far": (pull, '"rope.start"')}
     scene = text(30, ends["rope"][1], EA=1.2e6, segments=12, gravity=gravity, start=ends["rope"][0])
-    scene += LINE.format(
-        length=30, segments=12, mass=10, start=ends["far"][0], end=ends["far"][1], more=""
-    ).replace("lines.rope", "lines.far")
+    scene += line_text("far", "wire", 30, 12, 10, *ends["far"])
     found, c = equilibrium_of(scene_of(tmp_path, scene))
     assert bool(found.converged)
     loads = np.zeros((25, 3))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text
+from engine_runs import line_text, run_text
 
 WIRE = """
 gravity = 9.80665
@@ -10,17 +10,6 @@ gravity = 9.80665
 law = "linear"
 EA = "10 MN"
 {cut}
-"""
-LINE = """
-[lines.{name}]
-material = "wire"
-length = {length}
-segments = {segments}
-mass = 20
-diameter = 0.05
-start = {start}
-end = {end}
-{more}
 """
 BREAK = """
 [events.break]
@@ -40,7 +29,7 @@ BED = "[seabed]\nheight = -20\nstiffness = 1e5\ndamping = 1e4\n"
 
 
 def line(start=TOP, end=HIGH, name="line", length=100, segments=20, more=""):
-    return LINE.format(name=name, start=start, end=end, length=length, segments=segments, more=more)
+    return line_text(name, "wire", length, segments, 20, start, end, f"diameter = 0.05\n{more}")
 
 
 SCENES = {

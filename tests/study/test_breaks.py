@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import HOOKE, ROPE, run_text, scene_of
+from engine_runs import HOOKE, ROPE, fixed, line_text, run_text, scene_of
 from nylon_line import MASS, cut
 
 from lumpedcable.exact import LinearRelease, release_wave
@@ -254,17 +254,9 @@ def test_a_joint_that_everything_leaves(tmp_path):
 
 
 def test_two_lines_that_break_away_from_a_body_begin_each_by_itself(tmp_path):
+    places = {"a": (-10.1, 0, 0), "b": (10.1, 0, 0), "c": (0, 0, 10.1)}
     lines = "".join(
-        f"""
-[lines.{name}]
-material = "m"
-length = 10
-segments = 4
-mass = 1
-start = {{ fixed = {place} }}
-end = "bob"
-"""
-        for name, place in (("a", [-10.1, 0, 0]), ("b", [10.1, 0, 0]), ("c", [0, 0, 10.1]))
+        line_text(name, "m", 10, 4, 1, fixed(*place), '"bob"') for name, place in places.items()
     )
     ran = run_text(
         tmp_path,

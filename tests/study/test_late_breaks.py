@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import HOOKE, run_text
+from engine_runs import HOOKE, fixed, line_text, run_text
 
 from lumpedcable.results import open_result
 
@@ -52,21 +52,13 @@ def test_a_run_that_ended_before_has_none_of_a_break(ran):
 
 def line(name, start, end):
     """A line of 20 m with waves of 1000 m/s."""
-    return f"""
-[lines.{name}]
-material = "m"
-length = 20
-segments = 20
-mass = 1
-start = {start}
-end = {end}
-"""
+    return line_text(name, "m", 20, 20, 1, start, end)
 
 
 JOINED = (
     '[materials.m]\nlaw = "linear"\nEA = "1 MN"\n'
-    + line("a", "{ fixed = [0, 0, 0] }", '"b.start"')
-    + line("b", '"a.end"', "{ fixed = [42, 0, 0] }")
+    + line("a", fixed(0, 0, 0), '"b.start"')
+    + line("b", '"a.end"', fixed(42, 0, 0))
 )
 
 
