@@ -7,6 +7,7 @@ J^T M J and J^T (F - M J' q').
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import equinox as eqx
@@ -15,7 +16,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
-from lumpedcable.model.couple import body_force
+from lumpedcable.model.couple import Found, body_force
 from lumpedcable.model.ends import Attached, Driven, solve_small
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.winches import Winch
@@ -38,7 +39,7 @@ class BodyGain(NamedTuple):
     pulls: dict[tuple[str, int], Float[Array, " d"]]
 
 
-def attached_ends(model: Model, body: str | None = None):
+def attached_ends(model: Model, body: str | None = None) -> Iterator[tuple[str, int, Attached]]:
     """Ends that are tied to bodies, or to one of them: (line, 0 or -1, end)."""
     for name, node, end in model.outer_ends():
         if isinstance(end, Attached) and body in (None, end.body):
@@ -123,7 +124,7 @@ def start_velocities(model: Model, velocity: dict[str, Array]) -> dict[str, Arra
 
 
 def body_gain(
-    model: Model, name: str, t: Float[Array, ""], found: dict, displacement: dict[str, Array],
+    model: Model, name: str, t: Float[Array, ""], found: Found, displacement: dict[str, Array],
     before: dict[str, Array], dt: Float[Array, ""] | None,
 ) -> BodyGain:  # fmt: skip
     """Acceleration of a body under its own forces and those of the lines that are tied to it.
@@ -140,7 +141,7 @@ def body_gain(
 
 
 def _gain_at(
-    model: Model, name: str, body: AbstractBody, t, found, displacement, before, middle, dt
+    model: Model, name: str, body: AbstractBody, t, found: Found, displacement, before, middle, dt
 ) -> BodyGain:
     """The gain from `before` on, with forces that depend on velocities taken at `middle`."""
     key = body_key(name)
@@ -160,7 +161,9 @@ def _gain_at(
         if end.release is not None:
             active = jnp.where(end.release.begun(t), 0.0, 1.0).astype(v.dtype)
             # what still holds the end while it breaks pulls the body the other way
-            vector = vector - (1.0 - active) * (turn.T @ e.ends[0 if node == 0 else 1])
+            still = e.ends[0 if node == 0 else 1]
+            assert still is not None  # known of every end that can break
+            vector = vector - (1.0 - active) * (turn.T @ still)
         matrix = matrix + active * (turn.T @ mass @ turn)
         vector = vector + active * (turn.T @ force)
         parts[line, node] = (turn, mass, force)

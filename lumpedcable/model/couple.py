@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import equinox as eqx
 import jax
@@ -12,8 +12,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.inertia import kinetic_energy
-from lumpedcable.model.line import Line
+from lumpedcable.model.line import Line, LineForces
 from lumpedcable.model.passing import on_payout, passing_kinds
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.splices import Splice
@@ -28,7 +29,6 @@ from lumpedcable.physics.coupling import (
     PostState,
     Pull,
 )
-from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
 from lumpedcable.physics.weight import Weight
 
@@ -113,7 +113,7 @@ def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | No
     )
 
 
-class Found(dict[str, Any]):
+class Found(dict[str, Evaluation]):
     """Evaluations of lines by name; what couplings do, in their order; and how lines pull at winches.
 
     `drawn` is that pull (N), `payouts` what comes of it with the winch's control; `held` the friction
@@ -146,10 +146,11 @@ class Found(dict[str, Any]):
             for coupled in model.couplings
         )
         self.drawn = {
-            name: payout_force(model, winch, self, displacement) for name, winch in _winches(model)
+            name: payout_force(model, winch, self[winch.line].line, displacement)
+            for name, winch in _winches(model)
         }
         for coupled, pull in zip(model.couplings, self.pulls, strict=True):
-            if coupled.line is not None:
+            if coupled.line is not None and pull.line is not None:
                 e = self[coupled.line]
                 force = e.line.force + pull.line
                 self[coupled.line] = e._replace(line=e.line._replace(force=force))
@@ -187,8 +188,9 @@ def _answer(winch: Winch, name: str, found: Found, velocity: Values | None) -> F
 
 
 def _pull(
-    model: Model, coupled: Coupled, t, found, displacement: Values, velocity: Values | None, dt
-) -> Pull:
+    model: Model, coupled: Coupled, t, found: Found, displacement: Values, velocity: Values | None,
+    dt: Array | None,
+) -> Pull:  # fmt: skip
     """What a coupling does."""
     body, key = _rider(model, coupled), body_key(coupled.body)
     d = body.dimensions
@@ -268,17 +270,18 @@ def body_force(
     return force
 
 
-def payout_force(model: Model, winch: Winch, found, displacement: Values) -> Float[Array, ""]:
+def payout_force(
+    model: Model, winch: Winch, forces: LineForces, displacement: Values
+) -> Float[Array, ""]:
     """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
 
     Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
     the rope on the drum is as heavy, so that the work of weight counts from there.
     """
-    line, e = model.lines[winch.line], found[winch.line].line
-    shape: Shape = e.shape
+    line, shape = model.lines[winch.line], forces.shape
     share = shape.segment_length * jnp.ones_like(shape.strain)
     length = jnp.sum(share)
-    density = e.total_tension() * (1.0 + shape.strain) - line.law.energy(shape.strain)
+    density = forces.total_tension() * (1.0 + shape.strain) - line.law.energy(shape.strain)
     force = jnp.sum(density * share) / length + _drum_weight(model, winch, displacement)
     rest = tuple(load for load in line.loads if not isinstance(load, Weight))
     for load in line.loads:

@@ -6,35 +6,43 @@ a line is going to break: half a segment each.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
-from lumpedcable.model.ends import Joined, Loaded
+from lumpedcable.model.ends import End, Joined, Loaded
+from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.physics.place import place_at_end
+from lumpedcable.physics.seabed import BedGrip
 from lumpedcable.physics.vectors import dot
 
 if TYPE_CHECKING:
+    from lumpedcable.model.couple import Found
     from lumpedcable.model.model import Model
 
 __all__ = ["grip_limit", "held_back", "joint_held_back"]
 
 
-def grip_limit(model: Model, name: str, t, e, velocity) -> Float[Array, " nodes"]:
+def grip_limit(model: Model, name: str, t, e: Evaluation, velocity) -> Float[Array, " nodes"]:
     """The most friction (N) that each node of a line can have at its velocity (m/s)."""
-    line = model.lines[name]
-    assert line.grip is not None  # who asks has looked
-    limit = line.grip.limit(e.line.shape, velocity)
-    for node in line.ends:
+    limit = _grip(model, name).limit(e.line.shape, velocity)
+    for node in model.lines[name].ends:
         share = _share(model, t, model.end(name, node))
         if share is not None:
             limit = place_at_end(limit, node, limit[node] * jnp.asarray(share, limit.dtype))
     return limit
 
 
-def _share(model: Model, t, end):
+def _grip(model: Model, name: str) -> BedGrip:
+    """What a line has of friction."""
+    grip = model.lines[name].grip
+    assert grip is not None  # who asks has looked
+    return grip
+
+
+def _share(model: Model, t, end: End) -> Any:
     """0 for an end that is held, 1 once it has broken away; None for one that lies there for good."""
     if isinstance(end, Loaded) or _lasting(model, end):
         return None
@@ -42,7 +50,7 @@ def _share(model: Model, t, end):
     return 0.0 if release is None else release.begun(t)
 
 
-def _lasting(model: Model, end) -> bool:
+def _lasting(model: Model, end: End) -> bool:
     """Whether an end stays joined to others for good."""
     if not isinstance(end, Joined):
         return False
@@ -50,7 +58,9 @@ def _lasting(model: Model, end) -> bool:
     return all(model.end(name, node).release is None for name, node in members)
 
 
-def held_back(model: Model, name: str, t, e, before, change, dt):
+def held_back(
+    model: Model, name: str, t, e: Evaluation, before, change, dt
+) -> tuple[Float[Array, "d nodes"], Evaluation]:
     """The velocity (m/s) after a kick of length dt (s) with friction, and the evaluation.
 
     Friction takes of a node's momentum along the bed what would stop it in this kick, or mu N dt
@@ -58,14 +68,16 @@ def held_back(model: Model, name: str, t, e, before, change, dt):
     along and across the line, it acts against that momentum.
     """
     after = before + change
-    level = _level(e, model.lines[name], after)
+    level = _level(_grip(model, name).bed.normal(e.line.shape), after)
     force, stopped = _friction(
         level, _momentum(e.nodes, level), grip_limit(model, name, t, e, before), dt
     )
     return after - stopped, e._replace(grip=force)
 
 
-def joint_held_back(model: Model, members, t, found, before, matrix, gain, dt):
+def joint_held_back(
+    model: Model, members, t, found: Found, before, matrix, gain, dt
+) -> Float[Array, " d"]:
     """The same for the acceleration (m/s2) of a joint with the inertia `matrix` (kg, (d, d)).
 
     The force (N) is booked on the first member.
@@ -78,23 +90,21 @@ def joint_held_back(model: Model, members, t, found, before, matrix, gain, dt):
     name, node = members[0]
     e = found[name]
     limit = sum(grip_limit(model, n, t, found[n], before[n])[k] for n, k in members)
-    grip = model.lines[name].grip
-    assert grip is not None  # as looked at above
-    normal = grip.bed.normal(e.line.shape)
+    normal = _grip(model, name).bed.normal(e.line.shape)
     n = normal[:, 0 if normal.shape[1] == 1 else node]
     after = before[name][:, node] + dt * gain
     level = (after - n * jnp.dot(n, after))[:, None]
     force, stopped = _friction(level, matrix @ level, limit, dt)
     for k, (member, place) in enumerate(members):
         own = found[member].grip
+        assert own is not None  # as was looked at above
         mine = force[:, 0] if k == 0 else jnp.zeros_like(force[:, 0])
         found[member] = found[member]._replace(grip=place_at_end(own, place, mine))
     return gain - stopped[:, 0] / dt
 
 
-def _level(e, line, velocity) -> Float[Array, "d nodes"]:
+def _level(normal: Float[Array, "d nodes"], velocity) -> Float[Array, "d nodes"]:
     """The part of a velocity (m/s) that lies in the plane of the bed."""
-    normal = line.grip.bed.normal(e.line.shape)
     return velocity - normal * dot(normal, velocity)
 
 

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
+from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Line
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.place import place_at_end
@@ -48,7 +49,7 @@ def drifting(
 
 
 def on_payout(
-    line: Line, e, velocity: Float[Array, "d nodes"] | None, node: int,
+    line: Line, e: Evaluation, velocity: Float[Array, "d nodes"] | None, node: int,
     held: Float[Array, " d"] | None = None,
 ) -> dict[str, Float[Array, ""]]:  # fmt: skip
     """Q_L (N) by kind of work, at the nodes' velocity (m/s), at rest if None.

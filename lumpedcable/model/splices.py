@@ -18,6 +18,7 @@ from lumpedcable.physics.bending import Bending, bent
 from lumpedcable.physics.load import Shape
 
 if TYPE_CHECKING:
+    from lumpedcable.model.couple import Found
     from lumpedcable.model.model import Model
 
 __all__ = ["Splice", "add_splices", "spliced", "splices"]
@@ -84,7 +85,9 @@ def _fading(release: Release, t: Float[Array, ""], dt: Float[Array, ""] | None):
     return 0.25 * (before + 2.0 * now + after), (after - before) / (2.0 * dt)
 
 
-def add_splices(model: Model, t: Float[Array, ""], found, dt: Float[Array, ""] | None) -> None:
+def add_splices(
+    model: Model, t: Float[Array, ""], found: Found, dt: Float[Array, ""] | None
+) -> None:
     """Work out what bends over the cuts of a model at t (s), and add it to the forces of the lines."""
     shapes = {name: e.line.shape for name, e in found.items()}
     found.splices = splices(model, t, shapes, dt)

@@ -17,8 +17,8 @@ from lumpedcable.model.couple import (
     posts_of,
     winch_of,
 )
-from lumpedcable.model.inertia import Frame
-from lumpedcable.model.line import LineForces, placed
+from lumpedcable.model.evaluation import Evaluation
+from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.riders import Rider
@@ -38,14 +38,6 @@ HALVINGS = 80
 def is_carried(model: Model) -> bool:
     """Whether a model has winches or bodies on cables."""
     return any(isinstance(body, Rider | Winch) for body in model.bodies.values())
-
-
-class _At(NamedTuple):
-    """What couplings and winches ask of an evaluation at rest."""
-
-    line: LineForces
-    nodes: Frame
-    grip: None = None
 
 
 class _Unknowns(NamedTuple):
@@ -76,7 +68,7 @@ class _Unknowns(NamedTuple):
         live = {name: live_line(model, name, moved, None) for name in model.lines}
         for name, line in live.items():
             forces = line.forces(moved[name], None)
-            found[name] = _At(forces, model.frame(line, forces.shape))
+            found[name] = Evaluation(forces, model.frame(line, forces.shape), (), ())
         found.add_couplings(model, t, moved, None)
         found.add_passing(model, None, None)
         if self.net is not None:

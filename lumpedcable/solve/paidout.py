@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
 from lumpedcable.model.couple import paid_out, payout_force
-from lumpedcable.model.line import Line, LineForces, placed
+from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.bisection import bisected
@@ -78,8 +78,8 @@ def hung_length(
         there = placed(longer, hung_line(longer, start, end))
         still = jnp.zeros_like(there.reference)
         own = eqx.tree_at(lambda m: m.lines[winch.line], model, there)
-        found = {winch.line: _Hung(there.forces(still, None))}
-        return payout_force(own, winch, found, {winch.line: still}) > winch.pull
+        forces = there.forces(still, None)
+        return payout_force(own, winch, forces, {winch.line: still}) > winch.pull
 
     def slack(power):
         return least + chord * 2.0**power
@@ -92,9 +92,3 @@ def hung_length(
     low, high = bisected(taut, low, slack(power), HALVINGS)
     # with a tension too low to hold up the line there is none: then nearly straight
     return jnp.where(power < MOST, 0.5 * (low + high), slack(-10.0))
-
-
-class _Hung(eqx.Module):
-    """What the force on a winch asks of an evaluation at rest."""
-
-    line: LineForces
