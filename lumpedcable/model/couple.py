@@ -29,7 +29,7 @@ from lumpedcable.physics.coupling import (
     PostState,
     Pull,
 )
-from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
+from lumpedcable.physics.motion import velocity_of
 from lumpedcable.physics.weight import Weight
 
 if TYPE_CHECKING:
@@ -46,8 +46,6 @@ __all__ = [
     "paid_out",
     "payout_force",
     "posts_of",
-    "steered",
-    "steered_gain",
     "winch_name",
     "winch_of",
 ]
@@ -365,35 +363,3 @@ def body_powers(
             total[kind] = -(force + own[kind][0] if kind in own else force) * v[0]
         total["payout"] = v[0] * (moving + _drum_weight(model, body, displacement))
     return total
-
-
-# --- coordinates whose motion is given ------------------------------------------------------
-
-
-def _hauled(model: Model) -> Iterator[tuple[str, AbstractMotion, Array]]:
-    for name, body in model.bodies.items():
-        if isinstance(body, Rider) and body.path is not None and body.free is not None:
-            yield body_key(name), body.path, body.free
-
-
-def steered(model: Model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
-    """The same velocities, but hauled bodies as they are hauled: at t (s), or over the dt (s) after."""
-    moved = dict(velocity)
-    for key, path, free in _hauled(model):
-        own = velocity[key]
-        given = velocity_of(path, t) if dt is None else mean_velocity_of(path, t, dt)
-        moved[key] = jnp.where(free > 0.0, own, given.astype(own.dtype))
-    return moved
-
-
-def steered_gain(model: Model, t, gains: Values) -> Values:
-    """The same accelerations, but of hauled coordinates those of their paths."""
-    moved = dict(gains)
-    for key, path, free in _hauled(model):
-
-        def speed(s, path=path):
-            return velocity_of(path, s)
-
-        given = jax.jvp(speed, (t,), (jnp.ones_like(t),))[1].astype(gains[key].dtype)
-        moved[key] = jnp.where(free > 0.0, gains[key], given)
-    return moved

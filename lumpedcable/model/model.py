@@ -13,10 +13,11 @@ from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.boundary import boundary
 from lumpedcable.model.carried import Measured
 from lumpedcable.model.correction import corrected_ends
-from lumpedcable.model.couple import Coupled, Found, live_line, steered, steered_gain, winch_of
+from lumpedcable.model.couple import Coupled, Found, live_line, winch_of
 from lumpedcable.model.ends import Driven, End, Joined, Junction, Loaded, Release, end_name
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.grip import held_back
+from lumpedcable.model.hauled import steered, steered_gain
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.junctions import junction_gain
 from lumpedcable.model.line import Line, Workspace

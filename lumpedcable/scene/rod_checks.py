@@ -8,7 +8,7 @@ from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid
-from lumpedcable.scene.lines import FixedEnd, JoinedEnd, Line
+from lumpedcable.scene.lines import JoinedEnd, Line, held_place
 from lumpedcable.scene.part import SIDES, Problem
 from lumpedcable.scene.units import format_quantity
 
@@ -89,8 +89,8 @@ def _placed(lines: Lines, bodies: Mapping[str, Any], side: Side) -> tuple[float,
     """Where an end is at the start (m), None if that follows from the statics."""
     line = lines[side[0]]
     end = None if line is None else getattr(line, side[1])
-    if isinstance(end, FixedEnd):
-        return tuple(end.fixed)
+    if (place := held_place(end)) is not None:
+        return place
     if isinstance(end, str) and "." in end:
         name, point = end.split(".", 1)
         body = bodies.get(name)

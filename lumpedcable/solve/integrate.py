@@ -18,9 +18,9 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 from lumpedcable.model.attached import on_paths, start_velocities
 from lumpedcable.model.balance import reactions_at_rest
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.couple import steered
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.energy import empty_body_work, empty_work
+from lumpedcable.model.hauled import steered
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
@@ -133,11 +133,10 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
     t = jnp.zeros(())
     displacement = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
     velocity = dict(displacement)
-    for name, pair in model.ends.items():
-        for node, end in zip((0, -1), pair, strict=True):
-            if isinstance(end, Driven) and not isinstance(end.motion, Still):
-                v = velocity_of(end.motion, t).astype(velocity[name].dtype)
-                velocity[name] = velocity[name].at[:, node].set(v)
+    for name, node, end in model.outer_ends():
+        if isinstance(end, Driven) and not isinstance(end.motion, Still):
+            v = velocity_of(end.motion, t).astype(velocity[name].dtype)
+            velocity[name] = velocity[name].at[:, node].set(v)
     displacement |= {body_key(n): jnp.zeros_like(b.reference) for n, b in model.bodies.items()}
     velocity = steered(model, t, None, start_velocities(model, velocity))
     work = {name: empty_work(line, stepping) for name, line in model.lines.items()}

@@ -1,0 +1,50 @@
+"""Coordinates whose motion is given: trolleys that are hauled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.bodies import body_key
+from lumpedcable.model.riders import Rider
+from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
+
+if TYPE_CHECKING:
+    from lumpedcable.model.model import Model
+
+__all__ = ["steered", "steered_gain"]
+
+Values = dict[str, Array]
+
+
+def _hauled(model: Model) -> Iterator[tuple[str, AbstractMotion, Array]]:
+    for name, body in model.bodies.items():
+        if isinstance(body, Rider) and body.path is not None and body.free is not None:
+            yield body_key(name), body.path, body.free
+
+
+def steered(model: Model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
+    """The same velocities, but hauled bodies as they are hauled: at t (s), or over the dt (s) after."""
+    moved = dict(velocity)
+    for key, path, free in _hauled(model):
+        own = velocity[key]
+        given = velocity_of(path, t) if dt is None else mean_velocity_of(path, t, dt)
+        moved[key] = jnp.where(free > 0.0, own, given.astype(own.dtype))
+    return moved
+
+
+def steered_gain(model: Model, t, gains: Values) -> Values:
+    """The same accelerations, but of hauled coordinates those of their paths."""
+    moved = dict(gains)
+    for key, path, free in _hauled(model):
+
+        def speed(s, path=path):
+            return velocity_of(path, s)
+
+        given = jax.jvp(speed, (t,), (jnp.ones_like(t),))[1].astype(gains[key].dtype)
+        moved[key] = jnp.where(free > 0.0, gains[key], given)
+    return moved
