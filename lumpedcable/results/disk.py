@@ -2,6 +2,9 @@
 
 Where HDF5 fails to write while it closes a file or a dataset, it frees what belongs to it, but not its
 number, and comes back to it when the process ends: a segmentation fault. So such writes must not fail.
+
+A file in the making is locked by whoever writes it, which HDF5 does where it can. A lock ends with its
+process, so that a temporary name without one is a leftover.
 """
 
 from __future__ import annotations
@@ -18,9 +21,24 @@ from pathlib import Path
 import h5py
 
 from lumpedcable.results import human
-from lumpedcable.results.errors import DiskError, OutputError
+from lumpedcable.results.errors import BusyError, DiskError, OutputError
 
-__all__ = ["check_room", "close", "create", "prepare", "reported", "sink", "sync_folder"]
+try:
+    import fcntl
+except ImportError:  # Windows, which deletes no file that somebody has opened
+    fcntl = None
+
+__all__ = [
+    "check_room",
+    "close",
+    "create",
+    "is_named",
+    "let_go",
+    "prepare",
+    "reported",
+    "sink",
+    "sync_folder",
+]
 
 _SPENT = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EROFS, getattr(errno, "EDQUOT", None)}
 """What ails a disk and not a file: another one would not be written either."""
@@ -31,11 +49,35 @@ def create(path: Path) -> h5py.File:
 
     Values go to the disk when they are written, and not when their dataset is let go: there nobody
     could tell that it is full.
+
+    Raises:
+        BlockingIOError: another process has made it first.
     """
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_libver_bounds(h5py.h5f.LIBVER_EARLIEST, h5py.h5f.LIBVER_LATEST)
     access.set_sieve_buf_size(0)
-    return h5py.File(h5py.h5f.create(os.fsencode(path), h5py.h5f.ACC_EXCL, fapl=access))
+    try:
+        file = h5py.File(h5py.h5f.create(os.fsencode(path), h5py.h5f.ACC_EXCL, fapl=access))
+    except OSError as error:
+        if "file exists" in str(error).lower():
+            raise BlockingIOError(errno.EAGAIN, "made by another process", str(path)) from None
+        raise
+    if not is_named(file, path):  # taken for a leftover before it was locked
+        close(file)
+        raise BlockingIOError(errno.EAGAIN, "deleted by another process", str(path))
+    return file
+
+
+def is_named(file: h5py.File, path: Path) -> bool:
+    """Whether a name still is that of an open file: no other process has deleted or replaced it."""
+    return _same(file.id.get_vfd_handle(), path)
+
+
+def _same(number: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(number), os.stat(path))
+    except FileNotFoundError:
+        return False
 
 
 def close(file: h5py.File) -> None:
@@ -46,6 +88,21 @@ def close(file: h5py.File) -> None:
         sink(file)
     with contextlib.suppress(OSError, RuntimeError):  # memory has no room either
         file.close()
+
+
+@contextlib.contextmanager
+def let_go(file: h5py.File) -> Iterator[None]:
+    """Close a file, and keep its lock while its temporary name is renamed or deleted.
+
+    Without it another process may take the name for a leftover, and put its own file there.
+    """
+    lock = os.dup(file.id.get_vfd_handle()) if fcntl else None
+    try:
+        close(file)
+        yield
+    finally:
+        if lock is not None:
+            os.close(lock)
 
 
 def sink(file: h5py.File) -> None:
@@ -76,14 +133,31 @@ def prepare(target: Path, partial: Path, overwrite: bool) -> None:
         if target.exists() and not overwrite:
             raise OutputError(f"cannot write {target}: it exists already")
         target.parent.mkdir(parents=True, exist_ok=True)
-        if partial.exists():
-            try:
-                h5py.File(partial, "r").close()
-            except BlockingIOError:
-                raise OutputError(f"cannot write {target}: another run is writing it") from None
-            except OSError:
-                pass  # an unreadable leftover
+        with contextlib.suppress(FileNotFoundError):
+            _clear(partial)
+
+
+def _clear(partial: Path) -> None:
+    """Delete what a process has left unfinished; BlockingIOError where one writes it."""
+    if fcntl is None:
+        try:
             partial.unlink()
+        except PermissionError:
+            raise BlockingIOError(errno.EAGAIN, "opened by another process", str(partial)) from None
+        return
+    number = os.open(partial, os.O_RDWR if os.access(partial, os.W_OK) else os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise
+        except OSError:
+            pass  # this disk has no locks
+        if not _same(number, partial):
+            raise BlockingIOError(errno.EAGAIN, "replaced by another process", str(partial))
+        partial.unlink()
+    finally:
+        os.close(number)
 
 
 def check_room(target: Path, needed: int) -> None:
@@ -99,6 +173,8 @@ def reported(path: Path) -> Iterator[None]:
     """Turn a failure of the file system into one line for the user."""
     try:
         yield
+    except BlockingIOError as error:
+        raise BusyError(f"cannot write {path}: another run is writing it") from error
     except (OSError, ValueError, RuntimeError) as error:
         # HDF5 raises one of the three, by the call, and buries the system's reason in its own trace
         number = getattr(error, "errno", None)

@@ -15,6 +15,10 @@ class DiskError(OutputError):
     """The disk is full or gone: nothing else can be written there either."""
 
 
+class BusyError(OutputError):
+    """Another process writes it now."""
+
+
 class ResultError(Exception):
     """A file cannot be read as a result, or lacks what was asked of it; the message says why."""
 

@@ -60,6 +60,7 @@ class ResultWriter:
             where a file is not there yet, they read as not written.
 
     Raises:
+        BusyError: another process writes the file.
         OutputError: the file cannot be written there.
         ValueError: the declaration is inconsistent (a mistake in the calling program).
     """
@@ -92,6 +93,8 @@ class ResultWriter:
         with disk.reported(self.partial):
             self._file = disk.create(self.partial)
         try:
+            if not overwrite and self.target.exists():  # finished by another process meanwhile
+                raise OutputError(f"cannot write {self.target}: it exists already")
             if not self._parts:
                 disk.check_room(self.target, sum(map(self._bytes, self._variables.values())))
             with self._written():
@@ -160,6 +163,7 @@ class ResultWriter:
             The target's path.
 
         Raises:
+            BusyError: another process has put its own file there, which a disk without locks allows.
             OutputError: the disk is full or gone; the temporary file stays.
         """
         with self._written():
@@ -167,8 +171,10 @@ class ResultWriter:
                 self._set(name, value)
             self._set("complete", complete)
         self.flush()
-        disk.close(self._file)
-        with disk.reported(self.target):
+        own = disk.is_named(self._file, self.partial)
+        with disk.reported(self.target), disk.let_go(self._file):
+            if not own:
+                raise BlockingIOError
             os.replace(self.partial, self.target)
             disk.sync_folder(self.target.parent)
         return self.target
@@ -183,8 +189,8 @@ class ResultWriter:
 
     def abandon(self) -> None:
         """Close and delete the temporary file."""
-        disk.close(self._file)
-        self.partial.unlink(missing_ok=True)
+        with disk.let_go(self._file):
+            self.partial.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
         return self
