@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from lumpedcable.results import StudyFolder
 from lumpedcable.results.errors import DiskError, OutputError
 from lumpedcable.scene import load_study
 from lumpedcable.study.laying import Laid, lay_out
-from lumpedcable.study.shards import Share, apart, compute_shard, show_all
+from lumpedcable.study.shards import Share, apart, compute_shard, in_rounds, show_all
 
 __all__ = ["run_on_cluster"]
 
@@ -50,38 +51,52 @@ def run_on_cluster(
         workers: processes of such a cluster.
 
     Returns:
-        The shards that failed.
+        The shards that failed; not those that are left to other processes.
 
     Raises:
         OutputError: no scheduler answers at the address, or the disk is full or gone.
         KeyboardInterrupt: interrupted; finished shards stay.
     """
     missing = share.missing(folder, laid)
-    total = sum(len(folder.runs(shard)) for shard in missing) * laid.count
-    done, failed = 0, []
-    on_progress(done, total)
+    outputs = {shard: len(folder.runs(shard)) * laid.count for shard in missing}
+    done, failed, rounds = 0, [], count()
+    on_progress(done, sum(outputs.values()))
     if not missing:
         return failed
     with _client(scheduler, workers) as client:
         where = str(folder.path.resolve())
-        tasks = {
-            client.submit(
-                _shard, where, shard, key=f"{where}-{shard}", retries=1, pure=False
-            ): shard
-            for shard in apart(missing, laid, max(_workers(client), 1))
-        }
-        for task in as_completed(tasks):
-            shard = tasks[task]
-            error = task.exception()
-            if isinstance(error, DiskError):
-                raise error
-            if error is not None:
-                if isinstance(error, KilledWorker):
-                    error = f"{ALLOWED_DEATHS} workers died while they computed it"
-                folder.note_failure(shard, f"{error}")
-                failed.append(shard)
-            done += len(folder.runs(shard)) * laid.count
-            on_progress(done, total)
+
+        def tell(shard: int) -> None:
+            nonlocal done
+            done += outputs[shard]
+            on_progress(done, sum(outputs.values()))
+
+        def compute_all(some: list[int]) -> list[int]:
+            left, turn = [], next(rounds)
+            tasks = {
+                # under another name than in the round before, whose answer is known
+                client.submit(
+                    _shard, where, shard, key=f"{where}-{shard}-{turn}", retries=1, pure=False
+                ): shard
+                for shard in some
+            }
+            for task in as_completed(tasks):
+                shard, error = tasks[task], task.exception()
+                if isinstance(error, DiskError):
+                    raise error
+                if error is None and not task.result():
+                    left.append(shard)
+                    continue
+                if error is not None:
+                    if isinstance(error, KilledWorker):
+                        error = f"{ALLOWED_DEATHS} workers died while they computed it"
+                    folder.note_failure(shard, f"{error}")
+                    failed.append(shard)
+                tell(shard)
+            return sorted(left)
+
+        for shard in in_rounds(compute_all, apart(missing, laid, max(_workers(client), 1))):
+            tell(shard)
     show_all(folder, laid)
     return failed
 
@@ -127,12 +142,10 @@ def _environment(changes: dict[str, str]) -> Iterator[None]:
 _known: dict[str, tuple[StudyFolder, Laid]] = {}
 
 
-def _shard(where: str, shard: int) -> int:
-    """Compute a shard on a worker; the study is read and compiled once in its life."""
+def _shard(where: str, shard: int) -> bool:
+    """`compute_shard` on a worker; the study is read and compiled once in its life."""
     if where not in _known:
         folder = StudyFolder.open(Path(where))
         _known[where] = folder, lay_out(load_study(folder.scene))
     folder, laid = _known[where]
-    if not folder.file(shard).exists():
-        compute_shard(folder, laid, shard)
-    return shard
+    return compute_shard(folder, laid, shard)

@@ -95,8 +95,10 @@ class Contents:
 
     # --- declaring --------------------------------------------------------------------------
 
-    def open(self, target: Path, parts: Sequence[tuple[str, int]] = ()) -> ResultWriter:
-        """A writer for the file, everything declared; `parts` as of `ResultWriter`.
+    def open(
+        self, target: Path, parts: Sequence[tuple[str, int]] = (), overwrite: bool = True
+    ) -> ResultWriter:
+        """A writer for the file, everything declared; `parts` and `overwrite` as of `ResultWriter`.
 
         Raises OutputError.
         """
@@ -107,6 +109,7 @@ class Contents:
             coordinates=self.coordinates(),
             attributes=self.attributes(),
             parts=parts,
+            overwrite=overwrite,
         )
 
     def dims(self) -> dict[str, int]:

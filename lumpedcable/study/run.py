@@ -77,6 +77,7 @@ def run_runs(
     on_progress: Callable[[int, int], None] = lambda done, total: None,
     timings: Timings | None = None,
     exact: bool = True,
+    overwrite: bool = True,
 ) -> list[tuple[NDArray[np.int64], Table]]:
     """Run some runs of a study and write one results file of them.
 
@@ -85,14 +86,19 @@ def run_runs(
         runs: numbers of the runs, shape (runs,), rising.
         target, on_progress, timings: as of `run_study`.
         exact: whether the exact wave of each run is worked out too (some 10 ms a run).
+        overwrite: whether a file that is there is replaced, or an OutputError.
 
     Returns:
         The numbers of all runs, block by block: which runs, and their summaries by dataset.
+
+    Raises:
+        BusyError: another process writes the file.
+        OutputError, KeyboardInterrupt: as of `run_study`.
     """
     timings, runs = timings or Timings(), np.asarray(runs)
     contents = Contents(laid, runs, exact)
     tables = []
-    with contents.open(target) as writer:
+    with contents.open(target, overwrite=overwrite) as writer:
         timings.mark("lay out")
         tell = _Teller(len(runs) * laid.count, on_progress)
         tell(0)

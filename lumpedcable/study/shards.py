@@ -1,4 +1,8 @@
-"""A study in a folder, shard by shard: what is there is kept, what is not is computed."""
+"""A study in a folder, shard by shard: what is there is kept, what is not is computed.
+
+Any number of processes may work on one folder. Whoever writes a shard has it locked; the others go on
+with the next one, and look again at the end.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,7 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.results import StudyFolder
-from lumpedcable.results.errors import DiskError, OutputError
+from lumpedcable.results.errors import BusyError, DiskError, OutputError
 from lumpedcable.scene import Study, load_study
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
@@ -73,13 +77,13 @@ def show_all(folder: StudyFolder, laid: Laid) -> None:
     """Write the file that shows all shards as one; it says whether they are complete."""
     contents = Contents(laid, np.arange(folder.manifest.runs), exact=False)
     for turn in range(TURNS):
-        missing = folder.missing()
         try:
             with contents.open(folder.view, folder.parts()) as writer:
-                writer.finish(complete=not missing)
+                # looked at while nobody else writes it: the last who does must know of all
+                writer.finish(complete=not folder.missing())
             return
         except DiskError:
-            if missing or not folder.view.exists():
+            if folder.missing() or not folder.view.exists():
                 raise  # before anything is computed
             return
         except OutputError:
@@ -95,15 +99,26 @@ def compute_shard(
     laid: Laid,
     shard: int,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> None:
+) -> bool:
     """Compute a shard and put it into the folder; the same bits wherever it is done on as many devices.
 
+    Returns:
+        Whether it is there now, by whomever: not where another process is writing it.
+
     Raises:
-        OutputError: it cannot be written, or another process writes it.
+        OutputError: it cannot be written.
     """
-    runs = np.asarray(folder.runs(shard))
-    run_runs(laid, runs, folder.file(shard), on_progress, exact=False)
+    runs, file = np.asarray(folder.runs(shard)), folder.file(shard)
+    if not file.exists():
+        try:
+            run_runs(laid, runs, file, on_progress, exact=False, overwrite=False)
+        except BusyError:
+            return False
+        except OutputError:
+            if not file.exists():  # it is, where another process has finished it meanwhile
+                raise
     folder.forget_failure(shard)
+    return True
 
 
 def run_here(
@@ -114,17 +129,19 @@ def run_here(
 ) -> list[int]:
     """Compute the missing shards of a share in this process, `AT_ONCE` of them under way.
 
-    A shard that fails as a whole leaves its reason in the folder, and the rest goes on; but not on a
-    disk that is full, where all others would fail.
+    A shard that another process writes is left to it, and looked at again once the others are there.
+    One that fails as a whole leaves its reason in the folder, and the rest goes on; but not on a disk
+    that is full, where all others would fail.
 
     Args:
         folder, laid: the study.
         share: which shards are this process's.
         on_progress: called with finished and all outputs of all runs that are to be computed; by one
-            thread at a time, not always the same.
+            thread at a time, not always the same. What other processes compute meanwhile counts as
+            finished, and so does, in the end, what is left to them.
 
     Returns:
-        The shards that failed.
+        The shards that failed; not those that are left to other processes.
 
     Raises:
         DiskError: the disk is full or gone; finished shards stay.
@@ -134,12 +151,17 @@ def run_here(
     outputs = {shard: len(folder.runs(shard)) * laid.count for shard in missing}
     together = _Together(outputs, on_progress)
     together.tell()
+    left: list[int] = []  # to other processes
 
     def compute(shard: int) -> None:
         try:
             together.tell()  # nobody begins once another has ended all
             try:
-                compute_shard(folder, laid, shard, lambda done, _: together.tell(shard, done))
+                if not compute_shard(
+                    folder, laid, shard, lambda done, _: together.tell(shard, done)
+                ):
+                    left.append(shard)
+                    return
             except DiskError as error:
                 spent.append(error)
                 together.stop()
@@ -152,14 +174,21 @@ def run_here(
             together.moving.set()  # whatever becomes of it, nobody waits for it any more
 
     with ThreadPoolExecutor(_at_once()) as pool:
-        tasks = []
-        try:
-            for shard in apart(missing, laid, _at_once()):
+
+        def compute_all(some: list[int]) -> list[int]:
+            left.clear()
+            tasks = []
+            for shard in some:
                 tasks.append(pool.submit(compute, shard))
                 if len(laid.structures) == 1:
                     together.moving.wait()  # programs are compiled by the first shard, for all
             for task in tasks:
                 task.result()
+            return sorted(left)
+
+        try:
+            for shard in in_rounds(compute_all, apart(missing, laid, _at_once())):
+                together.tell(shard, outputs[shard])
         except BaseException:
             together.stop()
             pool.shutdown(cancel_futures=True)
@@ -168,6 +197,22 @@ def run_here(
             raise
     show_all(folder, laid)
     return sorted(failed)
+
+
+def in_rounds(compute: Callable[[list[int]], list[int]], shards: list[int]) -> list[int]:
+    """Compute shards, and again those that were left to other processes, as long as that helps.
+
+    Args:
+        compute: computes shards and returns those that other processes were writing.
+        shards: their numbers.
+
+    Returns:
+        Those that are left to others.
+    """
+    left = compute(shards)
+    while 0 < len(left) < len(shards):
+        shards, left = left, compute(left)
+    return left
 
 
 def _at_once() -> int:
