@@ -106,11 +106,13 @@ class StudyFolder:
         return sorted(self._there(f".h5{PARTIAL_SUFFIX}"))
 
     def note_failure(self, shard: int, reason: str) -> None:
-        """Keep why a shard could not be computed.
+        """Keep why a shard could not be computed, unless another process has computed it meanwhile.
 
         Raises:
             OutputError: it cannot be written.
         """
+        if self.file(shard).exists():
+            return
         note = self._reason(shard)
         with reported(note):
             note.parent.mkdir(exist_ok=True)
@@ -121,8 +123,8 @@ class StudyFolder:
         self._reason(shard).unlink(missing_ok=True)
 
     def failures(self) -> dict[int, str]:
-        """Why shards could not be computed."""
-        found = sorted(self._there(".txt"))
+        """Why shards that are not there could not be computed."""
+        found = sorted(self._there(".txt") - self._there(".h5"))
         return {s: self._reason(s).read_text(encoding="utf-8").strip() for s in found}
 
     def _there(self, ending: str) -> set[int]:

@@ -93,6 +93,24 @@ def test_a_reason_may_be_empty(scene, tmp_path):
     assert said.out.count("failed: nobody knows why") == 2
 
 
+def test_what_is_there_has_not_failed(scene, tmp_path):
+    # one process gave up on shard 1, another had room for it
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 2)
+    folder.note_failure(1, "no memory")
+    folder.note_failure(2, "no memory")
+    assert set(folder.failures()) == {1, 2}
+    note = folder.file(1).with_suffix(".txt")
+    told = note.read_text()
+    run_here(folder, laid, Share(), nothing)
+    assert not note.exists()
+    note.write_text(told)
+    assert folder.failures() == {}
+    assert "failed" not in say(tmp_path, "info", "s").out
+    note.unlink()
+    folder.note_failure(1, "no memory")
+    assert not note.exists()
+
+
 def test_a_scene_that_is_changed_inside_the_folder_is_told(scene, tmp_path):
     folder, _ = open_study(load_study(scene), tmp_path / "s", 2)
     text = folder.scene.read_text()
