@@ -19,6 +19,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import secrets
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -182,21 +183,26 @@ class StudyFolder:
             OutputError: it cannot be made, or it holds something else.
         """
         digest = hashlib.sha256(text.encode()).hexdigest()
-        if (path / MANIFEST).exists():
-            known = cls.open(path)
-            known._refuse_other(digest, shard, version)
-            with reported(path):
-                (path / SHARDS).mkdir(exist_ok=True)
-            return known
+        manifest = path / MANIFEST
         with reported(path):
-            if path.exists() and (not path.is_dir() or any(path.iterdir())):
-                raise OutputError(f"cannot write {path}: expected a new or empty folder")
-            (followed(path) / SHARDS).mkdir(parents=True, exist_ok=True)
-            made = cls(path, Manifest.new(runs, shard or DEFAULT_SHARD, digest, version))
-            _place(made.scene, text)
-            # last, since it is what makes the folder a study
-            _place(path / MANIFEST, json.dumps(asdict(made.manifest), indent=2) + "\n")
-        return made
+            if not manifest.exists():
+                found = _other(path, text)
+                # what others have put there meanwhile comes after their manifest
+                if found is not None and not manifest.exists():
+                    raise OutputError(
+                        f"cannot write {path}: expected a new or empty folder, found {found}"
+                    )
+                (followed(path) / SHARDS).mkdir(parents=True, exist_ok=True)
+            if not manifest.exists():
+                made = Manifest.new(runs, shard or DEFAULT_SHARD, digest, version)
+                _place(path / SCENE, text)
+                # last, since it is what makes the folder a study
+                _place(manifest, json.dumps(asdict(made), indent=2) + "\n")
+        known = cls.open(path)
+        known._refuse_other(digest, shard, version)
+        with reported(path):
+            (path / SHARDS).mkdir(exist_ok=True)
+        return known
 
     def _refuse_changed(self) -> None:
         """Shards of two scenes would be taken for one study."""
@@ -238,9 +244,30 @@ def is_study_folder(path: Path) -> bool:
     return (path / MANIFEST).is_file()
 
 
+def _other(path: Path, text: str) -> str | None:
+    """What is at a path but a study that is being made, by another process or by one that was killed.
+
+    Of such a one, with a scene of this text, there is a folder without shards, the scene and drafts.
+    """
+    if not path.is_dir():
+        return "a file" if path.exists() else None
+    for name in sorted(os.listdir(path)):
+        one = path / name
+        if name == SHARDS:
+            own = one.is_dir() and not os.listdir(one)
+        elif name == SCENE:
+            own = one.is_file() and one.read_bytes() == text.encode()
+        else:
+            own = name.startswith((f"{SCENE}.", f"{MANIFEST}."))
+        if not own:
+            return name
+    return None
+
+
 def _place(path: Path, text: str) -> None:
     """Write a text file that is there as a whole or not at all."""
-    draft = path.with_name(f"{path.name}.{os.getpid()}")
+    # processes on other machines have numbers of their own
+    draft = path.with_name(f"{path.name}.{os.getpid()}-{secrets.token_hex(4)}")
     try:
         draft.write_text(text, encoding="utf-8", newline="\n")
         os.replace(draft, path)

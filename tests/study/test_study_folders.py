@@ -2,6 +2,10 @@
 
 import json
 import os
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
 
 import good_scenes
 import pytest
@@ -21,6 +25,7 @@ SMALL = (
     .replace('every = "1 ms"', 'every = "1 ms"\nkeep = "summaries"')
     .replace('["45 kN", "180 kN"]', '{ from = "45 kN", to = "180 kN", count = 8 }')
 )
+ROOT = Path(__file__).parents[2]
 TEXT = "title = 'x'\n"
 
 
@@ -37,6 +42,97 @@ def bare(tmp_path):
 
 def nothing(done, total):
     pass
+
+
+# --- folders in the making -----------------------------------------------------------------------
+
+RACE = """
+    import sys, time
+    from pathlib import Path
+    from lumpedcable.results import StudyFolder
+    print("ready", flush=True)
+    sys.stdin.readline()
+    for k in range(40):
+        StudyFolder.make(Path(f"s{k}"), "title = 'x'\\n" * 20, 6, 2, "1")
+"""
+
+
+def test_processes_may_make_a_folder_at_once(tmp_path):
+    racers = [
+        subprocess.Popen(
+            [sys.executable, "-c", textwrap.dedent(RACE)], cwd=tmp_path, text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )
+        for _ in range(4)
+    ]  # fmt: skip
+    for racer in racers:
+        racer.stdout.readline()
+    for racer in racers:
+        racer.stdin.write("go\n")
+        racer.stdin.flush()
+    for racer in racers:
+        _, err = racer.communicate(timeout=60)
+        assert err == ""
+        assert racer.returncode == 0
+    for k in range(40):
+        folder = StudyFolder.open(tmp_path / f"s{k}")
+        assert sorted(p.name for p in folder.path.iterdir()) == [
+            "shards",
+            "study.json",
+            "study.toml",
+        ]
+
+
+@pytest.mark.parametrize("place", [1, 2])
+def test_a_process_that_dies_while_it_makes_a_folder_is_no_obstacle(tmp_path, monkeypatch, place):
+    # killed before its first or its second file has its name: the draft stays
+    real, placed = os.replace, []
+
+    def killed(draft, path):
+        placed.append(path)
+        if len(placed) == place:
+            raise SystemExit
+        real(draft, path)
+
+    monkeypatch.setattr(os, "replace", killed)
+    monkeypatch.setattr(Path, "unlink", lambda path, missing_ok=False: None)
+    with pytest.raises(SystemExit):
+        StudyFolder.make(tmp_path / "s", TEXT, 6, 2, "1")
+    monkeypatch.undo()
+    assert len(list((tmp_path / "s").iterdir())) == 1 + place
+    with pytest.raises(ResultError, match="is no study folder"):
+        StudyFolder.open(tmp_path / "s")
+    folder = StudyFolder.make(tmp_path / "s", TEXT, 6, 2, "1")
+    assert folder == StudyFolder.open(tmp_path / "s")
+    assert folder.missing() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("name", ["study.toml", "shards/mine.h5", "shards", "notes.txt"])
+def test_what_is_no_study_in_the_making_is_kept(tmp_path, name):
+    mine = tmp_path / "s" / name
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    found = name.partition("/")[0]
+    with pytest.raises(errors.OutputError, match=f"expected a new or empty folder, found {found}$"):
+        StudyFolder.make(tmp_path / "s", TEXT, 6, 2, "1")
+    assert mine.read_text() == "mine"
+    assert [p for p in (tmp_path / "s").rglob("*") if p.is_file()] == [mine]
+
+
+def test_of_two_studies_that_begin_at_once_one_is_told(tmp_path, monkeypatch):
+    # another process makes the folder after this one has found it empty
+    mkdir = Path.mkdir
+
+    def late(path, *arguments, **more):
+        monkeypatch.undo()
+        StudyFolder.make(tmp_path / "s", "title = 'y'\n", 6, 2, "1")
+        mkdir(path, *arguments, **more)
+
+    monkeypatch.setattr(Path, "mkdir", late)
+    with pytest.raises(errors.OutputError, match="it holds another study"):
+        StudyFolder.make(tmp_path / "s", TEXT, 6, 2, "1")
+    assert StudyFolder.open(tmp_path / "s").scene.read_text() == "title = 'y'\n"
 
 
 # --- a full disk ---------------------------------------------------------------------------------
