@@ -100,9 +100,11 @@ def _line(result: ResultFile, name: str) -> str:
     line = result.line(name)
     if not line.has("unstretched_position"):
         return f"{name}: {line.nodes} nodes, nothing kept along it"
-    lengths = [np.nanmax(line.unstretched_position(run)) for run in (0, result.runs - 1)]
-    text = " to ".join(dict.fromkeys(quantity(float(length), "m") for length in lengths))
-    return f"{name}: {line.nodes} nodes, {text} unstretched; {', '.join(line.fields)}"
+    lengths = line.unstretched_lengths()
+    text = " to ".join(dict.fromkeys(quantity(length, "m") for length in lengths)) + " unstretched"
+    if np.isnan(lengths[0]):
+        text = "unstretched length not yet known"
+    return f"{name}: {line.nodes} nodes, {text}; {', '.join(line.fields)}"
 
 
 def _times(result: ResultFile) -> str:

@@ -17,6 +17,8 @@ __all__ = ["Index", "LineData", "dataset_of", "frames_of", "read", "times_of"]
 Array = NDArray[Any]
 Index = int | slice | None
 
+_AT_ONCE = 2**20  # numbers that are read at once
+
 
 class LineData:
     """The fields of one line, read when asked for.
@@ -90,6 +92,23 @@ class LineData:
     def unstretched_segment(self, run: int = 0) -> Array:
         """Unstretched distance of the segments' midpoints from the start in m, (segment,)."""
         return self._along("unstretched_segment", run)
+
+    def unstretched_lengths(self) -> tuple[float, float]:
+        """The least and the largest unstretched length (m) of all runs, NaN where none is known yet.
+
+        From the first node to the last: a part of a line begins where the line is cut.
+        """
+        dataset = dataset_of(self._group, "unstretched_position")
+        least, largest = np.inf, -np.inf
+        step = max(1, _AT_ONCE // self.nodes)
+        for first in range(0, len(dataset) if dataset.ndim == 2 else 1, step):
+            pick = (slice(first, first + step),) if dataset.ndim == 2 else ()
+            places = np.atleast_2d(read(dataset, pick))
+            known = places[np.isfinite(places).any(axis=1)]  # of runs that have begun
+            if len(known):
+                lengths = np.nanmax(known, axis=1) - np.nanmin(known, axis=1)
+                least, largest = min(least, lengths.min()), max(largest, lengths.max())
+        return (float(least), float(largest)) if least <= largest else (np.nan, np.nan)
 
     def _along(self, name: str, run: int) -> Array:
         dataset = dataset_of(self._group, name)

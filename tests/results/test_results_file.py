@@ -15,6 +15,7 @@ from lumpedcable.results import (
     Variable,
     axis_names,
     describe,
+    lines,
     open_result,
     sweep_coordinates,
 )
@@ -205,6 +206,33 @@ def test_describe_tells_all(path):
     ):
         assert part in text
     assert "incomplete" not in text
+
+
+@pytest.mark.parametrize("at_once", [2**20, 8])  # all runs in a block, or a run in each
+def test_describe_tells_the_lengths_of_the_parts_of_a_line(tmp_path, monkeypatch, at_once):
+    # 60 m cut at 20, 35 and 30 m: parts of 20 to 35 and of 25 to 40 m, least and largest in no outer run
+    monkeypatch.setattr(lines, "_AT_ONCE", at_once)
+    cuts = (30.0, 20.0, 35.0, 30.0)
+    nodes = {
+        "rope-1": np.array([[0.0, c / 2, c, np.nan] for c in cuts]),
+        "rope-2": np.array([[c, (c + 60) / 2, 60.0, np.nan] for c in cuts]),
+        "winched": np.full((4, 4), np.nan),  # found when a run starts, and none has
+    }
+    nodes["rope-2"][3] = np.nan
+    with ResultWriter(
+        tmp_path / "cut.h5",
+        dims={"run": 4, "time": 2, **{f"lines/{name}/node": 4 for name in nodes}},
+        variables=[Variable(f"lines/{name}/u", ("run", "time", "node"), "f4") for name in nodes],
+        coordinates={
+            f"lines/{name}/unstretched_position": Coordinate(places, "m", dims=("run", "node"))
+            for name, places in nodes.items()
+        },
+    ):
+        pass
+    text = describe(tmp_path / "cut.h5")
+    assert "rope-1: 4 nodes, 20 m to 35 m unstretched; u" in text
+    assert "rope-2: 4 nodes, 25 m to 40 m unstretched; u" in text
+    assert "winched: 4 nodes, unstretched length not yet known; u" in text
 
 
 def test_describe_tells_of_failures_behind_runs_that_are_not_begun(tmp_path):
