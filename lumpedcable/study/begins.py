@@ -81,6 +81,9 @@ def _connected(scene: Scene, layout: Layout, line: str) -> set[str]:
 def earliest(ready: Ready, recoil: Recoil) -> NDArray[np.float64]:
     """The least time (s) that a break may take to the far end of each of many runs, -inf if unknown.
 
+    inf where a single segment has both ends: the far one reads the tension of what breaks, not a wave.
+    From two on there is a node in between which must move first.
+
     Nothing goes faster than a segment in the largest stable step. Ahead of a front a chain of n
     segments has a foot, an Airy function of the width (n / 8)^(1/3) segments: at 2.8 widths half a per
     cent of the front, which a wall doubles. Two segments more are what reading a tension at an end
@@ -88,10 +91,10 @@ def earliest(ready: Ready, recoil: Recoil) -> NDArray[np.float64]:
     """
     line, bound = ready.model.lines[recoil.line], np.asarray(ready.bound, float)
     winches = [body for body in ready.model.bodies.values() if isinstance(body, Winch)]
-    if line.inextensible or any(winch.line == recoil.line for winch in winches):
-        return np.full(bound.shape, -np.inf)
     n = part_segments(line, recoil.node)
-    return (n - 2.8 * np.cbrt(n / 8.0) - 2.0) * bound
+    if line.inextensible or any(winch.line == recoil.line for winch in winches):
+        return np.where(n > 1, -np.inf, np.inf)
+    return np.where(n > 1, (n - 2.8 * np.cbrt(n / 8.0) - 2.0) * bound, np.inf)
 
 
 def source_of(scene: Scene, piece: str) -> str:

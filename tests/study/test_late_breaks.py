@@ -122,3 +122,26 @@ def test_the_foot_that_a_chain_has_ahead_of_a_front_is_felt(tmp_path):
     ran = run_text(tmp_path, HOOKE + '\n[solver]\nwaves = "plain"\n', *options)
     felt = ran.outcomes[0].recoils["rope.end"]["front_arrival"]
     assert felt == pytest.approx((100 - 2.8 * 12.5 ** (1 / 3)) * 1e-3, abs=0.5e-3)
+
+
+def test_one_segment_has_no_far_end_and_two_have_that_of_their_chain(tmp_path):
+    options = (
+        "rope.segments=1",
+        "output.duration=160 ms",
+        "break.time=0 ms",
+        "solver.step=0.02 ms",
+    )
+    text = HOOKE + '\n[solver]\nwaves = "plain"\n'
+    alone = run_text(tmp_path, text, *options)
+    assert np.isnan(alone.outcomes[0].recoils["rope.end"]["front_arrival"])
+    # Two segments of 50 m and 1000 m/s, 50 ms in each; half a mass at the broken end. The chain from
+    # there, in these units: u'' = 2 - 2 (u - v), v'' = u - 2 v, of squared frequencies 2 -+ sqrt(2).
+    # The wall reads 9/8 of its segment's tension, 1 - v, less 1/8 of the other's, 1 - u + v.
+    time = np.linspace(0.0, 3.0, 300_001)
+    slow, fast = np.sqrt(2.0 - np.sqrt(2.0)), np.sqrt(2.0 + np.sqrt(2.0))
+    v = 1.0 - (fast**2 * np.cos(slow * time) - slow**2 * np.cos(fast * time)) / (fast**2 - slow**2)
+    u = 2.0 * v + (np.cos(slow * time) - np.cos(fast * time)) / np.sqrt(2.0)  # v'' + 2 v
+    arrival = 50e-3 * time[np.argmax(9.0 * (1.0 - v) - (1.0 - u + v) < 8.0 * 0.99)]
+    both = run_text(tmp_path, text, "rope.segments=2", *options[1:])
+    felt = both.outcomes[0].recoils["rope.end"]["front_arrival"]
+    assert felt == pytest.approx(arrival, rel=2e-3)
