@@ -18,10 +18,11 @@ BLOCK = 4096  # runs whose numbers are read at once
 def write_csv(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     """Write all histories of one run or of all; without histories the numbers that sum each up.
 
-    Columns: run, the swept numbers, time, then every history by its path in the file, and what bodies
-    do by component: "bodies/ship/position/x", "bodies/ship/attitude/roll". Of a file without
-    histories: run, the swept numbers, status, then every number by its path. Units stand in
-    brackets in the heading; numbers are SI with all the digits that they have.
+    Columns: run, case (its name, where a sweep has cases with names), the swept numbers, time, then
+    every history by its path in the file, and what bodies do by component: "bodies/ship/position/x",
+    "bodies/ship/attitude/roll". Of a file without histories: run, case, the swept numbers, status, then
+    every number by its path. Units stand in brackets in the heading; numbers are SI with all the digits
+    that they have.
     """
     # first of all, since it tells of a shard that is damaged, which else reads as not written
     status = result.status
@@ -39,15 +40,17 @@ def write_csv(result: ResultFile, target: Path, run: int | None) -> list[Path]:
         partial.open("w", newline="", encoding="utf-8") as file,
     ):
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["run", *_named({axis.key: axis.unit for axis in result.axes}), *heads])
+        case = ["case"] if result.cases else []
+        swept = _named({axis.key: axis.unit for axis in result.axes})
+        writer.writerow(["run", *case, *swept, *heads])
         writer.writerows(rows)
     return [target]
 
 
 def _in_time(result: ResultFile, histories: Iterable[str], runs: range) -> Iterator[list[Any]]:
-    axes = result.axes
+    axes, cases = result.axes, result.cases
     for number in runs:
-        swept = [float(axis.values[number]) for axis in axes]
+        swept = [*cases[number : number + 1], *(float(axis.values[number]) for axis in axes)]
         columns = [result.series.read(path, number) for path in histories]
         for k, time in enumerate(result.time):
             yield [number, *swept, float(time), *(float(column[k]) for column in columns)]
@@ -56,11 +59,12 @@ def _in_time(result: ResultFile, histories: Iterable[str], runs: range) -> Itera
 def _summed_up(
     result: ResultFile, numbers: Iterable[str], status: list[str], runs: range
 ) -> Iterator[list[Any]]:
-    axes = result.axes
+    axes, cases = result.axes, result.cases
     for first in range(runs.start, runs.stop, BLOCK):
         block = range(first, min(first + BLOCK, runs.stop))
         some = slice(block.start, block.stop)
-        columns = [axis.values[some].tolist() for axis in axes]
+        columns = [cases[some]] if cases else []
+        columns += [axis.values[some].tolist() for axis in axes]
         columns += [status[some]]
         columns += [result.series.read(path, some).tolist() for path in numbers]
         for number, *row in zip(block, *columns, strict=True):

@@ -76,13 +76,14 @@ def keep_others(target: Path, kind: str) -> None:
 
 
 def _is_heading(text: bytes) -> bool:
-    """Whether a table of CSV begins as exports do: run, what is swept, then time or status, then what is
-    told of them; all but run and status have their unit in brackets."""
+    """Whether a table of CSV begins as exports do: run, its case if it has one, what is swept, then time
+    or status, then what is told of them; all but run, case and status have their unit in brackets."""
     line = text.split(b"\n")[0].decode("utf-8", "replace").rstrip()
     try:
         first, *others = next(csv.reader([line]), [""])
     except csv.Error:
         return False
+    others = others[1:] if others[:1] == ["case"] else others
     bare = [name for name in others if not re.search(r" \[[^\[\]]+\]$", name)]
     return first == "run" and (bare == ["status"] or (not bare and "time [s]" in others))
 

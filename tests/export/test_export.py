@@ -199,6 +199,29 @@ def test_csv_holds_what_sums_up_each_run_where_no_histories_are(tmp_path):
     assert (tmp_path / "one.csv").read_text().splitlines()[1:] == [",".join(rows[RUN])]
 
 
+CASES = ["as built", "longer, tighter"]
+
+
+@pytest.mark.parametrize("histories", [True, False])
+def test_csv_names_the_case_of_each_run(tmp_path, histories):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=4)
+    plain = export_result(path, "csv", tmp_path / "plain.csv")[0].read_text()
+    with h5py.File(path, "r+") as file:
+        file["case"] = np.repeat(CASES, 4).astype(object)
+        if not histories:
+            del file["lines"], file["energy"]
+    (made,) = export_result(path, "csv", tmp_path / "r.csv")
+    head, *rows = list(csv.reader(made.read_text().splitlines()))
+    assert head[:3] == ["run", "case", "lines.rope.end.held.pretension [N]"]
+    times = 201 if histories else 1
+    assert [row[0] for row in rows] == np.repeat(list("01234567"), times).tolist()
+    assert [row[1] for row in rows] == np.repeat(CASES, 4 * times).tolist()
+    if histories:  # all else is as it was
+        assert [[row[0], *row[2:]] for row in rows] == list(csv.reader(plain.splitlines()))[1:]
+    export_result(path, "csv", tmp_path / "r.csv", RUN + 1)  # which replaces its own
+    assert (tmp_path / "r.csv").read_text().count(f'4,"{CASES[1]}",') == times
+
+
 def test_moordyn_tables_have_its_channels(file, fields, tmp_path):
     main, line = export_result(file, "moordyn", tmp_path / "r.out", RUN)
     assert (main.name, line.name) == ("r.out", "r_Line1.out")
@@ -288,7 +311,8 @@ def test_a_table_of_somebody_else_is_kept(file, tmp_path):
     with h5py.File(blind, "r+") as changed:
         for name in ("lines", "energy"):
             del changed[name]
-    for text in ("run,date,who\n1,2026-01-02,me\n", "run,a\n0,1\n", "run,status,note\n", "run,"):
+    for text in ("run,date,who\n1,2026-01-02,me\n", "run,a\n0,1\n", "run,status,note\n", "run,",
+                 "run,case\n0,a\n", "run,a [m],case,time [s]\n"):  # fmt: skip
         (tmp_path / "r.csv").write_text(text)
         said = refused(tmp_path, "export", "r.h5", "--to", "csv")
         assert "expected a CSV file to replace or no file, found another one" in said
