@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lumpedcable.results.folder import StudyFolder, is_study_folder
+from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity, size
 from lumpedcable.results.reader import OK, Axis, ResultFile, open_result
 from lumpedcable.status import remark_of
@@ -28,6 +28,8 @@ def describe(path: str | Path) -> str:
         ResultError: it cannot be read as a results file.
     """
     folder = StudyFolder.open(Path(path)) if is_study_folder(Path(path)) else None
+    if folder and not folder.view.exists():  # of a process that was killed as it began
+        return _table([*_where(folder), (folder.view.name, f"absent; {HOW_TO_SHOW}")])
     with open_result(folder.view if folder else path) as result:
         rows = [
             ("title", str(result.attributes.get("title", "")) or "(none)"),
@@ -43,6 +45,10 @@ def describe(path: str | Path) -> str:
             *_remarks(result),
             *_origin(result),
         ]
+    return _table(rows)
+
+
+def _table(rows: list[tuple[str, str]]) -> str:
     width = max(len(name) for name, _ in rows)
     return "\n".join(f"{name:<{width}}  {value}" for name, value in rows)
 

@@ -235,6 +235,8 @@ class StudyFolder:
             )
 
 
+HOW_TO_SHOW = "lumpedcable study makes it: run the command that the study was begun with"
+"""What to do where there is no file that shows all shards."""
 DEFAULT_SHARD = 1024
 """Runs in a shard: seconds of work, so that little is lost and little is written too often."""
 

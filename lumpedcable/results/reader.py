@@ -15,7 +15,7 @@ from lumpedcable.results.attributes import attributes_of as _attributes
 from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError, check_known
-from lumpedcable.results.folder import StudyFolder, is_study_folder
+from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
 from lumpedcable.results.lines import Index, LineData, dataset_of, frames_of, read
 from lumpedcable.results.schema import axes_words, check_version, partial_of
 from lumpedcable.results.series import Series
@@ -281,13 +281,15 @@ def open_result(path: str | Path) -> ResultFile:
     """
     path = Path(path)
     try:
-        if is_study_folder(path):
-            path = StudyFolder.open(path).view
+        folder = StudyFolder.open(path) if is_study_folder(path) else None
+        path = path if folder is None else folder.view
         if path.is_dir():
             raise ResultError(f"{path} is a folder, expected a results file (*.h5)")
         if not path.exists():
             partial = partial_of(path)
             hint = f"; there is an unfinished {partial.name} beside it" if partial.exists() else ""
+            if folder is not None:
+                hint = f"; {HOW_TO_SHOW}"
             raise ResultError(f"no such file: {path}{hint}")
         # no lock: a file still being written must be readable, and its structure is fixed
         file = h5py.File(path, "r", locking=False)

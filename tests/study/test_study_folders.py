@@ -273,6 +273,23 @@ def test_processes_that_begin_at_once_wait_for_the_file_that_shows_all(
         open_study(study, tmp_path / "t", 4)
 
 
+def test_a_folder_without_the_file_that_shows_all_says_who_makes_it(scene, tmp_path):
+    # as of a process that was killed as it began, or that somebody has deleted
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 4)
+    run_here(folder, laid, Share(0, 2), nothing)
+    folder.view.unlink()
+    said = say(tmp_path, "info", "s")
+    assert said.code == 0
+    assert "1 of 2 shards, 4 of 8 runs" in said.out
+    assert "study.h5  absent; lumpedcable study makes it" in said.out
+    for command in (["export", "s", "--to", "csv"], ["plot", "s"]):
+        said = say(tmp_path, *command)
+        assert said.code == 2
+        assert "no such file: s/study.h5; lumpedcable study makes it" in said.err
+    assert say(tmp_path, "study", scene, "-o", "s").code == 0
+    assert say(tmp_path, "export", "s", "--to", "csv").code == 0
+
+
 def test_a_folder_whose_shards_were_deleted_goes_on(scene, tmp_path):
     folder, _ = open_study(load_study(scene), tmp_path / "s", 4)
     (folder.path / "shards").rmdir()
