@@ -332,17 +332,15 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
     set_
         KEY=VALUE: another value for any key of the scene.
     """
-    from lumpedcable.model.layout import make_layout
+    from lumpedcable.model.layout import layout_of
     from lumpedcable.scene import load_study
 
     with _told():
         study = load_study(scene, set_ or [])
     scenes = list(islice(study.runs, CHECKED_RUNS))
-    try:
+    with _told():
         for one in scenes:
-            make_layout(one)
-    except ValueError as error:
-        fail(f"{scene}: lines: {error}")
+            layout_of(study, one)
     if any(one.dimensions is not None or one.steep for one in scenes):
         from lumpedcable.study.plan import common_coordinates  # loads jax, so only where needed
 

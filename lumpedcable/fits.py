@@ -325,12 +325,12 @@ def study_sensitivity(study: Study, of: str | None, run: int) -> Sensitivity:
     """The same of a run of a study that is loaded.
 
     Raises:
+        SceneError: the scene cannot be laid out.
         ValueError: the scene has no such scalar.
     """
-    from lumpedcable.fitting.scalar import read_scalar, usual_scalar
+    from lumpedcable.fitting.scalar import asked_scalar
     from lumpedcable.fitting.sensitivity import sensitivity_of
     from lumpedcable.study.modes_report import heading
 
-    mine = study.runs[run]
-    scalar = usual_scalar(mine) if of is None else read_scalar(of, mine)
+    scalar = asked_scalar(study, of, run)
     return Sensitivity(heading(study, run), sensitivity_of(study, scalar, run))

@@ -66,13 +66,24 @@ def test_a_mistake_in_an_override(tmp_path, command, change, words):
     assert words in told
 
 
-@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize("command", ["run", "check", "study", "modes", "sensitivity", "view"])
 def test_more_breaks_than_segments(tmp_path, command):
     good_scenes.write(tmp_path, SMALL)
     changes = ["--set", "segments=1", "--set", "breaks=rope@30 m"]
     told = refused(tmp_path, command, "scene.toml", *changes)
-    assert told.startswith("scene.toml")
+    line = SMALL[: SMALL.index("[lines.rope]")].count("\n") + 1
+    assert told.startswith(f"scene.toml:{line}: lines: ")
     assert 'line "rope" has too few segments for its breaks along its length' in told
+
+
+def test_only_a_result_that_is_none_is_the_fault_of_what_is_asked(tmp_path):
+    good_scenes.write(tmp_path, SMALL)
+    told = refused(tmp_path, "sensitivity", "scene.toml", "--of", "max tension at rop.end")
+    assert told.startswith("--of: ")
+    # gravity has no place in one dimension
+    asked = ["--of", "max tension at rope.end", "--set", "dimensions=1"]
+    told = refused(tmp_path, "sensitivity", "scene.toml", *asked)
+    assert told.startswith("--set dimensions=1: dimensions: ")
 
 
 @pytest.mark.parametrize(

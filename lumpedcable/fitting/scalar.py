@@ -6,13 +6,13 @@ import re
 from dataclasses import dataclass
 
 from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, UNITS
-from lumpedcable.model.layout import make_layout
-from lumpedcable.scene import Scene
+from lumpedcable.model.layout import layout_of, make_layout
+from lumpedcable.scene import Scene, Study
 from lumpedcable.scene.part import did_you_mean
-from lumpedcable.study.plan import recoils_of
+from lumpedcable.study.plan import common_coordinates, recoils_of
 from lumpedcable.study.summary import recoil_name
 
-__all__ = ["Scalar", "read_scalar", "usual_scalar"]
+__all__ = ["Scalar", "asked_scalar", "read_scalar", "usual_scalar"]
 
 REDUCTIONS = ("max", "min", "first", "last")
 STOP_TIME, PEAKS = "stop time", "peak"
@@ -53,6 +53,19 @@ class Scalar:
             f'expected a measure that counts, found "{self.at}", which never does within '
             "output.duration: take a longer one, or another result"
         )
+
+
+def asked_scalar(study: Study, of: str | None, run: int) -> Scalar:
+    """The scalar of a run that a text means, or the usual one.
+
+    Raises:
+        SceneError: the scene cannot be laid out, whatever is asked of it.
+        ValueError: the text means none.
+    """
+    scene = study.runs[run]
+    layout_of(study, scene)
+    common_coordinates(study, [scene])
+    return usual_scalar(scene) if of is None else read_scalar(of, scene)
 
 
 def read_scalar(text: str, scene: Scene) -> Scalar:

@@ -10,11 +10,11 @@ from itertools import pairwise
 
 from lumpedcable.model.cuts import cut_at, is_seam, segments_of
 from lumpedcable.physics.tips import AFTER, BEFORE
-from lumpedcable.scene import Scene
+from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import Line, held_force, tie_of
 
-__all__ = ["Joint", "Layout", "Piece", "make_layout", "part_names"]
+__all__ = ["Joint", "Layout", "Piece", "layout_of", "make_layout", "part_names"]
 
 End = tuple[str, int]
 """An end of a piece: its name, and which."""
@@ -144,6 +144,17 @@ def make_layout(scene: Scene, seams: bool = False) -> Layout:
     _refuse_branches(scene, layout)
     _refuse_loose(layout, held)
     return layout
+
+
+def layout_of(study: Study, scene: Scene) -> Layout:
+    """The layout of a scene of a study.
+
+    Raises SceneError, with the line of its file, where `make_layout` raises ValueError.
+    """
+    try:
+        return make_layout(scene)
+    except ValueError as error:
+        raise SceneError([study.fault("lines", str(error))]) from None
 
 
 @dataclass

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.cuts import cut_keys, cuts_of, layouts_of
 from lumpedcable.scene import Scene, SceneError, Study
-from lumpedcable.scene.errors import Fault
 from lumpedcable.study.compiled import Structure
 from lumpedcable.study.plan import (
     batch_sizes,
@@ -99,7 +98,7 @@ def lay_out(study: Study) -> Laid:
             for name, most in _segments(study, structure, deciding[rows]):
                 segments[name] = max(most, segments.get(name, 0))
     except ValueError as error:
-        raise SceneError([Fault(str(study.path), 1, "lines", str(error))]) from None
+        raise SceneError([study.fault("lines", str(error))]) from None
     coordinates = common_coordinates(study, _placing_scenes(study))
     found = tuple(structures)
     return Laid(study, found, coordinates, found[0].scene.output.count, segments)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import jax
 import numpy as np
 
-from lumpedcable.model.layout import make_layout
+from lumpedcable.model.layout import layout_of
 from lumpedcable.model.net import make_net
 from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, SceneError, Study
@@ -35,10 +35,7 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     scene = study.runs[run]
     if left_out := list(_left_out(study, scene)):
         raise SceneError(left_out)
-    try:
-        layout = make_layout(scene)
-    except ValueError as error:
-        raise SceneError([study.fault("lines", str(error))]) from None
+    layout = layout_of(study, scene)
     coordinates = common_coordinates(study, [scene])
     numbers = {key: number(value) for key, value in scene.numbers().items()}
     # a batch needs something that may differ between its runs

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
-from lumpedcable.model.layout import make_layout
+from lumpedcable.model.layout import layout_of
 from lumpedcable.model.numbers import number
 from lumpedcable.model.riders import Rider
-from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.scene import Scene, Study
 from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
@@ -91,10 +91,7 @@ class Resting:
             SceneError: the scene cannot be laid out.
         """
         self.scene: Scene = study.runs[run]
-        try:
-            layout = make_layout(self.scene)
-        except ValueError as error:
-            raise SceneError([study.fault("lines", str(error))]) from None
+        layout = layout_of(study, self.scene)
         self._structure = Structure(self.scene.skeleton(), layout, self.scene)
         # lengths that targets chose, by path: numbers that change a little ask for a little more
         self._near: dict[str, float] = {}
