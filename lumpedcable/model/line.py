@@ -57,6 +57,11 @@ class LineForces(NamedTuple):
     resistances: tuple[Float[Array, "d nodes"], ...] = ()
     workspace: Workspace | None = None
 
+    @property
+    def pull(self) -> Float[Array, " n"]:
+        """Tension (N) of the law and the damping, without what is added for waves."""
+        return self.tension if self.damping is None else self.tension + self.damping
+
     def total_tension(self) -> Float[Array, " n"]:
         """All that the segment carries (N): what its two nodes feel."""
         parts = (self.damping, None if self.waves is None else self.waves.total)

@@ -26,7 +26,7 @@ SUMMARIES = {
     "static_imbalance": ("1", "largest force left by statics over the largest force"),
     "peak_tension": (
         "N",
-        "largest tension of any segment, at the output times; of inextensible lines at any step",
+        "largest tension of any segment, at any step; with other methods than leapfrog at output times",
     ),
     "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
     "stop_time": ("s", "when the body of output.stop came to rest"),

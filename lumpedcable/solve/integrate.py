@@ -27,7 +27,17 @@ from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
-from lumpedcable.solve.observe import Recoil, Sample, Watch, sample, tips, watch, watched, watches
+from lumpedcable.solve.observe import (
+    Recoil,
+    Sample,
+    Watch,
+    largest_tension,
+    sample,
+    tips,
+    watch,
+    watched,
+    watches,
+)
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, held, rests
@@ -44,6 +54,7 @@ __all__ = [
     "begin",
     "initial_state",
     "interval",
+    "peaks_of",
 ]
 
 # of an output interval: stages that have no solution with a step as short as this will not have any
@@ -73,9 +84,9 @@ class Plan:
     `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
     Of the ends `tips` place and velocity are sampled.
     `outputs` is the most that one call of `advance` returns, `fields_after` from how many of them to how
-    many there are fields again. `sloped` asks that Runge-Kutta methods of
-    fixed steps have derivatives in both modes, which takes a little longer, and a run that stops ends at
-    the instant of it.
+    many there are fields again. With `peaks` leapfrog keeps the largest tensions of all segments.
+    `sloped` asks that Runge-Kutta methods of fixed steps have derivatives in both modes, which takes a
+    little longer, and a run that stops ends at the instant of it.
     """
 
     method: str
@@ -89,6 +100,7 @@ class Plan:
     sloped: bool = False
     tips: tuple[Recoil, ...] = ()
     fields_after: int = 1
+    peaks: bool = False
 
     @property
     def energy(self) -> bool:
@@ -100,9 +112,10 @@ class Progress(NamedTuple):
     """Where a run is: its state, what its solver keeps between steps, its watches.
 
     `stopped` is when its body came to rest (s), NaN before; `peaks` the largest tensions so far of the
-    segments of inextensible lines (N), `upright` the least |cos(pitch)| so far of bodies that turn in
-    space. `stuck` is 0 while steps are found, else the `Status` of why there was none, and time stands
-    still; a run whose rods have `lost` their lengths stays as it was before that step.
+    segments of inextensible lines (N), of others see `peaks_of`; `upright` the least |cos(pitch)| so
+    far of bodies that turn in space. `stuck` is 0 while steps are found, else the `Status` of why there
+    was none, and time stands still; a run whose rods have `lost` their lengths stays as it was before
+    that step.
     """
 
     y: State
@@ -183,7 +196,7 @@ def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
         own = cast(numbers, plan.dtype)
         options["root_finder"] = diffrax.VeryChord(rtol=own.rtol, atol=own.atol, norm=_size)
     if method is Leapfrog:
-        options["writes_over"] = not isinstance(numbers.steps, int)
+        options |= {"writes_over": not isinstance(numbers.steps, int), "peaks": plan.peaks}
     return method(**options)
 
 
@@ -266,6 +279,11 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     return Progress(y, dt, seen, stuck, run.stopped, run.peaks, run.lost, standing)
 
 
+def peaks_of(plan: Plan, run: Progress) -> dict[str, Float[Array, " n"]]:
+    """Largest tensions so far of the segments of lines (N), by line; of those that are watched so."""
+    return run.solver_state[-1] if plan.peaks else run.peaks
+
+
 def _first(stuck, failed, status: Status) -> Int[Array, ""]:
     """`stuck` as it is, or why steps end now."""
     return jnp.where((stuck == 0) & failed, jnp.asarray(int(status), stuck.dtype), stuck)
@@ -333,7 +351,11 @@ def advance(
 
     def sample_at(run: Progress, t) -> Any:
         found = sample(model, t, run.y, plan.quantities, dt, run.stuck)
-        more = {"largest": found.largest | watched(run.seen), "upright": run.upright}
+        largest = found.largest | watched(run.seen)
+        peaks = [largest_tension(model.lines[n], p) for n, p in peaks_of(plan, run).items()]
+        if peaks:
+            largest["tension"] = jnp.max(jnp.stack([largest["tension"], *peaks]))
+        more = {"largest": largest, "upright": run.upright}
         more["tips"] = tips(model, t, run.y, plan.tips)
         found = found._replace(stopped=rests(model, plan, run), lost=run.lost, **more)
         return found if keep is None else keep(found)

@@ -252,9 +252,7 @@ def sample(
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
     for name, line in model.lines.items():
         e, own = found[name].line, y.velocity[name]
-        whole = e.tension if e.damping is None else e.tension + e.damping
-        if line.inextensible:
-            whole = y.tension[name]
+        whole = y.tension[name] if line.inextensible else e.pull
         tensions[name] = whole
         every = {
             "position": place[name],

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.seams import parts_of
-from lumpedcable.solve.integrate import Progress
+from lumpedcable.solve.integrate import Progress, peaks_of
 from lumpedcable.solve.observe import Sample, signs
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import Ready
@@ -68,12 +68,15 @@ class Account:
                 kept.setdefault(name, np.full(shape, np.nan))[:, times] = values
         self.reached = first + count - 1
 
-    def finish(self, run: Progress) -> None:
+    def finish(self, run: Progress, ready: Ready) -> None:
         """The state at the end of all outputs."""
         lived = len(self.part.runs)
         self.watches = jax.tree.map(lambda x: np.asarray(x)[:lived], run.seen)
         self.stopped = np.asarray(run.stopped)[:lived]
-        self.peaks = {k: np.asarray(x)[:lived] for k, x in run.peaks.items()}
+        self.peaks = {}
+        for name, largest in peaks_of(self.part.plan, run).items():
+            values = np.asarray(largest, float)[:lived]
+            self.peaks |= parts_of(name, ready.model.lines[name], values, nodes=False)
         self.displacement = {k: np.asarray(x)[:lived] for k, x in run.y.displacement.items()}
 
     def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:

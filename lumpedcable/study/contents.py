@@ -38,7 +38,7 @@ from lumpedcable.study.carried import (
 from lumpedcable.study.energies import energy_terms
 from lumpedcable.study.laying import Laid
 from lumpedcable.study.places import Places, neighbours
-from lumpedcable.study.plan import courant_of, fields_of
+from lumpedcable.study.plan import courant_of, fields_of, peaked
 from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
 
@@ -89,7 +89,10 @@ class Contents:
         self.bodies = [*rigid, *self.riders] if self.histories else []
         self.places = Places(laid) if self.histories else None
         laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
-        self.rigid = [name for name, law in laws.items() if law == "inextensible"]
+        # lines, and parts of lines, of which the largest tensions are kept
+        self.peaked = [name for name, law in laws.items() if law == "inextensible"]
+        if self.histories and peaked(self.scene):
+            self.peaked = list(self.segments)
         kept = self.histories and "energy" in self.scene.output.quantities
         self.energy = energy_terms(laid) if kept else {}
 
@@ -152,7 +155,7 @@ class Contents:
                 path, dims = f"lines/{name}/{side}_{quantity}", ("run", "time", "xyz")
                 found.append(Variable(path, dims, "f8", unit, text.format(side)))
         found += self.places.variables() if self.places else []
-        for name in self.rigid:
+        for name in self.peaked:
             path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
             found.append(Variable(path, ("run", "segment"), "f8", "N", text))
         for name in self.bodies:

@@ -25,6 +25,7 @@ __all__ = [
     "courant_of",
     "lane_time",
     "lanes",
+    "peaked",
     "plan_of",
     "recoil_event",
     "recoils_of",
@@ -197,7 +198,7 @@ def courant_of(scene: Scene) -> float:
 def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     """The plan of `runs` runs: fixed steps for leapfrog and Euler or where a step is asked for."""
     solver = scene.solver
-    rigid = any(scene.materials[x.material].law == "inextensible" for x in scene.lines.values())
+    rigid = _rods(scene)
     fixed = solver.step is not None or "courant" in solver.model_fields_set
     return Plan(
         method="constrained" if rigid else solver.method,
@@ -210,7 +211,17 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
         stop=scene.output.stop,
         tips=recoils_of(layout) if scene.output.keep != "summaries" else (),
         fields_after=scene.output.fields_after,
+        peaks=peaked(scene),
     )
+
+
+def peaked(scene: Scene) -> bool:
+    """Whether the largest tensions of elastic lines are those of any step: leapfrog knows them."""
+    return scene.solver.method == "leapfrog" and not scene.output.static and not _rods(scene)
+
+
+def _rods(scene: Scene) -> bool:
+    return any(scene.materials[x.material].law == "inextensible" for x in scene.lines.values())
 
 
 def fields_of(scene: Scene) -> tuple[str, ...]:

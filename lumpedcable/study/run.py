@@ -283,4 +283,4 @@ def _run_part(
                 break
             batch.shrink(took * left / now)
         tell.took(took, batch.outputs_at_once)
-    account.finish(batch.ends())
+    account.finish(batch.ends(), ready)

@@ -106,7 +106,7 @@ def empty_table(contents: Contents, runs: int) -> Table:
         if contents.exact:
             names += [f"summary/{end}/{exact_name(name)}" for name in EXACT]
     table |= {name: np.full(runs, np.nan) for name in names}
-    for line in contents.rigid:
+    for line in contents.peaked:
         table[f"lines/{line}/peak_tension"] = np.full((runs, contents.segments[line]), np.nan)
     if contents.energy:
         table["energy/residual"] = np.full((runs, contents.laid.count + 1), np.nan)
@@ -201,7 +201,7 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         "energy_closure": energy.closure,
         "released_energy": energy.released,
         "static_imbalance": np.asarray(ready.imbalance, float)[:lived],
-        "peak_tension": _peak_tension(account, good, sound),
+        "peak_tension": _largest(account.largest["tension"], good),
         "stop_time": np.where(stops, account.stopped, np.nan),
         "stop_distance": np.where(stops, gone, np.nan),
         "peak_kinetic_energy": _largest(account.largest["kinetic"], good),
@@ -217,26 +217,15 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     ]
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
-    for line, peaks in account.peaks.items():
-        kept = np.where(sound[:, None], peaks, np.nan)
-        table[f"lines/{line}/peak_tension"][rows, : peaks.shape[1]] = kept
+    for line in account.peaks.keys() & set(contents.peaked):
+        kept = np.where(sound[:, None], account.peaks[line], np.nan)
+        table[f"lines/{line}/peak_tension"][rows, : kept.shape[1]] = kept
     if contents.energy:
         table["energy/residual"][rows] = energy.residual
     for index, recoil in enumerate(part.plan.recoils):
         found = _recoil(contents, part, ready, account, recoil, index, status, when, good)
         for name, values in found.items():
             table[f"summary/{recoil_name(recoil)}/{name}"][rows] = values
-
-
-def _peak_tension(
-    account: Account, good: NDArray[np.bool_], sound: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """The largest tension (N) of each run: at any step, if it was looked at and all were sound."""
-    peak = _largest(account.largest["tension"], good)
-    if not account.complete or not account.peaks:
-        return peak
-    steps = np.max([np.max(tension, axis=1) for tension in account.peaks.values()], axis=0)
-    return np.where(sound, np.fmax(peak, steps), peak)
 
 
 def _largest(history: NDArray[np.float64], good: NDArray[np.bool_]) -> NDArray[np.float64]:
