@@ -89,7 +89,7 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
             carried[j] = T + most(correction, -T) + m * b * D * f;
         }
         carried[n] = hold;
-        const REAL inner = v[n - 1], outer = v[n];
+        const REAL outer = v[n];
         for (int i = 1; i <= n; i++) {
             const REAL weight = i == n ? (REAL)0.5 : 1;
             const REAL a = weight * twice, b = carried[i] - carried[i - 1] + a * v[i];
@@ -97,7 +97,9 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
             v[i] = 2 * middle - v[i];
         }
         const REAL q = least(most(nu2[n - 1], 0), 1);
-        v[n] += (REAL)0.25 * (1 - q) * ((v[n] - outer) - (v[n - 1] - inner));
+        /* what the tensions do to the end's half mass, less what they do to its neighbour */
+        const REAL ahead = 2 * (hold - carried[n - 1]) - (carried[n - 1] - carried[n - 2]);
+        v[n] += (REAL)0.25 * (1 - q) * ahead * dt / (m * l);
         peak = most(peak, fabs((REAL)0.5 * (v[n] + outer)));
     }
     return peak;

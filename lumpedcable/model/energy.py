@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.correction import end_correction
+from lumpedcable.model.correction import end_gain
 from lumpedcable.model.couple import Found, body_powers, body_works, coupling_energies, live_line
 from lumpedcable.model.ends import Driven
 from lumpedcable.model.evaluation import Evaluation
@@ -135,7 +135,7 @@ def powers(
             power["viscosity"] = e.line.waves.viscosity * rate
             if e.line.waves.correction is not None:
                 power["correction"] = e.line.waves.correction * rate
-                power["correction"] -= _end_gain_power(line, e, v, gain, dt)
+                power["correction"] -= _end_gain_power(line, e, v, dt)
         if dt is not None:
             power["stepping"] = _stepping(line, e, before[name], after[name], dt)
         result[name] = {kind: power[kind] for kind in kinds}
@@ -203,20 +203,16 @@ def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Floa
     return total
 
 
-def _end_gain_power(line: Line, e: Evaluation, v, gain, dt) -> Float[Array, " n"]:
+def _end_gain_power(line: Line, e: Evaluation, v, dt) -> Float[Array, " n"]:
     """Power (W) that the correction of a loaded end node adds, booked on the end segments."""
     result = jnp.zeros(line.segments, v.dtype)
     for end in line.ends:
-        theta = end_correction(line, e, end, dt)
-        if theta is not None:
+        more = end_gain(line, e, end, dt)
+        if more is not None:
             node, segment = line.node(end), line.segment(end)
-            # with x the plain and y the corrected acceleration of the end node and z its
-            # neighbour's, y - x = theta (x - z) = theta / (1 + theta) (y - z)
-            u = pick(e.line.shape.tangent, segment)
-            ahead = jnp.dot(pick(gain, node) - pick(gain, line.node(end, 1)), u)
-            push = pick(e.nodes.mass_t, node) * theta / (1.0 + theta) * ahead
-            more = pick(result, segment) + push * jnp.dot(pick(v, node), u)
-            result = place_at_end(result, segment, more)
+            push = pick(e.nodes.mass_t, node) * more
+            power = pick(result, segment) + jnp.dot(push, pick(v, node))
+            result = place_at_end(result, segment, power)
     return result
 
 

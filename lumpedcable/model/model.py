@@ -160,7 +160,7 @@ class Model(eqx.Module):
         middle, after = {}, {}
         for name, e in found.items():
             _, w = inertia.kick(e.nodes, e.force, before[name], dt)
-            change = corrected_ends(self.lines[name], e, w - before[name], dt)
+            change = corrected_ends(self.lines[name], e, w - before[name], dt, dt)
             middle[name], after[name] = before[name] + 0.5 * change, before[name] + change
             if self.lines[name].grip is not None:
                 after[name], found[name] = held_back(self, name, t, e, before[name], change, dt)
