@@ -64,7 +64,14 @@ static REAL move(const Line *p, int n, long steps, REAL dt, REAL *restrict u, RE
         /* the loaded end's own strain rate is what its force asks for: the mean of the two beside it */
         const REAL stiff = nu2[n - 1] / squared;
         int fallen = 1;
-        for (int j = most(n - 5, 0); j < n; j++) fallen &= nu2[j] <= 0;
+        REAL fastest = 0;
+        for (int j = most(n - 5, 0); j < n; j++) {
+            fallen &= nu2[j] <= 0;
+            fastest = least(fastest, jump[j]);
+        }
+        /* or a wave shortens the last ones alike, and the end's own is slack */
+        fallen |= n >= 5 && nu2[n - 1] <= 0 && jump[n - 1] <= fastest / 5 &&
+                  jump[n - 2] <= fastest / 4 && jump[n - 3] <= fastest / 3;
         jump[n] = fallen ? jump[n - 1] : (stiff > 0 ? 2 * l * fades / stiff : 0) - jump[n - 1];
         nu2[n] = nu2[n - 1]; nu2[-1] = nu2[0];
         for (int j = 0; j < n; j++) {

@@ -18,7 +18,7 @@ from lumpedcable.physics.each import at_each
 from lumpedcable.physics.linear import neighbours, pick, sides
 from lumpedcable.physics.place import framed, place_at_end
 from lumpedcable.physics.seam import Seam
-from lumpedcable.physics.tips import AFTER, BEFORE, FALLEN
+from lumpedcable.physics.tips import AFTER, ALIKE, BEFORE, FALLEN
 from lumpedcable.physics.vectors import least, most
 from lumpedcable.physics.wave_terms import (
     SOFT,
@@ -67,15 +67,15 @@ class Boundary(eqx.Module):
         rate: Float[Array, ""],
         stiffness: Float[Array, ""],
         outward: Float[Array, " d"],
-        last: Float[Array, " k"] | None,
+        last: "Last | None",
     ) -> Float[Array, ""]:
         """Strain rate (1/s) of the segment that would follow beyond the end; `outward` a unit vector.
 
-        `stiffness` (N) is that of the end's own segment, and `last` are those of the last ones, None for
-        a line that cannot be slack. The rate repeats at an end whose motion is known. At one loaded by F
-        it is 2 g - rate: the force gives the end's own strain rate g = F' . u / T'(e), the mean of the
-        two. Of slack segments it says nothing: a few have run ahead of their neighbours, and g is 0;
-        where all of the last ones are slack the line falls slack, and what it does repeats.
+        `stiffness` (N) is that of the end's own segment, and `last` are the last ones, None for a line
+        that cannot be slack. The rate repeats at an end whose motion is known. At one loaded by F it is
+        2 g - rate: the force gives the end's own strain rate g = F' . u / T'(e), the mean of the two. Of
+        slack segments it says nothing: a few have run ahead of their neighbours, and g is 0; where the
+        line falls slack from the end, what it does repeats.
         """
         if self.loaded is False:
             return rate
@@ -85,7 +85,7 @@ class Boundary(eqx.Module):
             g = jnp.dot(self.force_rate, outward) / jnp.where(taut, stiffness, 1.0)
             loaded = loaded + 2.0 * jnp.where(taut, g, 0.0)
         if last is not None:
-            loaded = jnp.where(jnp.max(last) <= SOFT, rate, loaded)
+            loaded = jnp.where(last.fall(), rate, loaded)
         return loaded if self.loaded is True else jnp.where(self.loaded, loaded, rate)
 
     def at_load(
@@ -107,6 +107,26 @@ class Boundary(eqx.Module):
         if self.joined is None:
             return None
         return ~((jnp.arange(segments) == segment % segments) & self.joined)
+
+
+class Last(NamedTuple):
+    """Strain rates (1/s) and stiffnesses (N) of an end's last segments, its own first."""
+
+    rate: Float[Array, " k"]
+    stiffness: Float[Array, " k"]
+
+    def fall(self) -> Bool[Array, ""]:
+        """Whether the line falls slack from the end.
+
+        All of them are slack, or the own one is and a wave shortens them alike. Where an end has run
+        ahead, its own segment shortens by itself, or far less than a fan that is still next to it.
+        """
+        fallen = jnp.max(self.stiffness) <= SOFT
+        if self.rate.shape[0] < FALLEN:
+            return fallen
+        share = jnp.asarray(ALIKE, self.rate.dtype)
+        alike = jnp.all(self.rate[: share.size] <= share * jnp.min(self.rate))
+        return fallen | (alike & (self.stiffness[0] <= SOFT))
 
 
 class Cut(NamedTuple):
@@ -262,8 +282,10 @@ class ReleaseWaves(eqx.Module):
         ahead = -pick(tangent, 0), pick(tangent, -1)
         own, fallen, near = (pick(stiffness, 0), pick(stiffness, -1)), (None, None), None
         if tension_only:
-            still = jax.lax.stop_gradient(stiffness)
-            fallen = still[:FALLEN], still[-FALLEN:]
+            still = jax.lax.stop_gradient((rate, stiffness))
+            fallen = (
+                Last(*(x[:FALLEN] for x in still)), Last(*(x[-FALLEN:][::-1] for x in still))
+            )  # fmt: skip
             near = framed(own[0][None], stiffness, own[1][None], over.stiffness)
         first = start.ghost_rate(pick(rate, 0), own[0], ahead[0], fallen[0])
         last = end.ghost_rate(pick(rate, -1), own[1], ahead[1], fallen[1])
@@ -295,7 +317,8 @@ def _written_beyond(
         stiff, last = pick(stiffness, own), None
         if near is not None:
             near = place_at_end(near, slot, stiff)
-            last = cut.seam.last(jax.lax.stop_gradient(stiffness), side, FALLEN)
+            still = jax.lax.stop_gradient((rate, stiffness))
+            last = Last(*(cut.seam.last(x, side, FALLEN) for x in still))
         rates = place_at_end(rates, slot, end.ghost_rate(pick(rate, own), stiff, ahead, last))
         if tensions is not None:
             tensions = place_at_end(tensions, slot, end.ghost_tension(pick(tension, own), ahead))

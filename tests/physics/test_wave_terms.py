@@ -7,7 +7,7 @@ import pytest
 from jax.test_util import check_grads
 
 import lumpedcable.study.compiled  # noqa: F401  (double precision)
-from lumpedcable.physics.waves import Boundary, ReleaseWaves
+from lumpedcable.physics.waves import Boundary, Last, ReleaseWaves
 
 MASS, LENGTH, EA, DT = 1.3, 0.4, 5e5, 4e-4  # kg/m, m, N, s: a Courant number of 0.62
 WALL = Boundary(False)
@@ -148,7 +148,8 @@ class TestBoundary:
     def test_a_wall_mirrors_the_tension(self):
         assert float(WALL.ghost_tension(jnp.asarray(7.0), self.outward)) == 7.0
         stiff = jnp.asarray(200.0)
-        rate = WALL.ghost_rate(jnp.asarray(7.0), stiff, self.outward, stiff[None])
+        last = Last(jnp.asarray([7.0]), stiff[None])
+        rate = WALL.ghost_rate(jnp.asarray(7.0), stiff, self.outward, last)
         assert float(rate) == 7.0
 
     def test_a_load_is_the_mean_of_the_tensions_on_its_two_sides(self):
@@ -163,7 +164,8 @@ class TestBoundary:
         fading = Boundary(True, force, force_rate=600.0 * self.outward)
 
         def ghost(boundary, *stiffness, cut=True):
-            own, last = jnp.asarray(stiffness[0]), jnp.asarray(stiffness) if cut else None
+            own = jnp.asarray(stiffness[0])
+            last = Last(jnp.ones(len(stiffness)), jnp.asarray(stiffness)) if cut else None
             return float(boundary.ghost_rate(jnp.asarray(1.0), own, self.outward, last))
 
         assert ghost(fading, 200.0, 200.0) == pytest.approx(5.0)
@@ -174,13 +176,33 @@ class TestBoundary:
         # a line that can push is never slack, whatever its stiffness
         assert ghost(fading, 0.0, 0.0, cut=False) == -1.0
 
+    def test_a_wave_that_shortens_the_last_segments_alike_lets_the_line_fall_slack(self):
+        def repeats(*rates, slack=1):
+            stiffness = jnp.where(jnp.arange(5) < slack, 0.0, EA)
+            last = Last(jnp.asarray(rates), stiffness)
+            ghost = Boundary(True).ghost_rate(last.rate[0], stiffness[0], self.outward, last)
+            assert abs(float(ghost)) == abs(rates[0])
+            return float(ghost) == rates[0]
+
+        # a fifth, a quarter and a third of the fastest
+        assert repeats(-2.0, -2.5, -10 / 3, -9.0, -10.0)
+        assert not repeats(-1.9, -2.5, -10 / 3, -9.0, -10.0)
+        assert not repeats(-2.0, -2.4, -10 / 3, -9.0, -10.0)
+        assert not repeats(-2.0, -2.5, -3.3, -9.0, -10.0)
+        # an end that has run ahead of a line that does not move, or stretches
+        assert not repeats(-2.0, 0.0, 0.0, 0.0, 0.0)
+        assert not repeats(-2.0, 1.0, 1.0, 1.0, 1.0)
+        # the end's own segment is taut yet
+        assert not repeats(-10.0, -10.0, -10.0, -10.0, -10.0, slack=0)
+
     def test_what_breaks_is_a_wall_before_and_a_load_after(self):
         for begun in (False, True):
             breaks = Boundary(jnp.asarray(begun), None)
             fixed = free = float(breaks.ghost_tension(jnp.asarray(7.0), self.outward))
             assert (free == -7.0) if begun else (fixed == 7.0)
             stiff = jnp.asarray(200.0)
-            rate = breaks.ghost_rate(jnp.asarray(7.0), stiff, self.outward, stiff[None])
+            last = Last(jnp.asarray([7.0]), stiff[None])
+            rate = breaks.ghost_rate(jnp.asarray(7.0), stiff, self.outward, last)
             assert float(rate) == (-7.0 if begun else 7.0)
 
     def test_no_correction_at_a_joint(self):
