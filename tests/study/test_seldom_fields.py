@@ -66,7 +66,7 @@ def test_fields_of_a_batch_are_some_of_those_that_there_are(whole, tmp_path):
     same(found, whole)
 
 
-@pytest.mark.parametrize("after", [1, 4, 38])
+@pytest.mark.parametrize("after", [pytest.param(1, marks=pytest.mark.slow), 4, 38])
 def test_so_are_those_of_a_single_run_however_its_outputs_are_called_for(
     tmp_path, monkeypatch, after
 ):
@@ -97,7 +97,7 @@ def test_there_is_room_for_every_field_of_a_call(outputs, after):
     assert [fields_done(first, outputs, after) for first in range(100)] == done
 
 
-@pytest.mark.parametrize("keep_lanes", [True, False])
+@pytest.mark.parametrize("keep_lanes", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_run_that_has_stopped_keeps_its_last_fields(tmp_path, monkeypatch, keep_lanes):
     # v / (mu g) = 25 to 510 ms: most of them stop between two fields, and long before the others
     text = sliding_block(
