@@ -36,7 +36,7 @@ def write_gltf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     played slower or faster; `extras` of the animation holds the factor.
     """
     lines = lines_of(result, run or 0)
-    time = result.time[result.frames]
+    time = result.field_time
     keys = np.unique(np.linspace(0, len(time) - 1, MOST_KEYS).round().astype(int))
     places = [_y_up(line.position[keys]) for line in lines]
     good = np.all([np.isfinite(p).all(axis=(1, 2)) for p in places], axis=0)

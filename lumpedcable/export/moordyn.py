@@ -41,8 +41,10 @@ def write_moordyn(result: ResultFile, target: Path, run: int | None) -> list[Pat
     for path in others:  # before the first is written
         keep_others(path, "MoorDyn")
     made = [_table(target, result.time, [(name, "(N)", values) for name, values in channels])]
-    seldom = result.time[result.frames]
-    made += [_table(path, seldom, _along(line)) for path, line in zip(others, lines, strict=True)]
+    made += [
+        _table(path, result.field_time, _along(line))
+        for path, line in zip(others, lines, strict=True)
+    ]
     return made
 
 

@@ -29,7 +29,7 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
     data follow step by step.
     """
     lines = lines_of(result, run or 0)
-    time = result.time[result.frames]
+    time = result.field_time
     steps = len(time)
     points = np.concatenate([line.position for line in lines], axis=1)
     nodes = points.shape[1]

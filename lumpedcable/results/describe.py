@@ -119,8 +119,8 @@ def _times(result: ResultFile) -> str:
     if len(time) > 1:
         text += f" every {quantity(float(np.median(np.diff(time))), 's')}"
     text += f", {len(time)} saved"
-    if len(result.frames) < len(time):
-        seldom = time[result.frames]
+    seldom = result.field_time
+    if len(seldom) < len(time):
         spacing = quantity(float(seldom[1] - seldom[0]), "s") if len(seldom) > 1 else "once"
         text += f"; fields every {spacing}, {len(seldom)} saved"
     return text

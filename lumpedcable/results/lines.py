@@ -44,12 +44,7 @@ class LineData:
     @property
     def time(self) -> NDArray[np.float64]:
         """Times in s of its fields, shape (time,): all that are saved, or some of them."""
-        return read(dataset_of(self._group, "/time"), ())[self.frames]
-
-    @property
-    def frames(self) -> NDArray[np.int64]:
-        """Which of all saved times these are, shape (time,)."""
-        return frames_of(self._group.file)
+        return read(dataset_of(self._group, "/time"), ())[frames_of(self._group.file)]
 
     @property
     def fields(self) -> list[str]:

@@ -52,6 +52,11 @@ class ResultFile:
         self.frames: NDArray[np.int64] = frames_of(file)
 
     @property
+    def field_time(self) -> NDArray[np.float64]:
+        """Saved times in s that have fields of lines, shape (frame,)."""
+        return self.time[self.frames]
+
+    @property
     def scene_text(self) -> str:
         """The whole scene file the study was run from."""
         return str(self.attributes.get("scene", ""))

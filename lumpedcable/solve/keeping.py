@@ -12,6 +12,7 @@ from lumpedcable.solve.observe import Sample
 __all__ = ["field_slots", "fields_done", "put", "put_seldom", "room_for"]
 
 Kept = TypeVar("Kept")
+Count = TypeVar("Count", int, Array)
 
 
 def field_slots(outputs: int, after: int) -> int:
@@ -22,7 +23,7 @@ def field_slots(outputs: int, after: int) -> int:
     return (outputs + 2 * after - 2) // after
 
 
-def fields_done(first: int, count: int, after: int) -> int:
+def fields_done(first: Count, count: Count, after: int) -> Count:
     """How many of the `count` outputs after number `first` have fields: every `after`th of a run."""
     return (first + count) // after - first // after
 
@@ -43,6 +44,6 @@ def put_seldom(whole: Sample, part: Sample, first: Array, at: Array, after: int)
     Each overwrites those before it, so that what stays is of the outputs that have fields, and of the
     last one.
     """
-    fields = put(whole.fields, part.fields, (first + at) // after - first // after)
+    fields = put(whole.fields, part.fields, fields_done(first, at, after))
     others = put(whole._replace(fields={}), part._replace(fields={}), at)
     return others._replace(fields=fields)

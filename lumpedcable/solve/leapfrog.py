@@ -104,9 +104,9 @@ class Leapfrog(diffrax.AbstractSolver):
         )
         found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
         over = workspaces(found) if self.writes_over else {}
-        rest = {n: line.law.tension(line.reference_strain) for n, line in args.lines.items()}
-        begun = args.carried(t0, dt, y0.displacement, velocity)
-        return begun, work, dt, over, rest if self.peaks else {}
+        watched = args.lines if self.peaks else {}
+        peaks = {n: line.law.tension(line.reference_strain) for n, line in watched.items()}
+        return args.carried(t0, dt, y0.displacement, velocity), work, dt, over, peaks
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""

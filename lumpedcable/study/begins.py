@@ -92,9 +92,10 @@ def earliest(ready: Ready, recoil: Recoil) -> NDArray[np.float64]:
     line, bound = ready.model.lines[recoil.line], np.asarray(ready.bound, float)
     winches = [body for body in ready.model.bodies.values() if isinstance(body, Winch)]
     n = part_segments(line, recoil.node)
+    foot = (n - 2.8 * np.cbrt(n / 8.0) - 2.0) * bound
     if line.inextensible or any(winch.line == recoil.line for winch in winches):
-        return np.where(n > 1, -np.inf, np.inf)
-    return np.where(n > 1, (n - 2.8 * np.cbrt(n / 8.0) - 2.0) * bound, np.inf)
+        foot = np.full(bound.shape, -np.inf)
+    return np.where(n > 1, foot, np.inf)
 
 
 def source_of(scene: Scene, piece: str) -> str:

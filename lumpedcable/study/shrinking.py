@@ -58,7 +58,7 @@ class Batch:
             between()
         lived, after = len(self.rows), self.plan.fields_after
         found = jax.tree.map(lambda x: np.asarray(x)[:lived], found)
-        reached = 1 + (done + count - 1) // after - done // after  # with those of the last output
+        reached = 1 + fields_done(done, count - 1, after)  # with those of the last output
         found = _first(unpacked(found), count, reached)
         if lived < len(self.part.runs):
             found = jax.tree.map(self._among_all, self._last, found)

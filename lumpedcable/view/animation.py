@@ -111,9 +111,8 @@ class _Film:
 
     def __init__(self, result: SoundFile, run: int, seconds: float, more: Beside) -> None:
         self.result, self.run = result, run
-        frames = result.frames
-        self.saved = result.time[frames]
-        self.times = self.saved[result.good[run, frames]]
+        self.saved = result.field_time
+        self.times = self.saved[result.good[run, result.frames]]
         others, self.balls, self.faces = more
         stored = {name: result.line(name) for name in result.lines}
         shown = {

@@ -83,7 +83,7 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     seen = {run: np.unique(np.minimum(times, end)) for run, end in ends.items()}
     shapes = {run: _shapes(result, run, seen[run]) for run in group.runs}
     across, up = side_view([shape for run in shapes.values() for shape in run])
-    clock = style.clock(result.time[result.frames])
+    clock = style.clock(result.field_time)
     everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
     wide, high = extent(everything[:, across]), extent(everything[:, up])
     # what is flat but for rounding has no height to stretch

@@ -61,10 +61,10 @@ def _families(
     words: str,
     unit: str,
 ) -> Figure:
-    times, spacing = curve_times(end.line.time)
+    times, spacing = curve_times(result.field_time)
     data = {run: field(run, times) for run in group.runs}
     factor, text = style.shared_unit([values for _, values in data.values()], unit)
-    clock = style.clock(end.line.time)
+    clock = style.clock(result.field_time)
     note = f"A curve every {quantity(spacing, 's')}." if spacing else ""
     if words == "recoil velocity":
         note += f" Positive: away from the broken end ({end.name}), along the line as it lay."
@@ -140,7 +140,7 @@ def _against_time(
 
 def xt_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
     """Tension as colour over the unstretched line and time, with the exact fronts drawn in."""
-    clock = style.clock(end.line.time)
+    clock = style.clock(result.field_time)
     figure, axes = style.panel_figure(
         group.titles,
         group.heading(result, f"Tension over {end.line.name} and time"),

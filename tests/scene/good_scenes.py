@@ -127,6 +127,17 @@ TAIL_CSV = "t,x,y,z\n0,45,0,0\n1,45,0,1\n60,45,1,1\n"
 FILES = {"tested.csv": TESTED_CSV, "tail.csv": TAIL_CSV}
 
 
+def short_runs(duration, pretensions, more=""):
+    """ROPE of twelve segments, with other pretensions (TOML) for so long, and `more` in its [output]."""
+    return (
+        ROPE.partition("[references.paper]")[0]
+        .replace("segments = 200", "segments = 12")
+        .replace('"200 ms"', f'"{duration}"')
+        .replace('every = "1 ms"', f'every = "1 ms"{more}')
+        .replace('["45 kN", "180 kN"]', pretensions)
+    )
+
+
 def write(folder, text, files=FILES):
     """Write a scene and the files it names into a folder; return the scene's path."""
     for name, content in files.items():

@@ -14,13 +14,7 @@ import psutil
 
 from lumpedcable.results import StudyFolder
 
-REFERENCE = good_scenes.ROPE.index("[references.paper]")
-SMALL = (
-    good_scenes.ROPE[:REFERENCE]
-    .replace("segments = 200", "segments = 12")
-    .replace('"200 ms"', '"4 ms"')
-    .replace('["45 kN", "180 kN"]', '{ from = "45 kN", to = "450 kN", count = 24 }')
-)
+SMALL = good_scenes.short_runs("4 ms", '{ from = "45 kN", to = "450 kN", count = 24 }')
 
 
 def bits(path):

@@ -12,15 +12,10 @@ from command_line import ROOT
 from lumpedcable.scene import load_study
 from lumpedcable.study.run import run_study
 
-REFERENCE = good_scenes.ROPE.index("[references.paper]")
-SMALL = (
-    good_scenes.ROPE[:REFERENCE]
-    .replace("segments = 200", "segments = 12")
-    .replace('"200 ms"', '"4 ms"')
-    # one number of steps for all: one batch of sixteen
-    .replace('["45 kN", "180 kN"]', '["180 kN"]\n"events.break.time" = '
-             '{ from = "1 ms", to = "4 ms", count = 16 }')
-)  # fmt: skip
+# one number of steps for all: one batch of sixteen
+SMALL = good_scenes.short_runs(
+    "4 ms", '["180 kN"]\n"events.break.time" = { from = "1 ms", to = "4 ms", count = 16 }'
+)
 CODE = """
 import sys
 import jax

@@ -23,16 +23,10 @@ from lumpedcable.study import shards
 from lumpedcable.study.run import run_study
 from lumpedcable.study.shards import Share, open_study, run_here
 
-REFERENCE = good_scenes.ROPE.index("[references.paper]")
 PRETENSION, DRAG = "lines.rope.end.held.pretension", "lines.rope.drag.tangential"
 # 12 short runs of one structure
-SMALL = (
-    good_scenes.ROPE[:REFERENCE]
-    .replace("segments = 200", "segments = 12")
-    .replace('"200 ms"', '"4 ms"')
-    .replace(
-        '["45 kN", "180 kN"]', f'["45 kN", "90 kN", "180 kN"]\n"{DRAG}" = [0, 0.01, 0.02, 0.03]'
-    )
+SMALL = good_scenes.short_runs(
+    "4 ms", f'["45 kN", "90 kN", "180 kN"]\n"{DRAG}" = [0, 0.01, 0.02, 0.03]'
 )
 KEPT = 'every = "1 ms"\nkeep = "histories"'
 

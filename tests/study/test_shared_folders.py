@@ -14,14 +14,9 @@ from lumpedcable.study import shards
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.shards import Share, open_study, run_here, show_all
 
-REFERENCE = good_scenes.ROPE.index("[references.paper]")
 # 6 short runs of one structure, of 2 outputs each
-SMALL = (
-    good_scenes.ROPE[:REFERENCE]
-    .replace("segments = 200", "segments = 12")
-    .replace('"200 ms"', '"2 ms"')
-    .replace('every = "1 ms"', 'every = "1 ms"\nkeep = "summaries"')
-    .replace('["45 kN", "180 kN"]', '{ from = "45 kN", to = "180 kN", count = 6 }')
+SMALL = good_scenes.short_runs(
+    "2 ms", '{ from = "45 kN", to = "180 kN", count = 6 }', '\nkeep = "summaries"'
 )
 OUTPUTS = 12
 

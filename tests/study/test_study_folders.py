@@ -16,14 +16,9 @@ from lumpedcable.scene import load_study
 from lumpedcable.study import shards
 from lumpedcable.study.shards import Share, open_study, run_here
 
-REFERENCE = good_scenes.ROPE.index("[references.paper]")
 # 8 short runs of one structure
-SMALL = (
-    good_scenes.ROPE[:REFERENCE]
-    .replace("segments = 200", "segments = 12")
-    .replace('"200 ms"', '"2 ms"')
-    .replace('every = "1 ms"', 'every = "1 ms"\nkeep = "summaries"')
-    .replace('["45 kN", "180 kN"]', '{ from = "45 kN", to = "180 kN", count = 8 }')
+SMALL = good_scenes.short_runs(
+    "2 ms", '{ from = "45 kN", to = "180 kN", count = 8 }', '\nkeep = "summaries"'
 )
 ROOT = Path(__file__).parents[2]
 TEXT = "title = 'x'\n"
