@@ -251,9 +251,14 @@ def _other(path: Path, text: str) -> str | None:
 
     Of such a one, with a scene of this text, there is a folder without shards, the scene and drafts.
     """
-    if not path.is_dir():
-        return "a file" if path.exists() else None
-    for name in sorted(os.listdir(path)):
+    try:
+        # asked once: a folder that another process makes between two questions is no file
+        names = os.listdir(path)
+    except FileNotFoundError:
+        return None
+    except NotADirectoryError:
+        return "a file"
+    for name in sorted(names):
         one = path / name
         if name == SHARDS:
             own = one.is_dir() and not os.listdir(one)

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import textwrap
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import good_scenes
@@ -52,24 +53,32 @@ RACE = """
 """
 
 
+@contextmanager
+def racer(folder):
+    """A process that waits for a line and then makes folders; it does not outlive the test."""
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(RACE)], cwd=folder, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
 def test_processes_may_make_a_folder_at_once(tmp_path):
-    racers = [
-        subprocess.Popen(
-            [sys.executable, "-c", textwrap.dedent(RACE)], cwd=tmp_path, text=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )
-        for _ in range(4)
-    ]  # fmt: skip
-    for racer in racers:
-        racer.stdout.readline()
-    for racer in racers:
-        racer.stdin.write("go\n")
-        racer.stdin.flush()
-    for racer in racers:
-        _, err = racer.communicate(timeout=60)
-        assert err == ""
-        assert racer.returncode == 0
+    with ExitStack() as ended:
+        racers = [ended.enter_context(racer(tmp_path)) for _ in range(4)]
+        for one in racers:
+            one.stdout.readline()
+        for one in racers:
+            one.stdin.write("go\n")
+            one.stdin.flush()
+        for one in racers:
+            _, err = one.communicate(timeout=60)
+            assert err == ""
+            assert one.returncode == 0
     for k in range(40):
         folder = StudyFolder.open(tmp_path / f"s{k}")
         assert sorted(p.name for p in folder.path.iterdir()) == [
