@@ -41,6 +41,9 @@ FIELD_TIME = "field_time"
 END_SPEED = "peak_end_speed"
 """Name of the peak speed of a recoiling end, for who writes it and who draws it."""
 
+PEAK_TENSION = "peak_tension"
+"""Name of the largest tension of each segment of a line, for who writes it and who draws it."""
+
 
 def exact_name(quantity: str) -> str:
     """What the exact number beside a number of a recoiling end is called."""

@@ -25,6 +25,7 @@ from lumpedcable.results import (
     exact_name,
     sweep_coordinates,
 )
+from lumpedcable.results.schema import PEAK_TENSION
 from lumpedcable.scene import CHECKED
 from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.observe import Sample
@@ -156,7 +157,10 @@ class Contents:
                 found.append(Variable(path, dims, "f8", unit, text.format(side)))
         found += self.places.variables() if self.places else []
         for name in self.peaked:
-            path, text = f"lines/{name}/peak_tension", "largest tension of each segment at any step"
+            path, text = (
+                f"lines/{name}/{PEAK_TENSION}",
+                "largest tension of each segment at any step",
+            )
             found.append(Variable(path, ("run", "segment"), "f8", "N", text))
         for name in self.bodies:
             for quantity, (last, unit, text) in BODY_FIELDS.items():

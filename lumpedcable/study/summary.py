@@ -17,7 +17,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.seams import at_end, part_length
-from lumpedcable.results.schema import END_SPEED, exact_name
+from lumpedcable.results.schema import END_SPEED, PEAK_TENSION, exact_name
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
 from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
@@ -107,7 +107,7 @@ def empty_table(contents: Contents, runs: int) -> Table:
             names += [f"summary/{end}/{exact_name(name)}" for name in EXACT]
     table |= {name: np.full(runs, np.nan) for name in names}
     for line in contents.peaked:
-        table[f"lines/{line}/peak_tension"] = np.full((runs, contents.segments[line]), np.nan)
+        table[f"lines/{line}/{PEAK_TENSION}"] = np.full((runs, contents.segments[line]), np.nan)
     if contents.energy:
         table["energy/residual"] = np.full((runs, contents.laid.count + 1), np.nan)
     return table
@@ -219,7 +219,7 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         table[f"summary/{name}"][rows] = values
     for line in account.peaks.keys() & set(contents.peaked):
         kept = np.where(sound[:, None], account.peaks[line], np.nan)
-        table[f"lines/{line}/peak_tension"][rows, : kept.shape[1]] = kept
+        table[f"lines/{line}/{PEAK_TENSION}"][rows, : kept.shape[1]] = kept
     if contents.energy:
         table["energy/residual"][rows] = energy.residual
     for index, recoil in enumerate(part.plan.recoils):

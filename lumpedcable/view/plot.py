@@ -18,6 +18,7 @@ from lumpedcable.view.general import end_tension_figure, has_end_tension, shape_
 from lumpedcable.view.groups import Group, file_tag, groups
 from lumpedcable.view.maps import ENOUGH, FEWEST, map_figures
 from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
+from lumpedcable.view.ranges import has_range, range_figure
 from lumpedcable.view.recoil import (
     end_displacement_figure,
     end_speed_figure,
@@ -37,13 +38,13 @@ def plot_result(
     """Draw the figures of a results file, finished or not.
 
     Where a line parts: tension and velocity along it, speed and way of the broken end, and the x-t
-    diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Energies
-    always. Of a scene at rest: the shape of each cable with its numbers. Figures whose fields the file
-    does not hold are left out. A run that went wrong is drawn until then. Where several numbers are
-    swept there is one set of figures for each value of the last, and its name ends in that value:
-    tension_break_time_5ms.png. Where
-    two or more of them take three values or more, or of enough draws: maps of the numbers of the
-    runs over every pair.
+    diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Of lines that
+    do not part the range of the tension along them. Energies always. Of a scene at rest: the shape of
+    each cable with its numbers. Figures whose fields the file does not hold are left out. A run that
+    went wrong is drawn until then. Where several numbers are swept there is one set of figures for each
+    value of the last, and its name ends in that value: tension_break_time_5ms.png. Where two or more
+    of them take three values or more, or of enough draws: maps of the numbers of the runs over every
+    pair.
 
     Args:
         path: the results file, or the folder of a study.
@@ -136,6 +137,10 @@ def _figures(result: SoundFile, group: Group) -> Iterator[tuple[str, Draw]]:
     along = any(end.line.has("tension") for end in ends)
     if not along and any(has_end_tension(line) for line in lines):
         yield "end_tension", partial(end_tension_figure, result, group)
+    parting = {end.line.name for end in ends}
+    whole = [line.name for line in lines if has_range(line) and line.name not in parting]
+    if whole:
+        yield "tension_range", partial(range_figure, result, whole, group)
     if not ends and any(line.has("position") for line in lines):
         yield "shape", partial(shape_figure, result, group)
     for name in result.bodies:

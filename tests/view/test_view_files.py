@@ -50,7 +50,12 @@ def test_a_single_run_in_other_formats(tmp_path):
 def test_a_line_that_holds(tmp_path):
     path = snapback(tmp_path / "a.h5", **ONE, segments=6, broken=False)
     made = plot_result(path, tmp_path)
-    assert [file.name for file in made] == ["end_tension.png", "shape.png", "energy.png"]
+    assert [file.name for file in made] == [
+        "end_tension.png",
+        "tension_range.png",
+        "shape.png",
+        "energy.png",
+    ]
 
 
 @pytest.mark.parametrize("end", [None, "rope.end"])
