@@ -57,6 +57,36 @@ def table(points: Points) -> str:
     return "\n".join(rows)
 
 
+def settings_table(points: Points) -> str:
+    """Each setting of MoorDyn's, as a run has it: in how many cases the default is no worse."""
+    of = [p for p in points if p["case"] != LINEAR]
+    theirs = [p for p in of if p["program"] == "MoorDyn"]
+    words = " | ".join(QUANTITIES.values())
+    rows = [
+        f"| at once, MoorDyn's setting | N | {words} | together | its time over ours |",
+        "|---" * (len(QUANTITIES) + 4) + "|",
+    ]
+    for n in MESHES:
+        mine = {p["case"]: p for p in of if p["setting"] == DEFAULT and p["segments"] == n}
+        for setting in dict.fromkeys(p["setting"] for p in theirs if p["segments"] == n):
+            beside = [
+                (mine[p["case"]], p)
+                for p in theirs
+                if (p["segments"], p["setting"]) == (n, setting) and p["case"] in mine
+            ]
+            # an error that is no number is of a run that came to nothing: it counts for the other
+            good = [
+                sum(not p["errors"][q] < own["errors"][q] for own, p in beside) for q in QUANTITIES
+            ]
+            times = [p["warm"] / own["warm"] for own, p in beside]
+            each = " | ".join(f"{count} of {len(beside)}" for count in good)
+            rows.append(
+                f"| {setting} | {n} | {each} | {sum(good)} of {len(good) * len(beside)} "
+                f"| {min(times):.0f} to {max(times):.0f} |"
+            )
+    return "\n".join(rows)
+
+
 def _cell(pair: Pair | None) -> str:
     if pair is None:
         return MISSING

@@ -63,6 +63,7 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
                 found[f"all-peers-{key}"] = everything.others(others, kind)
         found["peers-linear"] = compare.linear_table(others)
         found["against-moordyn"] = against.table(others)
+        found["against-settings"] = against.settings_table(others)
         found["moordyn"] = compare.damping_table(others)
         found["readme"] = compare.table(others, "at once", targets.SEGMENTS)
     if "cost" in parts:

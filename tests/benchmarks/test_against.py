@@ -49,6 +49,17 @@ def test_each_error_is_beside_the_best_setting_for_it(points):
     ]
 
 
+def test_a_setting_is_beside_the_default_in_all_errors(points):
+    points[3]["errors"]["tension"] = float("nan")  # a run that came to nothing
+    points[7]["warm"] = 3e-2
+    head, _, *rows = against.settings_table(points).splitlines()
+    assert head.endswith("| tension at 1 ms samples | T_c | together | its time over ours |")
+    assert rows == [
+        "| calm | 100 | 2 of 2 | 2 of 2 | 2 of 2 | 2 of 2 | 8 of 8 | 20 to 20 |",
+        "| undamped | 100 | 0 of 2 | 2 of 2 | 2 of 2 | 1 of 2 | 5 of 8 | 10 to 30 |",
+    ]
+
+
 def test_speed_over_moordyn_counts_with_an_error_that_is_no_worse(points):
     rows = speed_targets.rows({"peers": {"points": points}})
     ends = [row.split(" | ")[-2:] for row in rows[:4]]
