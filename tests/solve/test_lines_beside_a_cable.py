@@ -86,7 +86,7 @@ def test_cargo_joint_and_point_mass_are_where_each_would_be_alone(tmp_path):
     assert places["c"][:, -1] == pytest.approx([40.0, 0.0, 14.0 - stretch], abs=1e-7)
 
 
-@pytest.mark.parametrize("model", ["ideal", "lumped"])
+@pytest.mark.parametrize("model", ["ideal", pytest.param("lumped", marks=pytest.mark.slow)])
 def test_a_joint_that_is_held_at_the_start_is_held_beside_a_cable_too(tmp_path, model):
     text = SCENE.replace('"ideal"', f'"{model}"')
     for side, tie in (("end", "b.start"), ("start", "a.end")):

@@ -4,7 +4,7 @@ import pytest
 from engine_runs import run_text, sliding_block
 
 
-@pytest.mark.parametrize("step", ["0.5 ms", "1 ms"])
+@pytest.mark.parametrize("step", [pytest.param("0.5 ms", marks=pytest.mark.slow), "1 ms"])
 def test_a_body_with_an_elastic_line_stops_when_coulomb_says(tmp_path, step):
     # 0.4 g takes 0.2548 s for 1 m/s, and the line is a millionth of the block; what is left of the speed
     # then is rounding, which is not 0 for twenty steps

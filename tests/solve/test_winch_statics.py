@@ -74,6 +74,7 @@ def test_a_sagging_line_is_as_long_as_its_catenary(tmp_path, where, tension, EA)
     )
 
 
+@pytest.mark.slow  # a quarter of a minute of compiling
 def test_a_mooring_line_on_a_winch_lies_where_its_catenary_touches_down(tmp_path):
     depth, span, tension, weight = 60.0, 280.0, 20e3, 98.1
     text = (

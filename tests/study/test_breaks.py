@@ -337,6 +337,7 @@ def test_what_something_else_holds_does_not_recoil(tmp_path, end, start, alone):
         assert set(recoil_names(make_layout(scene))) == {breaks} | (set() if alone else {other})
 
 
+@pytest.mark.slow  # the same of a body is among the quick ones
 def test_lines_break_away_from_a_place_each_by_itself(tmp_path):
     text = MEET.format('"second.start"', PLACE, "first.end")
     third = text[text.index("[lines.second]") : text.index("[events")]

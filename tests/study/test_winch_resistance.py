@@ -88,7 +88,9 @@ def test_a_line_is_hauled_through_water_against_its_whole_drag(tmp_path):
     assert ran.outcomes[0].energy_closure < 1e-3
 
 
-@pytest.mark.parametrize(("friction", "stalls"), [(3.0, True), (1.0, False)])
+@pytest.mark.parametrize(
+    ("friction", "stalls"), [pytest.param(3.0, True, marks=pytest.mark.slow), (1.0, False)]
+)
 def test_a_winch_drags_a_line_over_the_bed_if_friction_lets_it(tmp_path, friction, stalls):
     ran = run_text(tmp_path, BED.replace("damping", f"friction = {friction}\ndamping") + HAULED)
     assert ran.statuses == ["OK"]
