@@ -156,12 +156,12 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
         tension = number(winch.tension)
         strain = strain_at(line.law, tension, line.max_strain)
         length = jnp.sum(line.node_length)
-        mass = line.mass * length / 3.0
         control = _control(winch)
         integral = control is not None and control.rate is not None
         found[winch_name(name)] = Winch(
             reference=jnp.stack([length, jnp.zeros_like(length)][: 2 if integral else 1]),
-            kilograms=mass if winch.inertia is None else mass + number(winch.inertia),
+            mass_per_metre=line.mass,
+            drum=if_given(winch.inertia),
             pull=(1.0 + strain) * tension - line.law.energy(strain),
             tension=tension,
             stretch=1.0 + strain,

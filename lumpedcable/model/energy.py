@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
+from lumpedcable.model.attached import attached_ends
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.correction import end_gain
 from lumpedcable.model.couple import Found, body_powers, body_works, coupling_energies, live_line
@@ -142,6 +143,16 @@ def powers(
     for splice in found.splices:
         part = next(iter(splice.forces))
         result[part]["ends"] = result[part]["ends"] + splice.power
+    for name, node, end in attached_ends(model):
+        if end.release is None:
+            continue
+        # what holds an end while it breaks away from a body pulls that the other way
+        key, hold = body_key(end.body), found[name].ends[0 if node == 0 else 1]
+        assert hold is not None
+        body = model.bodies[end.body]
+        _, speed, _ = body.rate(body.reference + displacement[key], middle[key], end.point)
+        given = jnp.where(end.release.begun(t), jnp.dot(hold, speed), 0.0)
+        result[name]["ends"] = result[name]["ends"] - given
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], middle[key]

@@ -39,8 +39,9 @@ class Winch(AbstractBody):
     """The winch at an end of a line: q = (L), the length (m) that is paid out.
 
     All segments of the line are L / n long, so that what is paid out is spread over the line at once.
-    The mass that belongs to it is that of the line as it is drawn out, m L0 / 3, and that of the drum,
-    J / r^2 (kg). `pull` (N) is what L costs per metre: (1 + e) T - U(e) at the strain e of the tension
+    The mass that belongs to it is that of the line as it is drawn out, m L0 / 3 with m its
+    `mass_per_metre` (kg/m) and L0 what is out at the start, and that of the drum, J / r^2 (kg), None
+    without one. `pull` (N) is what L costs per metre: (1 + e) T - U(e) at the strain e of the tension
     T that the winch keeps, U the strain energy per metre, since what is hauled in is stretched;
     `stretch` is 1 + e. |dL/dt| stays below `speed` (m/s), None where it has no bound.
 
@@ -49,10 +50,11 @@ class Winch(AbstractBody):
     """
 
     reference: Float[Array, " m"]
-    kilograms: Float[Array, ""]
+    mass_per_metre: Float[Array, ""]
     pull: Float[Array, ""]
     tension: Float[Array, ""]
     stretch: Float[Array, ""]
+    drum: Float[Array, ""] | None = None
     damping: Float[Array, ""] | None = None
     speed: Float[Array, ""] | None = None
     control: Control | None = None
@@ -62,6 +64,12 @@ class Winch(AbstractBody):
     start_velocity: Float[Array, " m"] | None = None
     free: Float[Array, " m"] | None = None
     friction: BedFriction | None = None
+
+    @property
+    def kilograms(self) -> Float[Array, ""]:
+        """m L0 / 3 + J / r^2 (kg); statics finds L0 and puts it into `reference`."""
+        line = self.mass_per_metre * self.reference[0] / 3.0
+        return line if self.drum is None else line + self.drum
 
     @property
     def driven(self) -> bool:

@@ -15,10 +15,12 @@ from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model import inertia
 from lumpedcable.model.ends import Attached, Driven, End, Loaded
-from lumpedcable.model.line import placed
+from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import Net, junction_forces, make_net
+from lumpedcable.model.rods import line_drag
 from lumpedcable.model.splices import splices
+from lumpedcable.physics.load import Shape
 from lumpedcable.physics.tension import Rigid
 from lumpedcable.physics.weight import Weight
 from lumpedcable.solve.blocks import block_jacobian, solve_blocks
@@ -47,10 +49,8 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
     for name, line in model.lines.items():
         forces = line.forces(displacement[name], None)
         force = forces.force
-        still = jnp.zeros_like(force)
-        drag = inertia.drag_force(model.frame(line, forces.shape), still)
-        if drag is not None and line.current is not None:
-            force = force + drag
+        if line.drag is not None and line.current is not None:
+            force = force + _drag_at_rest(model, line, forces.shape)
         for node in line.ends:
             end = model.end(name, node)
             if isinstance(end, Loaded) and end.force is not None:
@@ -62,6 +62,17 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
     extra = junction_forces(model, net)
     total = total if extra is None else total + extra
     return jnp.where(net.fixed[:, None], 0.0, total)
+
+
+def _drag_at_rest(model: Model, line: Line, shape: Shape) -> Float[Array, "d nodes"]:
+    """Drag (N) of a current on a line that does not move, as dynamics takes it at its nodes or rods."""
+    nodes = model.frame(line, shape)
+    still = jnp.zeros_like(shape.position)
+    if line.inextensible:
+        return line_drag(line, shape.tangent, still, nodes.flow)
+    drag = inertia.drag_force(nodes, still)
+    assert drag is not None
+    return drag
 
 
 # targets and line laying ask for it several times with arrays of one shape: jax then follows it once

@@ -176,11 +176,22 @@ def test_a_sheave_grips_both_ways(tmp_path):
     assert run.outcome.energy_closure < 1e-3
 
 
+def test_the_length_of_the_file_is_a_first_guess_alone(folder):
+    # a line that weighs as much as its drum turns: what is out at rest counts, not what was guessed
+    heavy = "lines.line.mass=20", "lines.line.end.winch.control={gain = 4}"
+    short, long = (ran(folder, *heavy, f"lines.line.length={guess}") for guess in (8.0, 25.0))
+    assert np.ptp(short.payout) > 0.02
+    np.testing.assert_allclose(long.payout, short.payout, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(long.tension, short.tension, rtol=1e-8)
+
+
 @pytest.mark.parametrize("speed", [1.0, -1.0, -3.0])
 def test_a_sheave_rubs_by_all_that_the_drum_pulls_with(speed):
     set_, damping, grip = (jnp.asarray(x) for x in (20e3, 10e3, 0.1 * np.pi))
     one = jnp.ones(())
-    winch = Winch(jnp.ones(1), one, set_, set_, one, damping, sheave=Sheave(grip, 0.01 * one))
+    winch = Winch(
+        jnp.ones(1), one, set_, set_, one, damping=damping, sheave=Sheave(grip, 0.01 * one)
+    )
     q, v = jnp.ones(1), jnp.full(1, speed)
     forces = winch.resisting(q, v)
     line = float(set_ - sum(force[0] for force in forces.values()))  # what keeps the speed steady
