@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lumpedcable.results.errors import first_line
 from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
 from lumpedcable.results.human import quantity, size
 from lumpedcable.results.reader import OK, Axis, ResultFile, open_result
@@ -74,8 +75,7 @@ def _where(folder: StudyFolder) -> list[tuple[str, str]]:
         more = ", ..." if len(begun) > _FAILURES_SHOWN else ""
         rows.append(("begun", f"shards {', '.join(map(str, begun[:_FAILURES_SHOWN]))}{more}"))
     for shard, reason in list(failures.items())[:_FAILURES_SHOWN]:
-        first = (reason.splitlines() or ["nobody knows why"])[0]
-        rows.append((f"shard {shard}", f"failed: {first}"))
+        rows.append((f"shard {shard}", f"failed: {first_line(reason, 'nobody knows why')}"))
     if len(failures) > _FAILURES_SHOWN:
         rows.append(("", f"and {len(failures) - _FAILURES_SHOWN} more"))
     return rows

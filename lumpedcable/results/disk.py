@@ -21,7 +21,7 @@ from pathlib import Path
 import h5py
 
 from lumpedcable.results import human
-from lumpedcable.results.errors import BusyError, DiskError, OutputError
+from lumpedcable.results.errors import BusyError, DiskError, OutputError, first_line
 
 try:
     import fcntl
@@ -182,7 +182,7 @@ def reported(path: Path) -> Iterator[None]:
         number = number or (int(found[1]) if found else None)
         if number is None and not isinstance(error, OSError):
             raise
-        reason = os.strerror(number) if number else str(error).splitlines()[0]
+        reason = os.strerror(number) if number else first_line(error)
         kind = DiskError if number in _SPENT else OutputError
         raise kind(f"cannot write {path}: {reason}") from error
 

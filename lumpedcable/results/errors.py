@@ -23,6 +23,15 @@ class ResultError(Exception):
     """A file cannot be read as a result, or lacks what was asked of it; the message says why."""
 
 
+def first_line(said: object, otherwise: str = "") -> str:
+    """The first line that is not empty of what an error or a note says.
+
+    Where it says nothing: `otherwise`, or the kind of the error.
+    """
+    lines = (line.strip() for line in str(said).splitlines())
+    return next(filter(None, lines), otherwise or type(said).__name__)
+
+
 def check_known(path: Path, what: str, name: str, known: Iterable[str]) -> None:
     """Raise ResultError, with the nearest name, where a file has no such `what`."""
     known = list(known)

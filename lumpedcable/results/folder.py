@@ -19,7 +19,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import secrets
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -27,7 +26,7 @@ from pathlib import Path
 from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError, ResultError
 from lumpedcable.results.schema import PARTIAL_SUFFIX
-from lumpedcable.results.target import followed
+from lumpedcable.results.target import followed, is_draft, whole
 
 __all__ = ["Manifest", "StudyFolder", "is_study_folder"]
 
@@ -125,8 +124,11 @@ class StudyFolder:
 
     def failures(self) -> dict[int, str]:
         """Why shards that are not there could not be computed."""
-        found = sorted(self._there(".txt") - self._there(".h5"))
-        return {s: self._reason(s).read_text(encoding="utf-8").strip() for s in found}
+        found = {}
+        for shard in sorted(self._there(".txt") - self._there(".h5")):
+            with suppress(FileNotFoundError):  # another process has computed it meanwhile
+                found[shard] = self._reason(shard).read_text(encoding="utf-8").strip()
+        return found
 
     def _there(self, ending: str) -> set[int]:
         """Shards of which there is a file whose name ends so."""
@@ -265,7 +267,7 @@ def _other(path: Path, text: str) -> str | None:
         elif name == SCENE:
             own = one.is_file() and one.read_bytes() == text.encode()
         else:
-            own = name.startswith((f"{SCENE}.", f"{MANIFEST}."))
+            own = is_draft(name, SCENE) or is_draft(name, MANIFEST)
         if not own:
             return name
     return None
@@ -273,10 +275,5 @@ def _other(path: Path, text: str) -> str | None:
 
 def _place(path: Path, text: str) -> None:
     """Write a text file that is there as a whole or not at all."""
-    # processes on other machines have numbers of their own
-    draft = path.with_name(f"{path.name}.{os.getpid()}-{secrets.token_hex(4)}")
-    try:
+    with whole(path) as draft:
         draft.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)

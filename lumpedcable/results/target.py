@@ -5,15 +5,17 @@ from __future__ import annotations
 import csv
 import os
 import re
+import secrets
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import h5py
 
 from lumpedcable.results.errors import OutputError
 
-__all__ = ["followed", "keep_others", "whole"]
+__all__ = ["followed", "is_draft", "keep_others", "whole"]
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SIGNS = {
@@ -24,6 +26,7 @@ _SIGNS = {
 }
 """By kind: what stands in every such file, and where."""
 _LONGEST = 2**20  # bytes of a heading
+_LEFT = 24 * 3600.0  # s after which nobody writes to a draft any more
 _PAGE = b'<meta name="sources"'
 
 
@@ -36,16 +39,37 @@ def followed(target: Path) -> Path:
 def whole(target: Path) -> Iterator[Path]:
     """A name beside the target to write to; the file gets its own name only when it is complete.
 
-    The name ends as the target's does, since some writers take the format from it. Of a target that is
-    a symbolic link it lies beside the file that the link leads to, which is the one that is written.
+    The name is this writer's alone: of several that write one file at once, each puts its own there,
+    and the last one's stays. It ends as the target's does, since some writers take the format from it.
+    Of a target that is a symbolic link it lies beside the file that the link leads to, which is the one
+    that is written.
     """
     target = followed(target)
-    partial = target.with_name(f".{target.stem}.partial{target.suffix}")
+    _clear_drafts(target)
+    # processes on other machines have numbers of their own
+    own = f"{os.getpid()}-{secrets.token_hex(4)}"
+    partial = target.with_name(f".{target.stem}.{own}.partial{target.suffix}")
     try:
         yield partial
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def is_draft(name: str, of: str) -> bool:
+    """Whether a file of one name is what `whole` writes for a target of another, unless it is finished."""
+    stem, suffix = Path(of).stem, Path(of).suffix
+    own = rf"\.{re.escape(stem)}\.\d+-[0-9a-f]{{8}}\.partial{re.escape(suffix)}"
+    return re.fullmatch(own, name) is not None
+
+
+def _clear_drafts(target: Path) -> None:
+    """Delete what processes that were killed have left of a target."""
+    with suppress(OSError):  # what is wrong with the folder is told by whoever writes into it
+        for name in os.listdir(target.parent):
+            draft = target.with_name(name)
+            if is_draft(name, target.name) and time.time() - draft.stat().st_mtime > _LEFT:
+                draft.unlink()
 
 
 def keep_others(target: Path, kind: str) -> None:

@@ -211,6 +211,21 @@ def test_what_is_there_has_not_failed(scene, tmp_path):
     assert not note.exists()
 
 
+def test_what_is_computed_while_failures_are_read_has_not_failed(bare, monkeypatch):
+    for shard in (0, 1):
+        bare.note_failure(shard, "no memory")
+    there = StudyFolder._there
+
+    def late(folder, ending):
+        found = there(folder, ending)
+        if ending == ".h5":  # after the names of the reasons have been read
+            folder.forget_failure(0)
+        return found
+
+    monkeypatch.setattr(StudyFolder, "_there", late)
+    assert bare.failures() == {1: "no memory"}
+
+
 def test_a_scene_that_is_changed_inside_the_folder_is_told(scene, tmp_path):
     folder, _ = open_study(load_study(scene), tmp_path / "s", 2)
     text = folder.scene.read_text()
