@@ -8,8 +8,10 @@ one computes it.
 from __future__ import annotations
 
 import os
+from asyncio import wait_for
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,7 @@ from distributed import Client, LocalCluster, as_completed
 from distributed.scheduler import KilledWorker
 
 from lumpedcable.results import StudyFolder
-from lumpedcable.results.errors import DiskError, OutputError
+from lumpedcable.results.errors import DiskError, OutputError, first_line
 from lumpedcable.scene import load_study
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.shards import Share, apart, compute_shard, in_rounds, show_all
@@ -26,6 +28,7 @@ from lumpedcable.study.shards import Share, apart, compute_shard, in_rounds, sho
 __all__ = ["run_on_cluster"]
 
 PATIENCE = "10s"  # for a scheduler to answer
+STUDIES = 4  # that a worker keeps laid out: its scheduler may outlive them all
 ALLOWED_DEATHS = 3  # of workers, while one and the same shard was on them
 # one core each: what a worker computes must not depend on how many there are
 PINNED = {
@@ -74,9 +77,15 @@ def run_on_cluster(
         def compute_all(some: list[int]) -> list[int]:
             left, turn = [], next(rounds)
             tasks = {
-                # under another name than in the round before, whose answer is known
+                # under another name than in the round before, and than that of another study which
+                # was in this folder before, whose answers are known
                 client.submit(
-                    _shard, where, shard, key=f"{where}-{shard}-{turn}", retries=1, pure=False
+                    _shard,
+                    where,
+                    shard,
+                    key=f"{where}/{folder.name(shard)}-{turn}",
+                    retries=1,
+                    pure=False,
                 ): shard
                 for shard in some
             }
@@ -108,6 +117,15 @@ def _workers(client: Client) -> int:
     return len(known)
 
 
+class _Impatient(Client):
+    """A client that gives up a port that takes its connection and says nothing."""
+
+    async def _ensure_connected(self, timeout=None):
+        # dask limits the wait for a connection, and tells of it first; not that for the first answer
+        longest = None if timeout is None else timeout + 1.0
+        await wait_for(super()._ensure_connected(timeout), longest)
+
+
 @contextmanager
 def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
     """A client of the scheduler at an address, or of a cluster of its own."""
@@ -119,11 +137,15 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
             cluster = LocalCluster(n_workers=workers, threads_per_worker=1, **options)
             client = stack.enter_context(Client(stack.enter_context(cluster)))
         else:
+            unknown = f"no dask scheduler at {scheduler}"
             try:
-                client = stack.enter_context(Client(scheduler, timeout=PATIENCE))
+                client = stack.enter_context(_Impatient(scheduler, timeout=PATIENCE))
+            except TimeoutError:
+                raise OutputError(f"{unknown}: no answer within {PATIENCE}") from None
             except (OSError, ValueError) as error:
-                reason = str(error).splitlines()[0]
-                raise OutputError(f"no dask scheduler at {scheduler}: {reason}") from None
+                raise OutputError(f"{unknown}: {first_line(error)}") from None
+            except MemoryError:  # the first bytes of another protocol, taken for a length
+                raise OutputError(f"{unknown}: something else answers") from None
         yield client
 
 
@@ -139,13 +161,13 @@ def _environment(changes: dict[str, str]) -> Iterator[None]:
             del os.environ[key]
 
 
-_known: dict[str, tuple[StudyFolder, Laid]] = {}
+@lru_cache(STUDIES)
+def _laid(folder: StudyFolder) -> Laid:
+    """The study of a folder laid out; known by path and manifest, since another may take its place."""
+    return lay_out(load_study(folder.scene))
 
 
 def _shard(where: str, shard: int) -> bool:
-    """`compute_shard` on a worker; the study is read and compiled once in its life."""
-    if where not in _known:
-        folder = StudyFolder.open(Path(where))
-        _known[where] = folder, lay_out(load_study(folder.scene))
-    folder, laid = _known[where]
-    return compute_shard(folder, laid, shard)
+    """`compute_shard` on a worker; a study is laid out and compiled once in its life."""
+    folder = StudyFolder.open(Path(where))
+    return compute_shard(folder, _laid(folder), shard)

@@ -1,8 +1,14 @@
 """Studies on dask workers: equal to one process bit for bit, also where a worker is killed."""
 
 import os
+import shutil
 import signal
+import socket
+import subprocess
+import sys
+import threading
 import time
+from contextlib import ExitStack, contextmanager, suppress
 
 import good_scenes
 import h5py
@@ -12,7 +18,7 @@ from command_line import process, say
 pytest.importorskip("distributed")
 import psutil
 
-from lumpedcable.results import StudyFolder
+from lumpedcable.results import StudyFolder, open_result
 
 SMALL = good_scenes.short_runs("4 ms", '{ from = "45 kN", to = "450 kN", count = 24 }')
 
@@ -77,3 +83,79 @@ def test_a_scheduler_that_does_not_answer_is_told(tmp_path, monkeypatch):
     )  # fmt: skip
     assert said.code == 2
     assert "no dask scheduler at tcp://127.0.0.1:9" in said.err
+
+
+def test_a_worker_knows_another_study_in_the_same_folder(tmp_path):
+    # as on a scheduler that lives long: the first study is deleted, another one begins in its place
+    from lumpedcable.scene import load_study
+    from lumpedcable.study import cluster
+    from lumpedcable.study.shards import open_study
+
+    last = {}
+    for highest in (100, 200):
+        sweep = f'{{ from = "45 kN", to = "{highest} kN", count = 2 }}'
+        text = good_scenes.short_runs("2 ms", sweep, '\nkeep = "summaries"')
+        study = load_study(good_scenes.write(tmp_path, text))
+        folder, _ = open_study(study, tmp_path / "s", 1)
+        assert cluster._shard(str(folder.path), 1) is True
+        assert folder.missing() == [0]
+        with open_result(folder.file(1)) as result:
+            last[highest] = result.summary()["rope.end"]["static_tension"][0]
+        shutil.rmtree(folder.path)
+    assert last == {100: pytest.approx(100e3), 200: pytest.approx(200e3)}
+    assert cluster._laid.cache_info().currsize <= cluster.STUDIES
+
+
+@contextmanager
+def listener(answer):
+    """The address of a port that takes connections and sends them `answer`, or nothing where None."""
+    taken = []
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve():
+            with suppress(OSError):  # until it is shut
+                while True:
+                    one, _ = server.accept()
+                    taken.append(one)
+                    if answer is not None:
+                        one.sendall(answer)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        try:
+            yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        finally:
+            server.shutdown(socket.SHUT_RDWR)
+            thread.join()
+            for one in taken:
+                one.close()
+
+
+ASK = """
+import sys
+from lumpedcable.results.errors import OutputError
+from lumpedcable.study import cluster
+cluster.PATIENCE = "0.2s"
+for address in sys.argv[1:]:
+    try:
+        with cluster._client(address, 1):
+            print("a scheduler")
+    except OutputError as error:
+        print(error)
+"""
+
+
+def test_a_port_of_something_else_is_told_in_time():
+    # in a process of its own, which can be given up
+    answers = [None, b"SSH-2.0-OpenSSH_9.6\r\n", b"HTTP/1.1 400 Bad Request\r\n\r\n"]
+    with ExitStack() as ended:
+        ports = [ended.enter_context(listener(answer)) for answer in answers]
+        child = subprocess.run(
+            [sys.executable, "-c", ASK, *ports], capture_output=True, text=True, timeout=60
+        )
+    said = [f"no dask scheduler at {port}: " for port in ports]
+    said[0] += "no answer within 0.2s"
+    found = child.stdout.splitlines()
+    assert len(found) == len(said), child.stderr
+    for line, beginning in zip(found, said, strict=True):
+        assert line.startswith(beginning)
