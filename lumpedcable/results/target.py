@@ -57,7 +57,7 @@ def whole(target: Path) -> Iterator[Path]:
 
 
 def is_draft(name: str, of: str) -> bool:
-    """Whether a file of one name is what `whole` writes for a target of another, unless it is finished."""
+    """Whether a name is one to which `whole` writes a file that is to be called otherwise."""
     stem, suffix = Path(of).stem, Path(of).suffix
     own = rf"\.{re.escape(stem)}\.\d+-[0-9a-f]{{8}}\.partial{re.escape(suffix)}"
     return re.fullmatch(own, name) is not None

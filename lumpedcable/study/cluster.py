@@ -23,7 +23,7 @@ from lumpedcable.results import StudyFolder
 from lumpedcable.results.errors import DiskError, OutputError, first_line
 from lumpedcable.scene import load_study
 from lumpedcable.study.laying import Laid, lay_out
-from lumpedcable.study.shards import Share, apart, compute_shard, in_rounds, show_all
+from lumpedcable.study.shards import Share, apart, compute_shard, in_rounds, reason_of, show_all
 
 __all__ = ["run_on_cluster"]
 
@@ -97,9 +97,10 @@ def run_on_cluster(
                     left.append(shard)
                     continue
                 if error is not None:
-                    if isinstance(error, KilledWorker):
-                        error = f"{ALLOWED_DEATHS} workers died while they computed it"
-                    folder.note_failure(shard, f"{error}")
+                    reason = f"{ALLOWED_DEATHS} workers died while they computed it"
+                    if not isinstance(error, KilledWorker):
+                        reason = reason_of(error, task.traceback())
+                    folder.note_failure(shard, reason)
                     failed.append(shard)
                 tell(shard)
             return sorted(left)

@@ -7,32 +7,36 @@ with the next one, and look again at the end.
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Lock
+from types import TracebackType
 
 import jax
 import numpy as np
 
 from lumpedcable import __version__
-from lumpedcable.results import StudyFolder
-from lumpedcable.results.errors import BusyError, DiskError, OutputError
-from lumpedcable.scene import Study, load_study
+from lumpedcable.results import StudyFolder, open_result
+from lumpedcable.results.errors import BusyError, DiskError, OutputError, ResultError
+from lumpedcable.scene import SceneError, Study, load_study
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.run import run_runs
 
-__all__ = ["Share", "apart", "compute_shard", "open_study", "run_here", "show_all"]
+__all__ = ["Share", "apart", "compute_shard", "open_study", "reason_of", "run_here", "show_all"]
 
 # shards under way at once in a process: while one is checked, brought to rest, summed up or written,
 # which is work of Python on one core, the other moves
 AT_ONCE = 2
-TURNS, WAIT = (
-    50,
-    0.1,
-)  # times (and s between them) that a process tries to write what others write too
+TURNS = 50
+"""Times that a process tries to write what others write too."""
+WAIT = 0.1
+"""Seconds between two of them."""
+PLAIN = (OutputError, ResultError, SceneError, MemoryError, OSError)
+"""Errors of the disk, the machine or the scene, whose message says all there is to say."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,12 @@ def open_study(study: Study, path: Path, shard: int | None = None) -> tuple[Stud
 
 
 def show_all(folder: StudyFolder, laid: Laid) -> None:
-    """Write the file that shows all shards as one; it says whether they are complete."""
+    """Write the file that shows all shards as one; it says whether they are complete.
+
+    Raises:
+        BusyError: there is none yet, and another process goes on writing it.
+        OutputError: it cannot be written, and none that is there says that all shards are.
+    """
     contents = Contents(laid, np.arange(folder.manifest.runs), exact=False)
     for turn in range(TURNS):
         try:
@@ -82,16 +91,44 @@ def show_all(folder: StudyFolder, laid: Laid) -> None:
                 # looked at while nobody else writes it: the last who does must know of all
                 writer.finish(complete=not folder.missing())
             return
-        except DiskError:
-            if folder.missing() or not folder.view.exists():
-                raise  # before anything is computed
-            return
-        except OutputError:
+        except BusyError:
             # another process that has begun on the same folder writes it now, and may not know yet
             # what is there
             if turn == TURNS - 1 and not folder.view.exists():
                 raise
+        except OutputError:
+            if not _shown(folder):
+                raise
+            return  # of a study that is complete, on a disk that is full or may not be written
         time.sleep(WAIT)
+
+
+def _shown(folder: StudyFolder) -> bool:
+    """Whether the file that shows all shards is there and says that they are complete, as they are."""
+    if folder.missing():
+        return False
+    try:
+        with open_result(folder.view) as view:
+            return view.complete
+    except ResultError:
+        return False
+
+
+def reason_of(error: BaseException, where: TracebackType | None = None) -> str:
+    """What is kept of why a shard failed: a line of what it was.
+
+    Below it, of an error that is neither of the disk nor of the machine nor of the scene, there is where
+    in the program it arose.
+
+    Args:
+        error: what was raised.
+        where: its traceback; None for its own.
+    """
+    said = ": ".join(filter(None, [type(error).__name__, str(error).strip()]))
+    if isinstance(error, PLAIN):
+        return said
+    trace = traceback.format_exception(type(error), error, where or error.__traceback__)
+    return f"{said}\n\n{''.join(trace)}".rstrip()
 
 
 def compute_shard(
@@ -167,7 +204,7 @@ def run_here(
                 together.stop()
                 raise
             except Exception as error:
-                folder.note_failure(shard, f"{type(error).__name__}: {error}")
+                folder.note_failure(shard, reason_of(error))
                 failed.append(shard)
             together.tell(shard, outputs[shard])
         finally:

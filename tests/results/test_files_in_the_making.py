@@ -13,7 +13,6 @@ from lumpedcable.results import OutputError, ResultWriter, Variable, disk
 from lumpedcable.results.errors import BusyError, first_line
 from lumpedcable.results.target import is_draft, whole
 
-
 ROOT = Path(__file__).parents[2]
 
 

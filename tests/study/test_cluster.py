@@ -106,6 +106,29 @@ def test_a_worker_knows_another_study_in_the_same_folder(tmp_path):
     assert cluster._laid.cache_info().currsize <= cluster.STUDIES
 
 
+def test_an_error_on_a_worker_leaves_where_it_arose(tmp_path, monkeypatch):
+    from distributed import LocalCluster
+
+    from lumpedcable.scene import load_study
+    from lumpedcable.study import cluster
+    from lumpedcable.study.shards import Share, open_study
+
+    def spoilt(folder, laid, shard):
+        raise (KeyError("mass") if shard else MemoryError("no room"))
+
+    folder, laid = open_study(load_study(good_scenes.write(tmp_path, SMALL)), tmp_path / "s", 12)
+    monkeypatch.setattr(cluster, "compute_shard", spoilt)
+    with LocalCluster(n_workers=1, processes=False, dashboard_address=None) as here:
+        where = here.scheduler_address
+        failed = cluster.run_on_cluster(folder, laid, Share(), lambda done, total: None, where)
+    assert sorted(failed) == [0, 1]
+    kept = folder.failures()
+    assert kept[0] == "MemoryError: no room"
+    first, *below = kept[1].splitlines()
+    assert first == "KeyError: 'mass'"
+    assert any(line.endswith(", in spoilt") for line in below)
+
+
 @contextmanager
 def listener(answer):
     """The address of a port that takes connections and sends them `answer`, or nothing where None."""

@@ -218,6 +218,32 @@ def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(scene, tmp_pa
     assert folder.failures() == {}
 
 
+def test_an_error_of_the_program_leaves_where_it_arose(scene, tmp_path, monkeypatch):
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
+
+    def spoilt(laid, runs, *others, **more):
+        raise (KeyError("mass") if runs[0] else MemoryError("no room"))
+
+    monkeypatch.setattr(shards, "run_runs", spoilt)
+    assert run_here(folder, laid, Share(0, 2), lambda done, total: None) == [0, 2]
+    kept = folder.failures()
+    assert kept[0] == "MemoryError: no room"
+    first, *below = kept[2].splitlines()
+    assert first == "KeyError: 'mass'"
+    assert below[1] == "Traceback (most recent call last):"
+    assert any(line.endswith(", in spoilt") for line in below)
+    told = say(tmp_path, "info", "s").out
+    assert "failed: KeyError: 'mass'\n" in told
+    assert "Traceback" not in told
+
+
+def test_a_reason_begins_with_a_line_that_says_something():
+    assert shards.reason_of(MemoryError()) == "MemoryError"
+    assert shards.reason_of(OSError("\n  no\nroom\n")) == "OSError: no\nroom"
+    # one that was never raised arose nowhere
+    assert shards.reason_of(ValueError("\n")) == "ValueError\n\nValueError:"
+
+
 @pytest.mark.parametrize("at_once", [2, 3])
 def test_shards_under_way_at_once_have_the_same_bits(scene, whole, tmp_path, monkeypatch, at_once):
     monkeypatch.setattr(shards, "_at_once", lambda: at_once)

@@ -278,7 +278,7 @@ def test_processes_that_begin_at_once_wait_for_the_file_that_shows_all(
     def busy(target, partial, overwrite):
         tries.append(target.name)
         if tries.count("study.h5") <= 3:
-            raise errors.OutputError(f"cannot write {target}: another run is writing it")
+            raise errors.BusyError(f"cannot write {target}: another run is writing it")
         prepare(target, partial, overwrite)
 
     monkeypatch.setattr(disk, "prepare", busy)
@@ -288,8 +288,59 @@ def test_processes_that_begin_at_once_wait_for_the_file_that_shows_all(
     assert folder.view.exists()
     monkeypatch.setattr(shards, "TURNS", 2)
     tries.clear()
-    with pytest.raises(errors.OutputError, match="another run is writing it"):
+    with pytest.raises(errors.BusyError, match="another run is writing it"):
         open_study(study, tmp_path / "t", 4)
+
+
+def refusing(monkeypatch, error):
+    """Have the file that shows all refused from now on, and count how often that is tried."""
+    prepare, tries = disk.prepare, []
+
+    def refuse(target, partial, overwrite):
+        if target.name == "study.h5":
+            tries.append(target)
+            raise error
+        prepare(target, partial, overwrite)
+
+    monkeypatch.setattr(disk, "prepare", refuse)
+    return tries
+
+
+@pytest.mark.parametrize("kind", [errors.OutputError, errors.DiskError])
+def test_a_file_that_shows_all_and_cannot_be_written_is_told_at_once(
+    scene, tmp_path, monkeypatch, kind
+):
+    study = load_study(scene)
+    folder, laid = open_study(study, tmp_path / "s", 4)
+    tries = refusing(monkeypatch, kind("cannot write study.h5: Permission denied"))
+    with pytest.raises(kind, match="Permission denied"):  # before anything is computed
+        open_study(study, tmp_path / "s", 4)
+    assert len(tries) == 1
+    tries.clear()
+    # after all: the one that is there says that shards are missing
+    with pytest.raises(kind, match="Permission denied"):
+        run_here(folder, laid, Share(), nothing)
+    assert len(tries) == 1
+    assert folder.missing() == []
+    # nothing else is lost
+    monkeypatch.undo()
+    said = say(tmp_path, "study", scene, "-o", "s")
+    assert said.code == 0
+    assert "complete: 2 of 2 shards, 8 of 8 runs" in said.out
+
+
+@pytest.mark.parametrize("kind", [errors.OutputError, errors.DiskError])
+def test_a_complete_study_is_shown_where_nothing_may_be_written(scene, tmp_path, monkeypatch, kind):
+    folder, laid = open_study(load_study(scene), tmp_path / "s", 4)
+    run_here(folder, laid, Share(), nothing)
+    tries = refusing(monkeypatch, kind("cannot write study.h5: Permission denied"))
+    said = say(tmp_path, "study", scene, "-o", "s")
+    assert said.code == 0
+    assert "complete: 2 of 2 shards, 8 of 8 runs" in said.out
+    assert tries
+    folder.view.write_text("damaged")
+    with pytest.raises(kind, match="Permission denied"):
+        open_study(load_study(scene), tmp_path / "s", 4)
 
 
 def test_a_folder_without_the_file_that_shows_all_says_who_makes_it(scene, tmp_path):
