@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -15,8 +16,9 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.ends import end_name
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
-from lumpedcable.model.materials import law_of
+from lumpedcable.model.materials import LAWS
 from lumpedcable.model.seams import at_end, part_length
+from lumpedcable.physics.tension import AbstractTensionLaw
 from lumpedcable.results.schema import END_SPEED, PEAK_TENSION, exact_name
 from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
@@ -316,17 +318,22 @@ def _tensions(
 def _curve(scene: Scene, line: str) -> Callable[[ArrayLike], NDArray[np.float64]]:
     """The tension law of a line (N over strain) as a plain function, cut at zero where it is."""
     material = scene.materials[scene.lines[line].material]
+    curve = material.curve
     if isinstance(material, TableMaterial):
         # the engine's smooth interpolation, not the straight one between the points
-        law = law_of(material)
-        curve = jax.jit(lambda strain: law.tension(strain))
-        return lambda strain: np.asarray(curve(jnp.asarray(strain, float)))
+        curve = partial(_smooth, LAWS[material.law](material))
 
     def tension(strain: ArrayLike) -> NDArray[np.float64]:
-        value = material.curve(np.asarray(strain, float))
+        value = np.asarray(curve(np.asarray(strain, float)))
         return np.maximum(value, 0.0) if material.tension_only else value
 
     return tension
+
+
+@jax.jit
+def _smooth(law: AbstractTensionLaw, strain: ArrayLike) -> jax.Array:
+    """Tension (N) of a law of the engine at each strain; one program for all of its kind and shape."""
+    return law.tension(jnp.asarray(strain))
 
 
 def _exact(

@@ -2,17 +2,21 @@
 
 import os
 import re
+from contextlib import contextmanager
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import ROPE, scene_of, study_of
+from engine_runs import HOOKE, ROPE, scene_of, study_of
+from jax import monitoring
 
+from lumpedcable.exact import release_wave
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.numbers import number
 from lumpedcable.solve.integrate import Numbers
-from lumpedcable.study import compiled
+from lumpedcable.study import compiled, summary
 from lumpedcable.study.compiled import advance_batch, begin_batch, prepare_batch
 from lumpedcable.study.plan import plan_of, rounded_steps, structure_of
 from lumpedcable.study.run import run_study
@@ -128,6 +132,69 @@ def test_another_structure_needs_another_program(tmp_path):
     run_study(study_of(tmp_path, ROPE, "rope.segments=31"), tmp_path / "next.h5")
     after = traces()
     assert all(after[name] == before[name] + 1 for name in before)
+
+
+@contextmanager
+def compilations():
+    """The programs that are compiled, or fetched from the cache of them, meanwhile."""
+    seen = []
+
+    def hear(event, duration, **_):
+        if event.endswith("/backend_compile_duration"):
+            seen.append(duration)
+
+    monitoring.register_event_duration_secs_listener(hear)
+    try:
+        yield seen
+    finally:
+        monitoring.unregister_event_duration_listener(hear)
+
+
+@pytest.mark.parametrize("only", [True, False])
+def test_the_numbers_of_a_run_with_another_table_need_no_other_program(tmp_path, only):
+    # tables of Hooke's law, T = EA e: released at T0 its end has c T0 / EA = T0 / sqrt(EA m)
+    def law_of(EA):
+        strain = [0.0, 0.01, 0.02, 0.05, 0.1, 0.3]
+        rows = f"strain = {strain}\ntension = {[EA * e for e in strain]}\n"
+        text = HOOKE.replace('law = "linear"\nEA = "1 MN"\n', f'law = "table"\n{rows}{push}')
+        return summary._curve(scene_of(tmp_path, text), "rope")
+
+    push = f"tension_only = {'true' if only else 'false'}\n"
+    counts = []
+    for EA in (1.0e6, 1.5e6, 2.0e6, 2.5e6):
+        with compilations() as seen:
+            law = law_of(EA)
+            found = law(np.array([-0.01, 0.015, 0.04, 0.25]))
+            wave = release_wave(law, 1.0, tension0=5.0e4)
+        counts.append(len(seen))
+        pushed = 0.0 if only else -0.01
+        np.testing.assert_allclose(found, EA * np.array([pushed, 0.015, 0.04, 0.25]), rtol=1e-12)
+        assert wave.end_speed == pytest.approx(5.0e4 / EA**0.5, rel=1e-6)
+    # a wave may ask for another number of strains once, not for every law
+    assert counts[2:] == [0, 0]
+
+
+def test_static_tensions_of_swept_tables_need_one_program(tmp_path):
+    rows = "strain = [0.0, 0.1, 0.3]\ntension = [0.0, 1.0e5, 3.0e5]\n"
+    text = HOOKE.replace('law = "linear"\nEA = "1 MN"\n', f'law = "table"\n{rows}')
+    text += '[sweep]\n"materials.hooke.damping" = [0, 1, 2, 3, 4, 5]\n'
+    study = study_of(tmp_path, text)
+    assert "materials.hooke.damping" in study.runs.moved
+    structure = SimpleNamespace(scene=study.runs[0])
+
+    def tensions(*runs):
+        strain = 0.01 * (1.0 + np.array(runs))
+        part = SimpleNamespace(runs=np.array(runs), structure=structure)
+        return summary._tensions(study, part, "rope", strain)
+
+    np.testing.assert_allclose(tensions(0), [1.0e4], rtol=1e-12)
+    with compilations() as seen:
+        found = tensions(0, 1, 2, 3, 4, 5)
+    np.testing.assert_allclose(found, 1.0e4 * np.arange(1, 7), rtol=1e-12)
+    assert seen == []
+    with compilations() as seen:  # which hears of a program that is not known
+        jax.jit(lambda x: 3.0 * x)(1.0)
+    assert seen
 
 
 def test_the_energy_account_does_not_change_the_motion(tmp_path):
