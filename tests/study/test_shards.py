@@ -197,53 +197,6 @@ def test_a_folder_that_says_nothing_of_names_has_shards_of_numbers_alone(whole, 
     assert folder.failures() == {2: "no memory"}
 
 
-def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(scene, tmp_path, monkeypatch):
-    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
-    real = shards.run_runs
-
-    def spoilt(laid, runs, *others, **more):
-        if runs[0] == 5:
-            raise MemoryError("no room")
-        return real(laid, runs, *others, **more)
-
-    monkeypatch.setattr(shards, "run_runs", spoilt)
-    assert run_here(folder, laid, Share(), lambda done, total: None) == [1]
-    assert folder.missing() == [1]
-    told = say(tmp_path, "info", "s").out
-    assert "2 of 3 shards, 7 of 12 runs" in told
-    assert "shard 1  " in told
-    assert "failed: MemoryError: no room" in told
-    monkeypatch.undo()
-    assert run_here(folder, laid, Share(), lambda done, total: None) == []
-    assert folder.failures() == {}
-
-
-def test_an_error_of_the_program_leaves_where_it_arose(scene, tmp_path, monkeypatch):
-    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
-
-    def spoilt(laid, runs, *others, **more):
-        raise (KeyError("mass") if runs[0] else MemoryError("no room"))
-
-    monkeypatch.setattr(shards, "run_runs", spoilt)
-    assert run_here(folder, laid, Share(0, 2), lambda done, total: None) == [0, 2]
-    kept = folder.failures()
-    assert kept[0] == "MemoryError: no room"
-    first, *below = kept[2].splitlines()
-    assert first == "KeyError: 'mass'"
-    assert below[1] == "Traceback (most recent call last):"
-    assert any(line.endswith(", in spoilt") for line in below)
-    told = say(tmp_path, "info", "s").out
-    assert "failed: KeyError: 'mass'\n" in told
-    assert "Traceback" not in told
-
-
-def test_a_reason_begins_with_a_line_that_says_something():
-    assert shards.reason_of(MemoryError()) == "MemoryError"
-    assert shards.reason_of(OSError("\n  no\nroom\n")) == "OSError: no\nroom"
-    # one that was never raised arose nowhere
-    assert shards.reason_of(ValueError("\n")) == "ValueError\n\nValueError:"
-
-
 @pytest.mark.parametrize("at_once", [2, 3])
 def test_shards_under_way_at_once_have_the_same_bits(scene, whole, tmp_path, monkeypatch, at_once):
     monkeypatch.setattr(shards, "_at_once", lambda: at_once)
@@ -293,21 +246,6 @@ def test_an_interruption_stops_all_that_is_under_way(scene, tmp_path, monkeypatc
     assert 3 <= len(folder.missing()) < 6
     assert run_here(folder, laid, Share(), lambda done, total: None) == []
     assert folder.missing() == []
-
-
-@pytest.mark.parametrize("at_once", [1, 2])
-def test_a_reason_that_cannot_be_kept_is_raised(scene, tmp_path, monkeypatch, at_once):
-    # as on a full disk: nobody waits for the shard whose end could not be told
-    monkeypatch.setattr(shards, "_at_once", lambda: at_once)
-
-    def full(*_, **__):
-        raise OSError("no room")
-
-    monkeypatch.setattr(shards, "run_runs", full)
-    monkeypatch.setattr(StudyFolder, "note_failure", full)
-    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
-    with pytest.raises(OSError, match="no room"):
-        run_here(folder, laid, Share(), lambda done, total: None)
 
 
 def test_another_study_is_not_mixed_in(scene, whole):
