@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from contextlib import chdir, redirect_stderr, redirect_stdout
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
@@ -57,13 +57,30 @@ def refused(folder, *arguments):
     return said.err
 
 
-def process(folder, *arguments, **options):
-    return subprocess.Popen(
-        [sys.executable, "-m", "lumpedcable", *map(str, arguments)],
-        cwd=folder,
+@contextmanager
+def python(*arguments, **options):
+    """A Python of its own with pipes of text; neither it nor a pipe outlives the block."""
+    with subprocess.Popen(
+        [sys.executable, *map(str, arguments)],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         **options,
-    )
+    ) as child:
+        try:
+            yield child
+        finally:
+            child.kill()
+
+
+def process(folder, *arguments):
+    """A command in a process of its own, which does not outlive the block."""
+    return python("-m", "lumpedcable", *arguments, cwd=folder)
+
+
+def address(server):
+    """The address that a server tells first of all."""
+    said = server.stdout.readline()
+    assert said, server.stderr.read()
+    return said.split()[0]

@@ -150,25 +150,30 @@ def test_schema_is_json(tmp_path):
 
 
 def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
-    ended = process(tmp_path, "schema")
-    ended.stdout.close()
-    assert ended.stderr.read() == ""
-    ended.stderr.close()
-    assert ended.wait(timeout=60) == 128 + signal.SIGPIPE
+    with process(tmp_path, "schema") as ended:
+        ended.stdout.close()
+        assert ended.stderr.read() == ""
+        assert ended.wait(timeout=60) == 128 + signal.SIGPIPE
 
 
 def stopped(folder, how):
     """What a long run says when it is stopped after its first output times, and its exit code."""
     good_scenes.write(folder, SMALL)
-    started = process(folder, "run", "scene.toml", "--set", "duration=40 s")
-    deadline = time.monotonic() + 120
-    while time.monotonic() < deadline and not _flushed(folder / "scene.h5.partial"):
-        assert started.poll() is None, started.stderr.read()
-        time.sleep(0.2)
-    started.send_signal(how)
-    out, err = started.communicate(timeout=60)
+    with process(folder, "run", "scene.toml", "--set", "duration=40 s") as started:
+        _wait_for(lambda: _flushed(folder / "scene.h5.partial"), started)
+        started.send_signal(how)
+        out, err = started.communicate(timeout=60)
     assert out == ""
     return err, started.returncode
+
+
+def _wait_for(condition, started, patience=120.0):
+    """Wait until something holds; the process must live until then, and not for so long (s)."""
+    deadline = time.monotonic() + patience
+    while not condition():
+        assert started.poll() is None, started.stderr.read()
+        assert time.monotonic() < deadline, "it has not come about"
+        time.sleep(0.2)
 
 
 @pytest.mark.slow
@@ -189,14 +194,12 @@ def test_a_run_of_a_single_long_interval_can_be_interrupted(tmp_path, wait, monk
     monkeypatch.setenv("LUMPEDCABLE_CACHE", "off")
     good_scenes.write(tmp_path, SMALL)
     long = ["--set", "output.duration=5e6 s", "--set", "output.every=5e6 s"]  # an hour of steps
-    started = process(tmp_path, "run", "scene.toml", *long)
-    partial, deadline = tmp_path / "scene.h5.partial", time.monotonic() + 120
-    while time.monotonic() < deadline and not partial.exists():
-        time.sleep(0.2)
-    with pytest.raises(subprocess.TimeoutExpired):
-        started.wait(timeout=wait)
-    started.send_signal(signal.SIGINT)
-    _, err = started.communicate(timeout=60)
+    with process(tmp_path, "run", "scene.toml", *long) as started:
+        _wait_for((tmp_path / "scene.h5.partial").exists, started)
+        with pytest.raises(subprocess.TimeoutExpired):
+            started.wait(timeout=wait)
+        started.send_signal(signal.SIGINT)
+        _, err = started.communicate(timeout=60)
     told = "interrupted; what was finished is in scene.h5.partial\n"
     assert (err, started.returncode) == (told, 130)
 

@@ -6,15 +6,16 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from unittest import mock
 
 import good_scenes
 import h5py
 import pytest
 import synthetic_result
-from command_line import ROOT, SMALL, files, process, say
+from command_line import ROOT, SMALL, files, process, python, say
 
-from lumpedcable.commands import console
+from lumpedcable.commands import console, interrupts
 from lumpedcable.commands.interrupts import interruptible, stopped
 from lumpedcable.results import describe
 
@@ -62,37 +63,52 @@ def test_an_import_that_is_cut_short_is_an_interruption(tmp_path):
         assert say(tmp_path, "info", "x.h5") == (130, "", "interrupted\n")
 
 
-def test_an_interruption_that_is_dropped_is_raised_again():
-    def collect(phase, info):
-        if phase == "start" and not stopped():
-            press()
+@contextmanager
+def pressed_in_a_collection():
+    """Press it once inside of a callback of the garbage collector, where Python drops it."""
+    pressed = []  # collections may come by themselves too
 
-    def go_on():
-        with interruptible():
-            gc.collect()
-            time.sleep(5.0)
+    def collect(phase, info):
+        if phase == "start" and not pressed:
+            pressed.append(phase)
+            press()
 
     gc.callbacks.append(collect)
     try:
-        with pytest.raises(KeyboardInterrupt):
-            go_on()
+        gc.collect()
+        yield
     finally:
         gc.callbacks.remove(collect)
+    assert pressed
+
+
+def test_an_interruption_that_is_dropped_is_raised_again():
+    def go_on():
+        with interruptible(), pressed_in_a_collection():
+            time.sleep(60.0)
+
+    with pytest.raises(KeyboardInterrupt):
+        go_on()
 
 
 def test_who_has_heard_of_it_is_not_interrupted_again():
-    def collect(phase, info):
-        if phase == "start" and not stopped():
-            press()
-
-    gc.callbacks.append(collect)
-    try:
-        with interruptible():
-            gc.collect()
+    # the moment of the second time is this test's to choose
+    with mock.patch.object(interrupts.threading, "Timer") as timer:
+        with interruptible(), pressed_in_a_collection():
+            (after, again), _ = timer.call_args
             assert stopped()
-            time.sleep(0.3)
-    finally:
-        gc.callbacks.remove(collect)
+            again()
+            time.sleep(0.01)
+
+        def go_on():
+            with interruptible(), pressed_in_a_collection():
+                again()
+                time.sleep(0.01)
+
+        with pytest.raises(KeyboardInterrupt):
+            go_on()
+    assert after == interrupts.AGAIN
+    timer.return_value.start.assert_called()
 
 
 SLOW = """
@@ -109,13 +125,11 @@ with interruptible():
 
 
 def test_the_second_press_leaves_at_once():
-    started = subprocess.Popen(
-        [sys.executable, "-c", SLOW], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **PYTHON
-    )
-    for word in ("ready\n", "once\n"):
-        assert started.stdout.readline() == word
-        started.send_signal(signal.SIGINT)
-    _, err = started.communicate(timeout=20)
+    with python("-c", SLOW) as started:
+        for word in ("ready\n", "once\n"):
+            assert started.stdout.readline() == word
+            started.send_signal(signal.SIGINT)
+        _, err = started.communicate(timeout=20)
     assert (started.returncode, err) == (130, "interrupted\n")
 
 
@@ -154,8 +168,8 @@ def test_a_platform_that_is_not_there_is_told(tmp_path, monkeypatch, asked):
     good_scenes.write(tmp_path, SMALL)
     monkeypatch.setenv("JAX_PLATFORMS", asked)
     before = files(tmp_path)
-    ended = process(tmp_path, "run", "scene.toml")
-    out, err = ended.communicate(timeout=60)
+    with process(tmp_path, "run", "scene.toml") as ended:
+        out, err = ended.communicate(timeout=60)
     assert (ended.returncode, out) == (2, "")
     assert err == f"JAX_PLATFORMS: expected cpu, which jax finds here, found '{asked}'\n"
     assert files(tmp_path) == before

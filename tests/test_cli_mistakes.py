@@ -298,8 +298,8 @@ def test_words_that_are_no_command(tmp_path, arguments, words):
 def test_mistakes_end_a_process_with_code_2(tmp_path, arguments, words):
     good_scenes.write(tmp_path, SMALL)
     before = files(tmp_path)
-    ended = process(tmp_path, *arguments)
-    out, err = ended.communicate(timeout=120)
+    with process(tmp_path, *arguments) as ended:
+        out, err = ended.communicate(timeout=120)
     assert (ended.returncode, out) == (2, "")
     assert words in err
     assert "Traceback" not in err

@@ -144,8 +144,11 @@ def run_block(block, folder, env):
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGTERM)
                 for _ in range(300):  # they tidy up behind them
+                    process.poll()  # or it would be there until somebody asks how it ended
                     os.killpg(process.pid, 0)
                     time.sleep(0.1)
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
     # who does a part of a study may end before the others have done theirs, and says so
     assert code in ((0, 1) if "--part" in block else (0,)), log.read_text()
 

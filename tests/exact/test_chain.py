@@ -14,8 +14,6 @@ from lumpedcable.exact import (
     strain_of_tension,
 )
 
-RNG = np.random.default_rng(3)
-
 
 def out_of_balance(shape, lengths, loads, law, held):
     """Largest force on a free node, N, with the tensions read off the positions by the law."""
@@ -29,7 +27,9 @@ def out_of_balance(shape, lengths, loads, law, held):
 
 
 def random_chain(n):
-    return RNG.uniform(0.5, 2.0, n), RNG.normal(size=(n + 1, 3)) * [30, 30, 10] + [0, 0, -50.0]
+    random = np.random.default_rng(3)
+    loads = random.normal(size=(n + 1, 3)) * [30, 30, 10] + [0, 0, -50.0]
+    return random.uniform(0.5, 2.0, n), loads
 
 
 def test_hanging_chain_balances():

@@ -52,6 +52,13 @@ def visit(browser, url, size=LAPTOP, scheme="light"):
         context.close()
 
 
+def drawn_anew(page):
+    """Wait until the page has drawn what it was told before: it does so in its next frame."""
+    page.evaluate(
+        "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    )
+
+
 def text_of(page, key):
     """What a read-out says."""
     return page.locator(f'[data-key="{key}"]').inner_text().replace("−", "-")

@@ -5,8 +5,8 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from command_line import process
-from page.browser import LAPTOP, PHONE, chromium, picture, text_of, visit
+from command_line import address, process
+from page.browser import LAPTOP, PHONE, chromium, drawn_anew, picture, text_of, visit
 from page.test_live_page import HIGHLINE
 
 from benchmarks.page import moved
@@ -25,12 +25,10 @@ def url(browser, tmp_path_factory):
     pytest.importorskip("uvicorn")
     folder = tmp_path_factory.mktemp("live")
     (folder / "scene.toml").write_text(HIGHLINE)
-    started = process(folder, "view", "scene.toml", "--no-browser")
-    try:
-        yield started.stdout.readline().split()[0]
-    finally:
+    with process(folder, "view", "scene.toml", "--no-browser") as started:
+        yield address(started)
         started.send_signal(signal.SIGINT)
-        _, err = started.communicate(timeout=20)
+        _, err = started.communicate(timeout=60)
     assert (started.returncode, err) == (0, "")
 
 
@@ -72,10 +70,10 @@ def test_a_dragged_slider_leads_to_the_closed_form(browser, url):
         assert float(scale) == pytest.approx(float(exact.horizontal) / 40, rel=1e-6)
 
 
-def test_an_update_is_quick(browser, url):
+def test_many_moves_lead_to_the_closed_form_of_the_last(browser, url):
     with live(browser, url) as page:
-        # the least of some, since other tests run beside it; python -m benchmarks page has medians
-        assert min(whole for whole, _ in moved(page, "delivery", "place", 12)) < 100.0
+        # how quick they are is for python -m benchmarks page to tell
+        assert len(moved(page, "delivery", "place", 12)) == 12
         place = float(page.locator('input.slide[data-key="place"]').input_value())
         exact = loaded_from_length(60, 16, 40, 20e3, place, 62.5)
         assert told(page, "F_TA") == pytest.approx(float(exact.tension_a), rel=1e-9)
@@ -112,7 +110,7 @@ def test_stages_numbers_and_faults(browser, url, tmp_path):
 @pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
 def test_it_draws(browser, url, tmp_path, size):
     with live(browser, url, size) as page:
-        page.wait_for_timeout(300)
+        drawn_anew(page)
         pixels = picture(page, tmp_path / "canvas.png")
         drawn = abs(pixels - pixels[2, 2]).max(axis=2) > 0.25
         assert drawn.any(axis=0).mean() > 0.4

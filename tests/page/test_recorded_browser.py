@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 import synthetic_result
-from page.browser import LAPTOP, PHONE, chromium, picture, text_of, value_of, visit
+from page.browser import (
+    LAPTOP,
+    PHONE,
+    chromium,
+    drawn_anew,
+    picture,
+    text_of,
+    value_of,
+    visit,
+)
 from page.test_bodies_on_the_page import transfer
 
 from lumpedcable.page.open import write_recorded
@@ -52,7 +61,7 @@ def test_the_room_stands_on_a_bed_with_a_profile(browser, tmp_path):
     path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, scene=scene)
     page_of = write_recorded(path, tmp_path / "page.html").as_uri()
     with visit(browser, f"{page_of}#t=0&view=side") as page:
-        page.wait_for_timeout(300)
+        drawn_anew(page)
         labels = {
             label.inner_text().replace("−", "-"): label.bounding_box()
             for label in page.locator(".labels span").all()
@@ -71,7 +80,7 @@ def test_an_address_with_a_view_that_there_is_not_shows_the_scene(browser, tmp_p
     path = synthetic_result.snapback(tmp_path / "r.h5", segments=4)
     page_of = write_recorded(path, tmp_path / "page.html").as_uri()
     with visit(browser, f"{page_of}#t=0&view={view}") as page:
-        page.wait_for_timeout(300)  # it is ready and has complained of nothing
+        drawn_anew(page)  # it is ready and has complained of nothing
         assert any(label.is_visible() for label in page.locator(".labels span").all())
 
 
@@ -111,7 +120,7 @@ def test_runs_are_chosen_and_laid_over_each_other(browser, url, tmp_path):
         page.get_by_label("pretension", exact=True).select_option("180 kN")
         assert text_of(page, "rope.end/exact_peak_end_speed") == "98.242 m/s"
         page.get_by_label("Run laid over it").select_option("0")
-        page.wait_for_timeout(300)
+        drawn_anew(page)
         assert value_of(page, "lines/rope/peak_speed+") == pytest.approx(24.56, abs=0.2)
         both = picture(page, tmp_path / "both.png")
         orange = (abs(both - np.array([0xD5, 0x5E, 0x00]) / 255).max(axis=2) < 0.25).sum()
@@ -122,7 +131,7 @@ def test_runs_are_chosen_and_laid_over_each_other(browser, url, tmp_path):
 def test_ships_and_cargo_are_solid(browser, transfer, tmp_path, size):
     url = write_recorded(transfer, tmp_path / "page.html").as_uri()
     with visit(browser, f"{url}#t=2&view=front", size) as page:
-        page.wait_for_timeout(300)
+        drawn_anew(page)
         pixels = picture(page, tmp_path / "canvas.png")
     # seen from the front the ship is 12 m broad and 8 m high, of a scene 50 m and more across
     body = abs(pixels - np.array([0x8B, 0x99, 0xA3]) / 255).max(axis=2) < 0.006
@@ -153,7 +162,7 @@ def test_it_plays_in_slow_motion_and_says_how_slow(browser, url):
         page.keyboard.press("Escape")
         page.get_by_label("Pause").click()
         now = text_of(page, "time")
-        page.wait_for_timeout(200)
+        drawn_anew(page)
         assert text_of(page, "time") == now
 
 

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 import synthetic_result
-from command_line import ROOT, process, refused, say
+from command_line import ROOT, address, process, refused, say
 
 from lumpedcable.page import recorded as module
 from lumpedcable.page.document import document
@@ -267,9 +267,8 @@ def test_what_cannot_be_shown_is_told(file, tmp_path):
 
 def test_the_page_is_served_to_this_machine_alone(file, tmp_path):
     pytest.importorskip("uvicorn")
-    started = process(tmp_path, "view", file, "--no-browser")
-    try:
-        url = started.stdout.readline().split()[0]
+    with process(tmp_path, "view", file, "--no-browser") as started:
+        url = address(started)
         assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url)
         with urllib.request.urlopen(url, timeout=20) as answer:
             assert b"Linear line parting" in answer.read()
@@ -280,7 +279,6 @@ def test_the_page_is_served_to_this_machine_alone(file, tmp_path):
         refusal.value.close()
         taken = refused(tmp_path, "view", file, "--no-browser", "--port", url.split(":")[2][:-1])
         assert "cannot be had" in taken
-    finally:
         started.send_signal(signal.SIGINT)
-        _, err = started.communicate(timeout=20)
+        _, err = started.communicate(timeout=60)
     assert (started.returncode, err) == (0, "")

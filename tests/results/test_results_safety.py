@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from command_line import python
 
 from lumpedcable.results import (
     OutputError,
@@ -51,14 +52,9 @@ STUDY = """
 """
 
 
-def start(script: str, *arguments: object) -> subprocess.Popen[str]:
-    """A process of its own that says "ready" when it has come to the end of the script."""
-    return subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(script), *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )
+def script(text, *arguments):
+    """A process of its own that runs a text; it does not outlive the block."""
+    return python("-c", textwrap.dedent(text), *arguments)
 
 
 @pytest.fixture
@@ -77,16 +73,14 @@ def test_a_killed_process_leaves_what_it_flushed(tmp_path):
     while True:
         writer.write("lines/rope/position", np.full((5, 4, 3), 8.0), run=2)
     """
-    process = start(STUDY + loop, target)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    with open_result(f"{target}.partial") as result:  # readable while it is being written
-        assert not result.complete
-    with pytest.raises(OutputError, match="another run is writing it"):
-        ResultWriter(target, dims={"run": 1}, variables=[])
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    process.stdout.close()
+    with script(STUDY + loop, target) as process:
+        assert process.stdout.readline() == "ready\n"
+        with open_result(f"{target}.partial") as result:  # readable while it is being written
+            assert not result.complete
+        with pytest.raises(OutputError, match="another run is writing it"):
+            ResultWriter(target, dims={"run": 1}, variables=[])
+        process.kill()
+        assert process.wait() == -signal.SIGKILL
 
     assert not target.exists()
     partial = tmp_path / "study.h5.partial"
@@ -108,7 +102,7 @@ def test_a_killed_process_leaves_what_it_flushed(tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits on file sizes are a Unix thing")
 def test_a_full_disk_shows_before_anything_is_computed(tmp_path):
-    script = """
+    text = """
     import resource, sys
     from lumpedcable.results import OutputError, ResultWriter, Variable
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
@@ -118,9 +112,9 @@ def test_a_full_disk_shows_before_anything_is_computed(tmp_path):
     except OutputError as error:
         print(error)
     """
-    process = start(script, tmp_path / "a.h5")
-    said, _ = process.communicate()
-    assert process.returncode == 0
+    with script(text, tmp_path / "a.h5") as process:
+        said, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, "")
     assert said.count("\n") == 1
     assert said.startswith(f"cannot write {tmp_path}/a.h5.partial: File too large")
     assert list(tmp_path.iterdir()) == []

@@ -1,8 +1,6 @@
 """Studies on dask workers: equal to one process bit for bit, also where a worker is killed."""
 
-import os
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -37,32 +35,41 @@ def bits(path):
     return found
 
 
-def workers_of(child):
-    """The worker processes below a command: those that dask's nannies have spawned."""
-    below = psutil.Process(child.pid).children(recursive=True)
-    return [p for p in below if "spawn_main" in " ".join(p.cmdline()) and p.num_threads() > 1]
+def kill_at_work(child):
+    """Kill one of the processes below a command, dask's workers, that is at a shard."""
+    for one in psutil.Process(child.pid).children(recursive=True):
+        with suppress(psutil.NoSuchProcess, psutil.AccessDenied):
+            if not is_at_work(one):
+                continue
+            one.suspend()  # so that it does not finish between looking and killing
+            if one.status() == psutil.STATUS_STOPPED and is_at_work(one):
+                one.kill()
+                return True
+            one.resume()
+    return False
+
+
+def is_at_work(process):
+    """Whether a process has a file of a shard open that has not yet its name."""
+    return any(opened.path.endswith(".h5.partial") for opened in process.open_files())
 
 
 def test_a_killed_worker_costs_nothing_but_time(tmp_path):
     scene = good_scenes.write(tmp_path, SMALL)
     # one core, as each worker has: on more of them a batch is shared out and its lanes round otherwise
-    single = process(tmp_path, "study", scene, "-o", "alone", "--shard", "2", "--cores", "1")
-    err = single.communicate(timeout=300)[1]
+    words = ["study", scene, "--shard", "2", "-o"]
+    with process(tmp_path, *words, "alone", "--cores", "1") as single:
+        _, err = single.communicate(timeout=300)
     assert single.returncode == 0, err
     alone = StudyFolder.open(tmp_path / "alone")
 
-    child = process(tmp_path, "study", scene, "-o", "many", "--shard", "2", "--executor", "dask")
-    shards = tmp_path / "many" / "shards"
     deadline = time.monotonic() + 300
-    while child.poll() is None and time.monotonic() < deadline:
-        if shards.exists() and any(shards.glob("*.h5")):
-            break
-        time.sleep(0.01)
-    victims = workers_of(child)
-    assert victims
-    assert len(list(shards.glob("*.h5"))) < alone.shards  # in the middle
-    os.kill(victims[0].pid, signal.SIGKILL)
-    out, err = child.communicate(timeout=300)
+    with process(tmp_path, *words, "many", "--executor", "dask") as child:
+        while not kill_at_work(child):
+            assert child.poll() is None, child.stderr.read()
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        out, err = child.communicate(timeout=300)
     assert child.returncode == 0, err
     assert "complete: 12 of 12 shards, 24 of 24 runs" in out
     many = StudyFolder.open(tmp_path / "many")

@@ -3,14 +3,13 @@
 import json
 import os
 import subprocess
-import sys
 import textwrap
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 
 import good_scenes
 import pytest
-from command_line import say
+from command_line import python, say
 
 from lumpedcable.results import ResultError, StudyFolder, disk, errors
 from lumpedcable.scene import load_study
@@ -53,25 +52,16 @@ RACE = """
 """
 
 
-@contextmanager
 def racer(folder):
-    """A process that waits for a line and then makes folders; it does not outlive the test."""
-    with subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(RACE)], cwd=folder, text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    ) as process:  # fmt: skip
-        try:
-            yield process
-        finally:
-            process.kill()
+    """A process that waits for a line and then makes folders; it does not outlive the block."""
+    return python("-c", textwrap.dedent(RACE), cwd=folder, stdin=subprocess.PIPE)
 
 
 def test_processes_may_make_a_folder_at_once(tmp_path):
     with ExitStack() as ended:
         racers = [ended.enter_context(racer(tmp_path)) for _ in range(4)]
         for one in racers:
-            one.stdout.readline()
+            assert one.stdout.readline() == "ready\n"
         for one in racers:
             one.stdin.write("go\n")
             one.stdin.flush()
