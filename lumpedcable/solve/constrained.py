@@ -182,7 +182,8 @@ def kick(
         carried, held = carried | mine.tension, held | mine.friction
         kept.append(mine.memory)
         walked |= set(path.bodies.values())
-    for name in set(model.bodies) - walked:
+    # in their order, not that of a set: another in each process would be another program each time
+    for name in (name for name in model.bodies if name not in walked):
         key = body_key(name)
         gain = body_gain(model, name, t, found, displacement, before, dt).gain
         middle[key], after[key] = before[key] + 0.5 * dt * gain, before[key] + dt * gain
