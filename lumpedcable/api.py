@@ -66,9 +66,9 @@ class Result(Drawn):
         self._folder = None if folder is None else _Temporary(folder)
         with open_result(path) as file:
             self.path: Path = file.path  # of a study's folder the file that shows all its runs
-            self._lines, self._labels = file.lines, [file.label(k) for k in range(file.runs)]
+            self._lines, self._bodies, self._cables = file.lines, file.bodies, file.cables
             self._status, self._ends = file.status, file.ends
-            self._bodies, self._cables = file.bodies, file.cables
+        self._labels: list[str] | None = None  # of very many runs they take long
 
     @property
     def lines(self) -> list[str]:
@@ -88,6 +88,9 @@ class Result(Drawn):
     @property
     def labels(self) -> list[str]:
         """What sets each run apart, e.g. "pretension 45 kN"; "" without a sweep."""
+        if self._labels is None:
+            with open_result(self.path) as file:
+                self._labels = [file.label(run) for run in range(file.runs)]
         return list(self._labels)
 
     @property

@@ -135,7 +135,7 @@ class _Recorder:
             "complete": result.complete,
             "time": {"data": self.pack.exact(time), "factor": factor, "unit": unit},
             "frames": self.frames.tolist(),
-            "runs": [self._run(int(run)) for run in self.runs],
+            "runs": self._runs(),
             "runs_in_file": result.runs,
             "first": int(np.flatnonzero(self.runs == self.first)[0]),
             "axes": self._axes(),
@@ -147,15 +147,18 @@ class _Recorder:
         }
         return Payload(head, self.pack)
 
-    def _run(self, run: int) -> dict[str, Any]:
-        at = float(self.result.status_time[run])
-        when = f" at {quantity(at, 's')}" if np.isfinite(at) else ""
-        return {
-            "number": run,
-            "label": self.result.label(run) or f"run {run}",
-            "status": self.result.status[run].replace("_", " ") + when,
-            "message": self.result.status_message[run],
-        }
+    def _runs(self) -> list[dict[str, Any]]:
+        """What sets each run apart, and how it ended."""
+        words, messages = self.result.status, self.result.status_message
+        times = self.result.status_time
+        found = []
+        for run in map(int, self.runs):
+            when = f" at {quantity(float(times[run]), 's')}" if np.isfinite(times[run]) else ""
+            found.append(
+                {"number": run, "label": self.result.label(run) or f"run {run}",
+                 "status": words[run].replace("_", " ") + when, "message": messages[run]}
+            )  # fmt: skip
+        return found
 
     def _axes(self) -> list[dict[str, Any]]:
         """What is swept: names of cases, and numbers that no name stands for."""

@@ -25,8 +25,15 @@ def attributes_of(item: Any) -> dict[str, Any]:
         if isinstance(value, (bytes, str)):
             value = text_of(value)
             if name in {"versions", "overrides", "dimensions"}:
-                value = json.loads(value)
+                value = _from_json(name, value)
         elif isinstance(value, np.generic):
             value = value.item()
         found[name] = value
     return found
+
+
+def _from_json(name: str, text: str) -> Any:
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        raise ValueError(f"its attribute {name} is no JSON: {error}") from error

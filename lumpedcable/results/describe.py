@@ -149,18 +149,19 @@ def _statuses(result: ResultFile) -> str:
 
 
 def _failures(result: ResultFile) -> list[tuple[str, str]]:
-    times, messages = result.status_time, result.status_message
+    words, times, messages = result.status, result.status_time, result.status_message
     failed = [
         run
-        for run, word in enumerate(result.status)
+        for run, word in enumerate(words)
         # a run not yet begun has nothing to say
         if word != OK and (messages[run] or np.isfinite(times[run]))
     ]
     rows = []
     for run in failed[:_FAILURES_SHOWN]:
         when = f" at {quantity(float(times[run]), 's')}" if np.isfinite(times[run]) else ""
-        which = f" ({result.label(run)})" if result.label(run) else ""
-        rows.append((f"run {run}", f"{result.status[run]}{when}{which}: {messages[run]}"))
+        label = result.label(run)
+        which = f" ({label})" if label else ""
+        rows.append((f"run {run}", f"{words[run]}{when}{which}: {messages[run]}"))
     if len(failed) > _FAILURES_SHOWN:
         rows.append(("", f"and {len(failed) - _FAILURES_SHOWN} more"))
     return rows

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import h5py
 import numpy as np
@@ -21,6 +22,7 @@ from lumpedcable.results.schema import axes_words, check_version, partial_of
 from lumpedcable.results.series import Series
 
 Array = NDArray[Any]
+Kind = TypeVar("Kind")
 
 OK = "ok"
 """The status of a run that reached its end."""
@@ -28,6 +30,9 @@ OK = "ok"
 
 class ResultFile:
     """An open results file; close it or use it as a context manager.
+
+    What is known before a study runs (times, swept numbers, names of cases) is read once; what runs
+    write, each time that it is asked for.
 
     Attributes:
         path: where it lies.
@@ -47,7 +52,10 @@ class ResultFile:
         self.attributes: dict[str, Any] = _attributes(file)
         self.complete: bool = bool(self.attributes.get("complete", False))
         self.attributes["complete"] = self.complete
-        self.runs: int = int(dataset_of(file, "run").shape[0])
+        shape = dataset_of(file, "run").shape
+        if len(shape) != 1:
+            raise ResultError(f"{path} is damaged: expected run of shape (run,), found {shape}")
+        self.runs: int = int(shape[0])
         self.time: NDArray[np.float64] = read(dataset_of(file, "time"), ())
         self.frames: NDArray[np.int64] = frames_of(file)
 
@@ -61,7 +69,7 @@ class ResultFile:
         """The whole scene file the study was run from."""
         return str(self.attributes.get("scene", ""))
 
-    @property
+    @cached_property
     def axes(self) -> list[Axis]:
         """The swept numbers, slowest first; empty without a sweep."""
         found: list[tuple[int, str, h5py.Dataset]] = []
@@ -78,22 +86,22 @@ class ResultFile:
             )
         ]
 
-    @property
+    @cached_property
     def cases(self) -> list[str]:
         """The name of the case of every run; empty where a sweep names none."""
         item = self._file.get("case")
         return [_text(name) for name in item[()]] if isinstance(item, h5py.Dataset) else []
 
-    @property
+    @cached_property
     def axes_apart(self) -> list[Axis]:
         """The swept numbers less those that the name of a case stands for."""
-        cases = np.array(self.cases, object)
-        if not cases.size:
+        cases = self.cases
+        if not cases:
             return self.axes
         return [
             axis
             for axis in self.axes
-            if any(len(set(axis.values[cases == case].tolist())) > 1 for case in set(cases))
+            if len(set(zip(cases, axis.values.tolist(), strict=True))) > len(set(cases))
         ]
 
     def hold(self, run: int) -> None:
@@ -271,6 +279,10 @@ class ResultFile:
         check_known(self.path, what, name, known)
 
 
+# what reading an array, an attribute or JSON of another form raises
+_DAMAGE = (AssertionError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError)
+
+
 def open_result(path: str | Path) -> ResultFile:
     """Open a results file, finished or not.
 
@@ -283,6 +295,15 @@ def open_result(path: str | Path) -> ResultFile:
 
     Raises:
         ResultError: there is no such file, or it is not a results file of a layout known here.
+    """
+    return opened(path, ResultFile)
+
+
+def opened(path: str | Path, kind: Callable[[Path, h5py.File], Kind]) -> Kind:
+    """What `kind` makes of a results file, open; where it fails the file is closed again.
+
+    Raises:
+        ResultError: as of `open_result`.
     """
     path = Path(path)
     try:
@@ -306,12 +327,11 @@ def open_result(path: str | Path) -> ResultFile:
         raise ResultError(f"{path} is {reason}, expected a results file{hint}") from error
     try:
         check_version(path, _text(file.attrs.get("schema_version", "")))
-        return ResultFile(path, file)
-    except (KeyError, AssertionError, OSError) as error:
+        return kind(path, file)
+    except BaseException as error:
         file.close()
-        raise ResultError(f"{path} is damaged or lacks a part: {error}") from error
-    except ResultError:
-        file.close()
+        if isinstance(error, _DAMAGE):
+            raise ResultError(f"{path} is damaged or lacks a part: {error}") from error
         raise
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results.lines import Index, LineData, dataset_of, times_of
-from lumpedcable.results.reader import OK, ResultFile, open_result
+from lumpedcable.results.reader import OK, ResultFile, opened
 from lumpedcable.results.series import Series
 
 __all__ = ["SoundFile"]
@@ -44,8 +44,7 @@ class SoundFile(ResultFile):
         Raises:
             ResultError: as of `open_result`.
         """
-        result = open_result(path)
-        return cls(result.path, result._file, stops)
+        return opened(path, lambda where, file: cls(where, file, stops))
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:

@@ -88,17 +88,22 @@ def _group(result: ResultFile, runs: list[int], tag: str) -> Group:
     label = ", ".join(axis.text(runs[0], _DIGITS) for axis in shared)
     apart = [axis for axis in axes if len(set(axis.values[runs].tolist())) > 1]
     cases = result.cases
-    titles = tuple(_title(result, cases[run : run + 1], apart, run) for run in shown)
+    ends = _ends(result)
+    titles = tuple(_title(result, cases[run : run + 1], apart, run, ends[run]) for run in shown)
     return Group(label, tag, tuple(shown), titles, " ".join(notes))
 
 
-def _title(result: ResultFile, case: list[str], axes: list[Axis], run: int) -> str:
+def _ends(result: ResultFile) -> list[str]:
+    """How each run ended and when, "" where it came to its end."""
+    found = []
+    for status, time in zip(result.status, result.status_time.tolist(), strict=True):
+        when = f" at {quantity(time, 's')}" if np.isfinite(time) else ""
+        found.append("" if status == OK else f"{status.replace('_', ' ')}{when}")
+    return found
+
+
+def _title(result: ResultFile, case: list[str], axes: list[Axis], run: int, end: str) -> str:
     name = ", ".join([*case, *(axis.text(run, _DIGITS) for axis in axes)])
     if not name and result.runs > 1:
         name = f"run {run}"
-    status = result.status[run]
-    if status == OK:
-        return name
-    time = float(result.status_time[run])
-    when = f" at {quantity(time, 's')}" if np.isfinite(time) else ""
-    return "\n".join(filter(None, [name, f"{status.replace('_', ' ')}{when}"]))
+    return "\n".join(filter(None, [name, end]))
