@@ -10,7 +10,11 @@ from typing import Any
 
 from lumpedcable.results.human import scale
 
-__all__ = ["Control", "Model", "chosen"]
+__all__ = ["Control", "FaultError", "Model", "chosen"]
+
+
+class FaultError(ValueError):
+    """What a page asks for cannot be; the message, for its reader, says why."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class Model:
         key: its name in what the page asks.
         words: its title.
         controls: its numbers.
-        solve: values by key to what the page draws; ValueError with words for the reader.
+        solve: values by key to what the page draws; FaultError with words for the reader.
         toml: values by key to a scene's text.
     """
 
@@ -86,22 +90,22 @@ def chosen(models: Mapping[str, Model], asked: Any) -> tuple[Model, dict[str, fl
         asked: the JSON value {"model": key, "values": {key: number, ...}}.
 
     Raises:
-        ValueError: it is not such a value.
+        FaultError: it is not such a value.
     """
     if not isinstance(asked, dict) or not isinstance(asked.get("values"), dict):
-        raise ValueError('expected {"model": ..., "values": {...}}')
+        raise FaultError('expected {"model": ..., "values": {...}}')
     key = asked.get("model")
     if not isinstance(key, str) or key not in models:
-        raise ValueError(f"expected a model, one of {', '.join(models)}, found {key!r}")
+        raise FaultError(f"expected a model, one of {', '.join(models)}, found {key!r}")
     model = models[key]
     known = {control.key: control for control in model.controls}
     values = {}
     for name, value in asked["values"].items():
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
-            raise ValueError(f"no number {name!r}" + (f"; nearest: {near[0]}" if near else ""))
+            raise FaultError(f"no number {name!r}" + (f"; nearest: {near[0]}" if near else ""))
         good = isinstance(value, int | float) and not isinstance(value, bool)
         if not good or not abs(value) <= sys.float_info.max:
-            raise ValueError(f"{known[name].words}: expected a number, found {value!r:.40}")
+            raise FaultError(f"{known[name].words}: expected a number, found {value!r:.40}")
         values[name] = float(value)
     return model, values

@@ -23,8 +23,9 @@ def document(head: Mapping[str, Any], block: str = "") -> str:
         block: the arrays that the head points into, from `Pack.text`.
     """
     template = files("lumpedcable.page").joinpath("page.html").read_text(encoding="utf-8")
-    # "</" would end the script element that the text stands in
-    text = json.dumps(_finite(head), ensure_ascii=False, allow_nan=False).replace("</", "<\\/")
+    # "</script" would end the script element that the text stands in, "<!--" with "<script" keep it
+    # open, and "<!--blob-->" is put in below
+    text = json.dumps(_finite(head), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
     for spot, value in (
         ("<!--title-->", html.escape(str(head.get("title", "")))),
         ("<!--head-->", text),

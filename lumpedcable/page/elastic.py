@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import quaternion
-from lumpedcable.page.controls import Control, Model
+from lumpedcable.page.controls import Control, FaultError, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.page.surroundings import surroundings, tables
 from lumpedcable.scene import Body, Scene, Study
@@ -20,7 +20,7 @@ from lumpedcable.scene.quantities import Quantity
 from lumpedcable.scene.tree import Spot, numeric, spot_at
 from lumpedcable.scene.writer import to_toml
 from lumpedcable.study.moved import Moved, moved_ships, straight_lines
-from lumpedcable.study.resting import Resting, RestingLine
+from lumpedcable.study.resting import Resting, RestingLine, UnrestError
 
 __all__ = ["elastic_model"]
 
@@ -48,7 +48,10 @@ def elastic_model(study: Study, run: int = 0) -> Model:
 
     def solve(values: dict[str, float]) -> dict[str, Any]:
         numbers = changed(values)
-        lines, bodies = resting.solve(numbers)
+        try:
+            lines, bodies = resting.solve(numbers)
+        except UnrestError as error:
+            raise FaultError(str(error)) from error
         scene = resting.scene.with_numbers(numbers)
         ships = moved_ships(scene, np.zeros(1))
         riders = {name: at[None] for name, at in bodies.items()}
@@ -130,7 +133,7 @@ def _checked(key: str, value: float, kind: Quantity) -> float:
     try:
         return kind.read(value)
     except ValueError as error:
-        raise ValueError(f"{key}: {error}") from None
+        raise FaultError(f"{key}: {error}") from None
 
 
 def _line_of(scene: Scene, name: str) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from lumpedcable.page.controls import Model, chosen
+from lumpedcable.page.controls import FaultError, Model, chosen
 from lumpedcable.page.document import document
 from lumpedcable.page.elastic import elastic_model
 from lumpedcable.page.server import Answer
@@ -71,6 +71,6 @@ def _first(models: dict[str, Model], highline: dict[str, float] | None) -> str:
         try:
             models[key].solve({})
             return key
-        except ValueError:
+        except FaultError:
             continue  # numbers without a line
     return "scene"

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from lumpedcable.page.controls import FaultError
 from lumpedcable.results.errors import OutputError
 
 if TYPE_CHECKING:
@@ -31,8 +32,8 @@ def application(page: str, answers: Mapping[str, Answer] | None = None) -> Starl
 
     Args:
         page: the HTML text.
-        answers: by path, what makes the answer from the JSON value posted there; a ValueError becomes
-            the answer {"fault": its message}.
+        answers: by path, what makes the answer from the JSON value posted there; a FaultError becomes
+            the answer {"fault": its message}. Any other error is raised, to be reported here.
 
     Raises:
         OutputError: the extra is not installed.
@@ -54,22 +55,30 @@ def application(page: str, answers: Mapping[str, Answer] | None = None) -> Starl
     def answering(answer: Answer) -> Callable[[Request], Any]:
         async def reply(request: Request) -> Response:
             try:
-                try:
-                    asked = await request.json()
-                except RecursionError:
-                    return JSONResponse({"fault": "expected plain JSON, found it too deep"}, 400)
+                asked = await request.json()
+            except RecursionError:
+                return JSONResponse({"fault": "expected plain JSON, found it too deep"}, 400)
+            except ValueError as error:  # a fault of the page itself, told there
+                return JSONResponse({"fault": str(error)})
+            try:
                 return JSONResponse(await run_in_threadpool(answer, asked))
-            except ValueError as error:
+            except FaultError as error:
                 return JSONResponse({"fault": str(error)})
 
         return reply
+
+    async def tell_failure(request: Request, error: Exception) -> Response:
+        # it is raised again afterwards
+        return JSONResponse({"fault": "an error in the program: its terminal tells where"}, 500)
 
     routes = [Route("/", give_page)]
     for path, answer in (answers or {}).items():
         routes.append(Route(path, answering(answer), methods=["POST"]))
     # no page of another site may speak to it under a name of its own
     guard = Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"])
-    return Starlette(routes=routes, middleware=[guard])
+    return Starlette(
+        routes=routes, middleware=[guard], exception_handlers={Exception: tell_failure}
+    )
 
 
 def serve(app: Starlette, port: int, browser: bool, on_start: Callable[[str], None]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.exact import STAGES, StageShape, stage_shape
 from lumpedcable.exact.stages import UNITS
-from lumpedcable.page.controls import Control, Model
+from lumpedcable.page.controls import Control, FaultError, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.scene import Body, Scene
 
@@ -114,13 +114,20 @@ def _model(key: str, numbers: Mapping[str, float]) -> Model:
     own = {control.key: control.value for control in controls}
 
     def solve(values: dict[str, float]) -> dict[str, Any]:
-        return _answer(stage_shape(key, points=_POINTS, **(own | values)))
+        return _answer(_shape(key, _POINTS, own | values))
 
     def toml(values: dict[str, float]) -> str:
         every = own | values
-        return _scene(stage.words, every, stage_shape(key, points=4001, **every))
+        return _scene(stage.words, every, _shape(key, 4001, every))
 
     return Model(key, stage.words, controls, solve, toml)
+
+
+def _shape(key: str, points: int, values: Mapping[str, float]) -> StageShape:
+    try:
+        return stage_shape(key, points=points, **values)
+    except ValueError as error:
+        raise FaultError(str(error)) from error
 
 
 def _answer(shape: StageShape) -> dict[str, Any]:

@@ -23,7 +23,11 @@ from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure
 
-__all__ = ["AtRest", "Resting", "RestingLine"]
+__all__ = ["AtRest", "Resting", "RestingLine", "UnrestError"]
+
+
+class UnrestError(ValueError):
+    """A scene has no equilibrium with some numbers, or none was found; the message says why."""
 
 
 class RestingLine(NamedTuple):
@@ -103,7 +107,7 @@ class Resting:
             numbers: by path, as in `Scene.numbers`; those left out are the scene's.
 
         Raises:
-            ValueError: there is no equilibrium, or none was found; the message says so.
+            UnrestError: there is no equilibrium, or none was found; the message says so.
         """
         asked = {key: float(value) for key, value in numbers.items()}
         found = self._at_rest(asked | self._near)
@@ -111,7 +115,7 @@ class Resting:
             found = self._at_rest(asked)  # as from the file
         if found is None:
             status = Status.STATICS_NOT_CONVERGED
-            raise ValueError(f"{MEANING[status]}: {ADVICE[status]}")
+            raise UnrestError(f"{MEANING[status]}: {ADVICE[status]}")
         self._near = _chosen(self.scene.with_numbers(asked), found.lines)
         return found
 
@@ -120,7 +124,10 @@ class Resting:
         # floats, always: another type would be another program
         every = {**self.scene.numbers(), **numbers}
         scene = self.scene.with_numbers(every)
-        coordinates = coordinates_of([scene])
+        try:
+            coordinates = coordinates_of([scene])
+        except ValueError as error:
+            raise UnrestError(f"no coordinates for these numbers: {error}") from error
         found = _at_rest(
             self._structure,
             jnp.asarray(coordinates.axes),

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -265,8 +266,8 @@ def test_what_cannot_be_asked_is_told(catenary, asked, told):
         catenary.answers["/solve"](asked)
 
 
-def posted(answers, body):
-    """Status and JSON of what the server answers to bytes posted at /solve."""
+def posted(answers, body, error=None):
+    """Status and JSON of what the server answers to bytes posted at /solve, raising an error or none."""
     pytest.importorskip("starlette")
     app, said = application("", answers), []
 
@@ -278,7 +279,8 @@ def posted(answers, body):
 
     scope = {"type": "http", "http_version": "1.1", "method": "POST", "path": "/solve",
              "query_string": b"", "headers": [(b"host", b"127.0.0.1")]}  # fmt: skip
-    asyncio.run(app(scope, receive, send))
+    with pytest.raises(error) if error else nullcontext():
+        asyncio.run(app(scope, receive, send))
     return said[0]["status"], json.loads(said[1]["body"])
 
 
@@ -288,6 +290,19 @@ def test_what_is_posted_too_deep_is_refused():
     assert posted(answers, b"[1, 2")[0] == 200  # a fault of the page itself, told there
     deep = b"[" * 100_000
     assert posted(answers, deep) == (400, {"fault": "expected plain JSON, found it too deep"})
+
+
+def test_only_what_the_page_asks_for_is_its_fault(catenary):
+    status, told = posted(catenary.answers, b'{"model": "scene", "values": {"gravity": "9.81"}}')
+    assert (status, told) == (200, {"fault": "gravity: expected a number, found '9.81'"})
+
+    def broken(asked):
+        raise ValueError("shapes (3,) and (4,)")
+
+    # what goes wrong in the program is told where that runs
+    for answer in (broken, lambda asked: {"found": float("nan")}):
+        told = posted({"/solve": answer}, b"{}", ValueError)
+        assert told == (500, {"fault": "an error in the program: its terminal tells where"})
 
 
 # --- the command ---------------------------------------------------------------------------------

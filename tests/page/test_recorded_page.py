@@ -225,10 +225,14 @@ def test_a_bed_with_a_profile_is_a_curve(tmp_path):
 
 
 def test_a_title_cannot_break_out_of_the_page():
-    head = {"kind": "recorded", "title": "</script><b>&", "value": float("nan")}
+    # nor take the place of what is put in after it, nor open what no script ends
+    text = "</script><b>& <!--blob--> <!--head--> <!-- <script> ]]>"
+    head = {"kind": "recorded", "title": "</script><b>&", "value": float("nan"), "file": text}
     page = document(head, "AAAA")
     script = re.search(r'<script id="head"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
     assert json.loads(script) == {**head, "value": None}
+    assert "<" not in script
+    assert re.search(r'<script id="blob"[^>]*>AAAA</script>', page)
     assert "<title>&lt;/script&gt;&lt;b&gt;&amp;</title>" in page
 
 
