@@ -4,6 +4,7 @@ import errno
 import re
 import sys
 from pathlib import Path
+from unittest import mock
 
 import good_scenes
 import h5py
@@ -84,6 +85,10 @@ def test_only_a_result_that_is_none_is_the_fault_of_what_is_asked(tmp_path):
     asked = ["--of", "max tension at rope.end", "--set", "dimensions=1"]
     told = refused(tmp_path, "sensitivity", "scene.toml", *asked)
     assert told.startswith("--set dimensions=1: dimensions: ")
+    # nor is it what goes wrong while a right one is worked out
+    broken = mock.patch("lumpedcable.fitting.sensitivity._slopes", side_effect=ValueError("shapes"))
+    with broken, pytest.raises(ValueError, match="shapes"):
+        say(tmp_path, "sensitivity", "scene.toml", "--of", "max tension at rope.end")
 
 
 @pytest.mark.parametrize(

@@ -143,12 +143,13 @@ def sensitivity(
     study = study_of(scene, set_, run_)
 
     from lumpedcable.fits import study_sensitivity
+    from lumpedcable.fitting.scalar import AskedError
 
     folder = output or Path(scene.stem)
     with told():
         try:
             found = study_sensitivity(study, of, run_)
-        except ValueError as error:
+        except AskedError as error:
             fail(f"--of: {error}")
         made = found.plot(folder, tuple(format_ or ["png"])) + found.save(folder)
     found.report()

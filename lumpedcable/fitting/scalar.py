@@ -12,12 +12,16 @@ from lumpedcable.scene.part import did_you_mean
 from lumpedcable.study.plan import common_coordinates, recoils_of
 from lumpedcable.study.summary import recoil_name
 
-__all__ = ["Scalar", "asked_scalar", "read_scalar", "usual_scalar"]
+__all__ = ["AskedError", "Scalar", "asked_scalar", "read_scalar", "usual_scalar"]
 
 REDUCTIONS = ("max", "min", "first", "last")
 STOP_TIME, PEAKS = "stop time", "peak"
 _SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
 _MEASURE = re.compile(r"(\w+) ([A-Za-z][\w-]*)")
+
+
+class AskedError(ValueError):
+    """A number of a run that is asked for is none, or is not there; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,7 @@ def asked_scalar(study: Study, of: str | None, run: int) -> Scalar:
 
     Raises:
         SceneError: the scene cannot be laid out, whatever is asked of it.
-        ValueError: the text means none.
+        AskedError: the text means none.
     """
     scene = study.runs[run]
     layout_of(study, scene)
@@ -75,7 +79,7 @@ def read_scalar(text: str, scene: Scene) -> Scalar:
     rest, "peak tension at rod.start" the largest of every step, of a line of rods.
 
     Raises:
-        ValueError: it means none; the message says what was expected.
+        AskedError: it means none; the message says what was expected.
     """
     text = " ".join(text.split())
     if text == STOP_TIME:
@@ -86,21 +90,21 @@ def read_scalar(text: str, scene: Scene) -> Scalar:
     if measure is not None and measure.group(1) in REDUCTIONS and scene.measures:
         return _measure(scene, *measure.groups())
     if match is None:
-        raise ValueError(f'{expected}, found "{text}"')
+        raise AskedError(f'{expected}, found "{text}"')
     reduction, quantity, at, component = match.groups()
     for word, known in ((reduction, (*REDUCTIONS, PEAKS)), (quantity, tuple(UNITS))):
         if word not in known:
-            raise ValueError(
+            raise AskedError(
                 f'expected one of {", ".join(known)}, found "{word}"{did_you_mean(word, known)}'
             )
     if component is not None and (component not in "xyz" or quantity == "tension"):
         wanted = "none for a tension" if quantity == "tension" else "x, y or z"
-        raise ValueError(f'expected as component {wanted}, found "{component}"')
+        raise AskedError(f'expected as component {wanted}, found "{component}"')
     if component is None and quantity == "position":
-        raise ValueError(f'expected a component of the position, "{text} in x" or the like')
+        raise AskedError(f'expected a component of the position, "{text} in x" or the like')
     if reduction == PEAKS:
         if quantity != "tension":
-            raise ValueError(f'expected "peak tension at PLACE", found "{text}": take max')
+            raise AskedError(f'expected "peak tension at PLACE", found "{text}": take max')
         return Scalar("max", PEAK, at, None, UNITS["tension"])
     return Scalar(reduction, quantity, at, component, UNITS[quantity])
 
@@ -108,7 +112,7 @@ def read_scalar(text: str, scene: Scene) -> Scalar:
 def _stop_time(scene: Scene) -> Scalar:
     """When the body that ends the run comes to rest."""
     if scene.output.stop is None:
-        raise ValueError('expected output.stop = "BODY" in the scene for a stop time, found none')
+        raise AskedError('expected output.stop = "BODY" in the scene for a stop time, found none')
     return Scalar("last", STOP, scene.output.stop, None, "s")
 
 
@@ -116,7 +120,7 @@ def _measure(scene: Scene, reduction: str, name: str) -> Scalar:
     """A scalar of a measure."""
     if name not in scene.measures:
         hint = did_you_mean(name, scene.measures)
-        raise ValueError(f'expected a measure of the scene, found "{name}"{hint}')
+        raise AskedError(f'expected a measure of the scene, found "{name}"{hint}')
     return Scalar(reduction, MEASURE, name, None, scene.measures[name].UNIT)
 
 

@@ -17,7 +17,7 @@ from lumpedcable.fitting.difference import Check, checked
 from lumpedcable.fitting.observe import MEASURE, STOP, Watched, watched
 from lumpedcable.fitting.parameters import numbers_of
 from lumpedcable.fitting.residual import group_start, run_group, run_models, started
-from lumpedcable.fitting.scalar import Scalar
+from lumpedcable.fitting.scalar import AskedError, Scalar
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, SceneError, Study
@@ -93,7 +93,7 @@ def sensitivity_of(
 
     Raises:
         SceneError: the run would take more steps than anybody waits for.
-        ValueError: the scalar's place is not in the scene, or its measure never counts.
+        AskedError: the scalar's place is not in the scene, or its measure never counts.
     """
     scene = study.runs[run]
     named = _numbers(study, scene)
@@ -107,7 +107,7 @@ def sensitivity_of(
     found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
     value = float(found)
     if not np.isfinite(value) and int(status) == Status.OK:
-        raise ValueError(scalar.never)
+        raise AskedError(scalar.never)
     shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
 
     def result(values: Array) -> float:
@@ -135,7 +135,7 @@ def scalar_slopes(
     spec, arrays = setting_of(scene, scalar, keys, back=False)
     found, status, slopes = _slopes(spec, arrays, np.asarray(values), scalar.reduction, False)
     if not np.isfinite(found) and int(status) == Status.OK:
-        raise ValueError(scalar.never)
+        raise AskedError(scalar.never)
     return float(found), Status(int(status)), np.asarray(slopes)
 
 
@@ -160,15 +160,18 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
-        ValueError: there is no such place, or no coordinates for the scene.
+        AskedError: there is no such place, or no coordinates for the scene.
     """
     layout = make_layout(scene)
     what, place = Watched(scalar.quantity, scalar.at, None, None), 0.0
-    if scalar.quantity not in (MEASURE, STOP):
-        what, place = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
     measure = scene.measures.get(scalar.at) if scalar.quantity == MEASURE else None
     upright = isinstance(measure, BodyMeasure)  # a height, or a speed up or down
-    coordinates = axes_seen(scene, keys, 2 if upright else what.component)
+    try:
+        if scalar.quantity not in (MEASURE, STOP):
+            what, place = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
+        coordinates = axes_seen(scene, keys, 2 if upright else what.component)
+    except ValueError as error:
+        raise AskedError(str(error)) from error
     plan = plan_of(scene, layout)
     plan = seen_plan(plan)
     count, solver = scene.output.count, scene.solver
