@@ -214,7 +214,7 @@ def grouped(problem: FitProblem) -> list[list[Member]]:
 
 def seen_plan(plan: Plan) -> Plan:
     """A scene's plan with what is looked at here alone, and with derivatives."""
-    return replace(plan, quantities=SEEN, recoils=(), outputs=1, sloped=True, peaks=False)
+    return replace(plan, quantities=SEEN, recoils=(), outputs=1, sloped=True, watch_peaks=False)
 
 
 def _group(problem: FitProblem, members: list[Member]) -> tuple[GroupSpec, GroupArrays]:

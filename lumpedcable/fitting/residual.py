@@ -172,7 +172,7 @@ def history(
         if what.quantity == STOP:
             return run.stopped
         if what.quantity == PEAK:
-            return run.peaks[what.piece][what.node]
+            return run.rod_peaks[what.piece][what.node]
         return look(model, coordinates, s, what, weights)
 
     def seen(run: Progress, s: Sample):

@@ -83,6 +83,20 @@ class Memory(NamedTuple):
     lines: LineGrip | None
 
 
+class RodHalfStep(NamedTuple):
+    """What a constrained step leaves to the next one.
+
+    The velocities (m/s) half a step after the state, the work (J) until then, the step `dt` (s), what
+    the iterates of each path start from, and the tensions (N) that the rods' lengths go by.
+    """
+
+    velocity: dict[str, Array]
+    work: dict[str, dict[str, Array]]
+    dt: Float[Array, ""]
+    memory: tuple[Memory, ...]
+    tension: dict[str, Array]
+
+
 class Constrained(diffrax.AbstractSolver):
     """Leapfrog with rods; the step must be constant."""
 
@@ -98,15 +112,16 @@ class Constrained(diffrax.AbstractSolver):
         t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
         kicked = kick(args, t0, y0.displacement, y0.velocity, None, 0.5 * dt, dt)
         work = _worked(args, t0, y0, y0.displacement, y0.velocity, kicked, 0.5 * dt)
-        return kicked.after, work, dt, kicked.memory, kicked.tension
+        return RodHalfStep(kicked.after, work, dt, kicked.memory, kicked.tension)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s); it diverges where rods have lost their lengths."""
-        before, work, dt, memory, pulled = solver_state
+        kept: RodHalfStep = solver_state
+        before, work, dt = kept.velocity, kept.work, kept.dt
         t1 = jnp.asarray(t1)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = args.followed(t1, place)
-        kicked = kick(args, t1, place, before, memory, dt, dt)
+        kicked = kick(args, t1, place, before, kept.memory, dt, dt)
         now = after = work
         if work:
             whole = _worked(args, t1, y0, place, before, kicked, dt)
@@ -114,11 +129,11 @@ class Constrained(diffrax.AbstractSolver):
             after = jax.tree.map(lambda w, p: w + p, work, whole)
         y1 = State(place, kicked.middle, now, y0.reaction, kicked.tension)
         dense = {"y0": y0, "y1": y1}
-        state = kicked.after, after, dt, kicked.memory, kicked.tension
+        ahead = RodHalfStep(kicked.after, after, dt, kicked.memory, kicked.tension)
         kinds: Any = diffrax.RESULTS
-        lost = lengths_lost(args, place, pulled)
+        lost = lengths_lost(args, place, kept.tension)
         result = kinds.where(lost, kinds.nonlinear_divergence, kinds.successful)  # pyright: ignore[reportArgumentType]
-        return y1, None, dense, state, result
+        return y1, None, dense, ahead, result
 
     def func(self, terms, t0, y0, args):
         """Rates at an instant: what a solver of diffrax may be asked for; no step uses it."""

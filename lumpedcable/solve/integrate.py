@@ -84,7 +84,7 @@ class Plan:
     `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
     Of the ends `tips` place and velocity are sampled.
     `outputs` is the most that one call of `advance` returns, `fields_after` from how many of them to how
-    many there are fields again. With `peaks` leapfrog keeps the largest tensions of all segments.
+    many there are fields again. With `watch_peaks` leapfrog keeps the largest tensions of all segments.
     `sloped` asks that Runge-Kutta methods of fixed steps have derivatives in both modes, which takes a
     little longer, and a run that stops ends at the instant of it.
     """
@@ -100,7 +100,7 @@ class Plan:
     sloped: bool = False
     tips: tuple[Recoil, ...] = ()
     fields_after: int = 1
-    peaks: bool = False
+    watch_peaks: bool = False
 
     @property
     def energy(self) -> bool:
@@ -111,11 +111,12 @@ class Plan:
 class Progress(NamedTuple):
     """Where a run is: its state, what its solver keeps between steps, its watches.
 
-    `stopped` is when its body came to rest (s), NaN before; `peaks` the largest tensions so far of the
-    segments of inextensible lines (N), of others see `peaks_of`; `upright` the least |cos(pitch)| so
-    far of bodies that turn in space. `stuck` is 0 while steps are found, else the `Status` of why there
-    was none, and time stands still; a run whose rods have `lost` their lengths stays as it was before
-    that step.
+    `solver_state` is a `HalfStep` of leapfrog, a `RodHalfStep` of rods, and of adaptive methods the mean
+    step (s) of the last interval. `stopped` is when its body came to rest (s), NaN before; `rod_peaks`
+    the largest tensions so far of the segments of inextensible lines (N), of others see `peaks_of`;
+    `upright` the least |cos(pitch)| so far of bodies that turn in space. `stuck` is 0 while steps are
+    found, else the `Status` of why there was none, and time stands still; a run whose rods have `lost`
+    their lengths stays as it was before that step.
     """
 
     y: State
@@ -123,7 +124,7 @@ class Progress(NamedTuple):
     seen: tuple[Watch, ...]
     stuck: Int[Array, ""]
     stopped: Float[Array, ""]
-    peaks: dict[str, Float[Array, " n"]]
+    rod_peaks: dict[str, Float[Array, " n"]]
     lost: Bool[Array, ""]
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (as in `Numbers`)
 
@@ -196,7 +197,8 @@ def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
         own = cast(numbers, plan.dtype)
         options["root_finder"] = diffrax.VeryChord(rtol=own.rtol, atol=own.atol, norm=_size)
     if method is Leapfrog:
-        options |= {"writes_over": not isinstance(numbers.steps, int), "peaks": plan.peaks}
+        options |= {"writes_over": not isinstance(numbers.steps, int)}
+        options |= {"watch_peaks": plan.watch_peaks}
     return method(**options)
 
 
@@ -220,7 +222,7 @@ def _fixed(
         stuck = run.stuck
         if implicit:  # no other method can fail to find its stages
             stuck = _first(stuck, result != diffrax.RESULTS.successful, Status.STEP_NOT_FOUND)
-        peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.peaks.items()}
+        peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.rod_peaks.items()}
         standing = uprightest(model, y, run.upright)
         after = Progress(y, state, seen, stuck, run.stopped, peaks, run.lost, standing)
         if isinstance(solver, Constrained):
@@ -276,12 +278,12 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
         found, _ = part(found, own.every)
     _, y, seen, taken, stuck = found
     dt, standing = numbers.every / jnp.maximum(taken, 1), uprightest(model, y, run.upright)
-    return Progress(y, dt, seen, stuck, run.stopped, run.peaks, run.lost, standing)
+    return Progress(y, dt, seen, stuck, run.stopped, run.rod_peaks, run.lost, standing)
 
 
 def peaks_of(plan: Plan, run: Progress) -> dict[str, Float[Array, " n"]]:
     """Largest tensions so far of the segments of lines (N), by line; of those that are watched so."""
-    return run.solver_state[-1] if plan.peaks else run.peaks
+    return run.solver_state.peaks if plan.watch_peaks else run.rod_peaks
 
 
 def _first(stuck, failed, status: Status) -> Int[Array, ""]:

@@ -3,7 +3,7 @@
 What damping of the material and of the bed do is of first order: it lags by half a step.
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -16,6 +16,7 @@ from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Workspace
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
+from lumpedcable.physics.vectors import most
 
 __all__ = ["CableTerm", "Leapfrog", "rates"]
 
@@ -67,6 +68,21 @@ def workspaces(found: dict[str, Evaluation]) -> dict[str, Workspace]:
     return {name: e.line.workspace for name, e in found.items() if e.line.workspace is not None}
 
 
+class HalfStep(NamedTuple):
+    """What leapfrog keeps from one step to the next.
+
+    The velocities (m/s) half a step after the state, the work (J) until then, the step `dt` (s), what
+    the last evaluation wrote along each line, and the largest tensions (N) so far of the segments of
+    lines, both by line and empty where nobody asks for them.
+    """
+
+    velocity: dict[str, Array]
+    work: dict[str, dict[str, Array]]
+    dt: Float[Array, ""]
+    over: dict[str, Workspace]
+    peaks: dict[str, Float[Array, " n"]]
+
+
 class Leapfrog(diffrax.AbstractSolver):
     """Kick-drift leapfrog with velocities kept at half steps.
 
@@ -75,15 +91,16 @@ class Leapfrog(diffrax.AbstractSolver):
     state, and v_n+3/2, kept between steps. Work is accumulated at the same instants, so that the
     kinetic energy is accounted for to rounding. The step must be constant.
 
-    With `peaks` it also keeps the largest tensions of every line's segments so far (N). They are known
-    here, which makes them a twentieth of a step; worked out anew from the state they would be a fifth.
+    With `watch_peaks` it also keeps the largest tensions of every line's segments so far (N). They are
+    known here, which makes them a twentieth of a step; worked out anew from the state they would be a
+    fifth.
 
     With `writes_over` each step writes what it works out along the lines over what the one before
     left there, which saves memory traffic; on the way back of reverse mode it costs some.
     """
 
     writes_over: bool = eqx.field(static=True, default=True)
-    peaks: bool = eqx.field(static=True, default=False)
+    watch_peaks: bool = eqx.field(static=True, default=False)
     term_structure: ClassVar = CableTerm
     interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
 
@@ -104,18 +121,20 @@ class Leapfrog(diffrax.AbstractSolver):
         )
         found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
         over = workspaces(found) if self.writes_over else {}
-        watched = args.lines if self.peaks else {}
+        watched = args.lines if self.watch_peaks else {}
         peaks = {n: line.law.tension(line.reference_strain) for n, line in watched.items()}
-        return args.carried(t0, dt, y0.displacement, velocity), work, dt, over, peaks
+        velocity = args.carried(t0, dt, y0.displacement, velocity)
+        return HalfStep(velocity, work, dt, over, peaks)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
         model = args
+        kept: HalfStep = solver_state
+        before, work, over = kept.velocity, kept.work, kept.over
+        t1 = jnp.asarray(t1)
         # the step is kept rather than taken as t1 - t0, so that what follows from it alone is
         # worked out once and not at every step
-        before, work, length, over, peaks = solver_state
-        t1 = jnp.asarray(t1)
-        dt = length.astype(next(iter(before.values())).dtype)
+        dt = kept.dt.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = model.followed(t1, place)
         middle, after, reaction, found = model.kick(
@@ -129,9 +148,9 @@ class Leapfrog(diffrax.AbstractSolver):
         y1 = State(place, middle, now, reaction, y0.tension)
         dense = {"y0": y0, "y1": y1}
         over = workspaces(found) if over else {}
-        pulls = {name: found[name].line.pull for name in peaks}
-        peaks = {n: jnp.where(pulls[n] > peak, pulls[n], peak) for n, peak in peaks.items()}
-        return y1, None, dense, (after, work, length, over, peaks), diffrax.RESULTS.successful
+        peaks = {name: most(found[name].line.pull, peak) for name, peak in kept.peaks.items()}
+        ahead = HalfStep(after, work, kept.dt, over, peaks)
+        return y1, None, dense, ahead, diffrax.RESULTS.successful
 
     def func(self, terms, t0, y0, args):
         """dy/dt at the start of a step."""

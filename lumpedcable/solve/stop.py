@@ -76,7 +76,9 @@ def _stop(model: Model, plan: Plan, run: Progress, after: Progress, t0, dt):
     none = _nothing(along).astype(dt.dtype)
     if plan.method in HALF_STEPS:
         whole = now
-        now, then = (jnp.dot(x.solver_state[0][key], along).astype(dt.dtype) for x in (run, after))
+        now, then = (
+            jnp.dot(x.solver_state.velocity[key], along).astype(dt.dtype) for x in (run, after)
+        )
         drop = jnp.where(jnp.abs(then) <= none, jnp.maximum(now, 2.0 * (whole - now)), now - then)
         t0 = t0 + 0.5 * dt
     else:

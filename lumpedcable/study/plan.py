@@ -211,7 +211,7 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
         stop=scene.output.stop,
         tips=recoils_of(layout) if scene.output.keep != "summaries" else (),
         fields_after=scene.output.fields_after,
-        peaks=peaked(scene),
+        watch_peaks=peaked(scene),
     )
 
 

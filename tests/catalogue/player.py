@@ -79,7 +79,7 @@ def setting_of(text: str, *overrides: str) -> Setting:
         scene = scene_of(Path(folder), text, *overrides)
     count = scene.output.count
     layout = structure_of(scene).layout
-    plan = replace(plan_of(scene, layout), peaks=False)
+    plan = replace(plan_of(scene, layout), watch_peaks=False)
     assert count <= plan.outputs  # so that one call of the engine does it all
     return Setting(scene, coordinates_of([scene]), plan, count)
 
