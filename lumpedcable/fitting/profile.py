@@ -197,7 +197,7 @@ def _held(
         fitted.spec, arrays, begin, method.solver, method.tolerance, method.max_steps
     )  # fmt: skip
     found = jax.tree.map(np.asarray, found)
-    status = unpacked(fitted.spec, arrays, found.flat).status
+    status = unpacked(arrays, found.flat).status
     loss = float(np.sum(found.residual**2))
     if not np.isfinite(loss) or any(bool(np.any(one != Status.OK)) for one in status):
         return found, float(np.nan), False

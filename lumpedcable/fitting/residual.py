@@ -277,7 +277,7 @@ def penalised(
     return jnp.concatenate([r, smooth, *fines]), jnp.concatenate(flat)
 
 
-def unpacked(spec: Spec, arrays: Arrays, flat: Float[Array, " m"]) -> Prediction:
+def unpacked(arrays: Arrays, flat: Float[Array, " m"]) -> Prediction:
     """The `Prediction` that `penalised` packed."""
     tables = tuple(a.data for a in arrays.tables)
     groups = tuple(a.data for a in arrays.groups)

@@ -102,7 +102,7 @@ def _searched(problem: FitProblem, spec: Spec, arrays: Arrays, z) -> tuple[Found
         return after._replace(steps=found.steps + after.steps, failed=found.failed + after.failed)
 
     def taken(arrays: Arrays, found: Found):
-        return jax.vmap(lambda a, flat: unpacked(spec, a, flat).steps)(arrays, found.flat)
+        return jax.vmap(lambda a, flat: unpacked(a, flat).steps)(arrays, found.flat)
 
     return at_own_steps(spec, arrays, found, taken, again)
 

@@ -138,8 +138,8 @@ def fitted_from(problem: FitProblem, spec: Spec, sought: Sought, seconds: float)
     """
     found, arrays = sought.best, sought.arrays
     values = np.asarray(to_values(arrays.transform, found.z))
-    prediction = jax.tree.map(np.asarray, unpacked(spec, arrays, found.flat))
-    predicted, failures, rough = _by_series(problem, spec, arrays, prediction)
+    prediction = jax.tree.map(np.asarray, unpacked(arrays, found.flat))
+    predicted, failures, rough = _by_series(problem, prediction)
     deviation = np.concatenate(
         [(p - s.values) * s.weight for p, s in zip(predicted, problem.series, strict=True)]
     )
@@ -235,7 +235,7 @@ def _used_rows(arrays: Arrays, found: Found) -> NDArray[np.bool_]:
     return np.concatenate([used, np.arange(rest) < rest - runs])
 
 
-def _by_series(problem: FitProblem, spec: Spec, arrays: Arrays, found: Prediction):
+def _by_series(problem: FitProblem, found: Prediction):
     """Predictions, failures and roughness in the order of the problem's series."""
     by_record: dict[str, tuple[list[Array], Status, list[float]]] = {}
     for members, values, status, rough in zip(

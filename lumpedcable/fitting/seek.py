@@ -148,7 +148,7 @@ def bad_end(problem: FitProblem, spec: Spec, sought: Sought) -> bool:
     best = min(sought.starts, key=lambda s: s.loss)
     if not best.converged or not np.isfinite(best.loss):
         return True
-    status = unpacked(spec, sought.arrays, sought.best.flat).status
+    status = unpacked(sought.arrays, sought.best.flat).status
     if any(np.any(np.asarray(s) != Status.OK) for s in status):
         return True
     if not problem.known_noise:
@@ -188,7 +188,7 @@ def settled(
     found = _nudged(problem, once, once(z, arrays), arrays)
     found = _off_bounds(problem, spec, once, with_slopes(spec, arrays, found), arrays)
     found, arrays = at_own_steps(
-        spec, arrays, found, lambda a, end: unpacked(spec, a, end.flat).steps,
+        spec, arrays, found, lambda a, end: unpacked(a, end.flat).steps,
         lambda end, a: with_slopes(spec, a, once(end.z, a)),
     )  # fmt: skip
     values = np.asarray(to_values(arrays.transform, found.z))

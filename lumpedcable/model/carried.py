@@ -297,7 +297,7 @@ def make_measures(
             _free_post(scene, part, coordinates),
         )
         if isinstance(part, BodyMeasure)
-        else place_measured(scene, layout, coordinates, part)
+        else place_measured(layout, coordinates, part)
         for name, part in scene.measures.items()
     }
 

@@ -16,7 +16,6 @@ from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot, size
-from lumpedcable.scene import Scene
 from lumpedcable.scene.measures import LineMeasure, MotionMeasure, PlaceKind
 
 if TYPE_CHECKING:
@@ -132,9 +131,7 @@ def _between(
     return values + (place - middles) * jnp.where(place > middles, after, before)
 
 
-def place_measured(
-    scene: Scene, layout: Layout, coordinates: Coordinates, part: LineMeasure
-) -> PlaceMeasured:
+def place_measured(layout: Layout, coordinates: Coordinates, part: LineMeasure) -> PlaceMeasured:
     """The measure of a place as the scene gives it."""
     line, side, place = part.target()
     pieces = tuple(piece.name for piece in layout.of_line(line))

@@ -188,7 +188,7 @@ def kick(
     middle, after, carried, held, kept = {}, {}, {}, {}, []
     walked: set[str] = set()
     for k, path in enumerate(paths_of(model)):
-        chain = chain_of(model, path, t, found, displacement, before, dt, ahead)
+        chain = chain_of(model, path, t, found, displacement, before, ahead)
         bed = bed_of(model, path, t, found, before, chain.spread.across)
         mine = _kick_path(model, chain, bed, None if memory is None else memory[k], dt, ahead)
         for line, force in mine.gripped.items():
@@ -237,13 +237,13 @@ class _Iterate(NamedTuple):
 def _kick_path(
     model: Model, chain: Chain, bed: Bed | None, memory: Memory | None, dt, ahead
 ) -> Walked:
-    start = _first(model, chain, bed, memory)
+    start = _first(chain, bed, memory)
     d = chain.tangent.shape[0]
     rates = chain.before[:, :d]
 
     def iterate(_, last: _Iterate) -> _Iterate:
         guess, grips, lines = last.memory
-        pushes = {at: _push(model, chain, at, grip) for at, grip in grips.items()}
+        pushes = {at: _push(chain, at, grip) for at, grip in grips.items()}
         held = None if bed is None or lines is None else terms(bed, lines, rates, dt)
         system = system_of(model, chain, guess, pushes, dt, ahead, held)
         x = solve_blocks(system.blocks, system.right, eliminated)
@@ -260,10 +260,10 @@ def _kick_path(
 
     count = ITERATES if bed is None else GRIPPED_ITERATES
     last = jax.lax.fori_loop(0, FIRST_ITERATES if memory is None else count, iterate, start)
-    return _walked(model, chain, bed, last, dt)
+    return _walked(chain, bed, last, dt)
 
 
-def _first(model: Model, chain: Chain, bed: Bed | None, memory: Memory | None) -> _Iterate:
+def _first(chain: Chain, bed: Bed | None, memory: Memory | None) -> _Iterate:
     """What the first iterate starts from; a body slides where it moves, against the force of before."""
     guess = first_guess(chain) if memory is None else memory.guess
     grips = {}
@@ -281,7 +281,7 @@ def _first(model: Model, chain: Chain, bed: Bed | None, memory: Memory | None) -
     return _Iterate(start, grips, pull, none, still, None if lines is None else lines.force)
 
 
-def _walked(model: Model, chain: Chain, bed: Bed | None, last: _Iterate, dt) -> Walked:
+def _walked(chain: Chain, bed: Bed | None, last: _Iterate, dt) -> Walked:
     path, d = chain.path, chain.tangent.shape[0]
     guess = last.memory.guess
     ends = chain.before + dt * guess.places
@@ -294,7 +294,7 @@ def _walked(model: Model, chain: Chain, bed: Bed | None, last: _Iterate, dt) -> 
         friction[line] = jnp.dot(force, half[at]) + friction.get(line, 0.0)
     for at, name in path.bodies.items():
         hub, key, grip = chain.hubs[at], body_key(name), last.used.get(at)
-        push = None if grip is None else _push(model, chain, at, grip)
+        push = None if grip is None else _push(chain, at, grip)
         # what is pinned ends at rest exactly: what sticks does not creep
         free = hub.v + dt * guess.bodies[at]
         after[key] = jnp.where(pinned_of(hub, push) > 0.0, 0.0, free)
@@ -309,7 +309,7 @@ def _walked(model: Model, chain: Chain, bed: Bed | None, last: _Iterate, dt) -> 
     return Walked(middle, after, to_segments(path, last.pull), friction, gripped, memory)
 
 
-def _push(model: Model, chain: Chain, at: int, grip: Grip) -> Push:
+def _push(chain: Chain, at: int, grip: Grip) -> Push:
     """A body's friction where it slides, and its coordinates on the bed where it sticks."""
     stuck = jnp.where(grip.sliding, 0.0, _level(chain, at))
     return Push(jnp.where(grip.sliding, grip.force, 0.0), stuck)

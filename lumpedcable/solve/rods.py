@@ -109,7 +109,7 @@ class System(NamedTuple):
         return total - upper @ x[at + 1] if at < x.shape[0] - 1 else total
 
 
-def chain_of(model: Model, path: Path, t, found, displacement, before, dt, ahead) -> Chain:
+def chain_of(model: Model, path: Path, t, found, displacement, before, ahead) -> Chain:
     """Everything of a path that stays the same through the iterates of a kick."""
     d = next(iter(model.lines.values())).dimensions
     hubs = _hubs(model, path, displacement, before)
