@@ -23,12 +23,10 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
     """Largest stable step (s) of one line.
 
     A segment between two lumps of half its mass is the stiffest element there can be:
-    omega^2 = 4 S / (m l^2) with S the largest stiffness of the law (N); loads add theirs. Leapfrog
-    needs omega dt <= 2. Damping that lags by half a step, of rate g = 2 zeta omega (1/s), lowers
-    that to 2 (sqrt(1 + zeta^2) - zeta) (Belytschko, Liu & Moran 2000, section 6.2.4), which is
-    dt <= 4 / (g + sqrt(g^2 + 4 omega^2)). Material damping has g = 4 c / (m l^2), c in N s;
-    resistances add theirs. Of the spread mass of rods a third moves where their ends go against each
-    other, so that what loads and resistances add counts three times.
+    omega^2 = 4 S / (m l^2) with S the largest stiffness of the law (N); loads add theirs. Material
+    damping has the rate g = 4 c / (m l^2), c in N s; resistances add theirs. Of the
+    spread mass of rods a third moves where their ends go against each other, so that what loads and
+    resistances add counts three times.
     """
     stiff = 0.0 if line.inextensible else stiffness_bound(line.law, line.max_strain)
     square = 4.0 * stiff / (line.mass * line.segment_length**2)
@@ -41,7 +39,17 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
         rate = rate + resistance.rate(line.mass, line.segment_length)
     if line.inextensible:
         square, rate = 3.0 * square, 3.0 * rate
-    return jnp.min(4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square)))
+    return jnp.min(_stable_step(square, rate))
+
+
+def _stable_step(square: Float[Array, "*n"], rate: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """Largest step (s) at which leapfrog follows an oscillation of omega^2 `square` (1/s2), damped.
+
+    Without damping it needs omega dt <= 2. Damping that lags by half a step, of `rate`
+    g = 2 zeta omega (1/s), lowers that to 2 (sqrt(1 + zeta^2) - zeta) (Belytschko, Liu & Moran 2000,
+    section 6.2.4), which is dt <= 4 / (g + sqrt(g^2 + 4 omega^2)).
+    """
+    return 4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square))
 
 
 def step_bound(model: Model) -> Float[Array, ""]:
@@ -77,7 +85,7 @@ def winch_step_bound(line: Line, winch: Winch) -> Float[Array, ""]:
     square = 4.0 / line_step_bound(line) ** 2
     if winch.control is not None:
         square = square + stiff * (1.0 + winch.control.gain)
-    return 4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square))
+    return _stable_step(square, rate)
 
 
 def body_step_bound(body: AbstractBody) -> Float[Array, ""]:
@@ -118,7 +126,7 @@ def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:
     if hertz is None or hertz.damping is None:
         return 2.0 / jnp.sqrt(square)
     rate = jnp.max(hertz.damping * (0.5 / (line.mass * line.segment_length) + 1.0 / body.kilograms))
-    return 4.0 / (rate + jnp.sqrt(rate**2 + 4.0 * square))
+    return _stable_step(square, rate)
 
 
 def courant_number(
