@@ -59,9 +59,10 @@ def rows(dtype: str, counts: tuple[int, ...]) -> list[dict[str, Any]]:
     from lumpedcable.model.numbers import number
     from lumpedcable.scene import load_study
     from lumpedcable.solve.integrate import Numbers
+    from lumpedcable.study.batches import batch_sizes
     from lumpedcable.study.compiled import advance_batch, begin_batch
     from lumpedcable.study.laying import lay_out
-    from lumpedcable.study.plan import batch_sizes, plan_of, rounded_steps
+    from lumpedcable.study.plan import plan_of, rounded_steps
     from lumpedcable.study.starts import rows_of, starts
 
     sweep = f"pretension={{from='45 kN', to='450 kN', count={PREPARED}}}"

@@ -16,7 +16,7 @@ from jax.extend import core
 
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.solve.integrate import advance, begin
-from lumpedcable.study.plan import GPU_LANES
+from lumpedcable.study.batches import GPU_LANES
 
 DTYPE = "float32"
 SEGMENTS, DURATION = 100, 0.2  # s

@@ -15,8 +15,8 @@ import numpy as np
 
 from benchmarks.engine import Runner, scene_of
 from benchmarks.native.line import FLAGS, compiler, go, parameters
+from lumpedcable.study.batches import LANES
 from lumpedcable.study.compiled import advance_batch, begin_batch
-from lumpedcable.study.plan import LANES
 
 Tell = Callable[[str], None]
 

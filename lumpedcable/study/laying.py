@@ -12,14 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.cuts import cut_keys, cuts_of, layouts_of
 from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.study.batches import batch_sizes, lane_time, sizes_for
 from lumpedcable.study.compiled import Structure
-from lumpedcable.study.plan import (
-    batch_sizes,
-    common_coordinates,
-    lane_time,
-    sizes_for,
-    structure_of,
-)
+from lumpedcable.study.plan import common_coordinates, structure_of
 
 __all__ = ["Laid", "equal_rows", "lay_out"]
 

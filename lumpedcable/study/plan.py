@@ -1,9 +1,8 @@
-"""Which runs go together, and how each is stepped."""
+"""What runs share, and how each is stepped."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-import jax
 import numpy as np
 
 from lumpedcable.model.assemble import wave_scheme
@@ -13,40 +12,24 @@ from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.run import Solver
 from lumpedcable.solve.integrate import Plan
 from lumpedcable.solve.observe import Recoil
+from lumpedcable.study.batches import outputs_at_once
 from lumpedcable.study.compiled import Structure
 
 __all__ = [
-    "COMPILING",
-    "GPU_LANES",
-    "LANES",
     "asked_step",
-    "batch_sizes",
     "common_coordinates",
     "courant_of",
-    "lane_time",
-    "lanes",
     "peaked",
     "plan_of",
     "recoil_event",
     "recoils_of",
     "rounded_steps",
-    "sizes_for",
     "stepping",
-    "steps_at_once",
     "structure_of",
     "tolerances",
 ]
 
-LANES = 64  # runs that are advanced together on each core, whose cache their states stay in,
-GPU_LANES = 1024  # and on each GPU, where fewer would wait for kernels to start: a shard's
-MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
-COMPILING = 10.0  # s: what a batch of another size costs before it starts, most of it compiling
-CALL = 8  # lanes that take as long as what a batch takes besides them
-NODE_STEP = 1e-7  # s, roughly: what a step of a node takes with all that belongs to it
-ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
-CALL_TIME = 5.0  # s, by NODE_STEP: what a call takes at most, far less than that most often
 COUNTLESS = 2.0**62  # steps in an output interval: no run gets there, but an integer can hold it
-OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 STEEP_START = (
     "expected a pitch more than 6 degrees off +-90 degrees of a body in space, where roll and yaw "
     "become one turn: choose other axes of its own (points, size, inertia and attitude go by them), or "
@@ -79,82 +62,6 @@ def common_coordinates(
     if steep:
         raise SceneError([study.fault(f"bodies.{name}.attitude", STEEP_START) for name in steep])
     return found
-
-
-def batch_sizes(runs: int) -> tuple[int, ...]:
-    """Sizes of the batches of a study of `runs` runs, rising.
-
-    A size is a compiled program, which takes seconds; a lane that repeats another run takes the time
-    of a run. So a few runs are hardly filled up, as many as fit into one batch go together, and many
-    have two sizes.
-    """
-    each = LANES if jax.default_backend() == "cpu" else GPU_LANES
-    full = each * jax.device_count()
-    small = full // 4
-    if runs <= small:
-        return tuple(2**k for k in range((small - 1).bit_length() + 1))
-    if runs <= full:
-        return 1, 4, *range(small, full + 1, max(small // 4, 1))
-    return (1, 4, small, full) if runs <= MANY else (small, full)
-
-
-def lanes(runs: int, sizes: tuple[int, ...]) -> list[int]:
-    """The batches that `runs` runs go through time in; the last may have lanes to fill up."""
-    found = []
-    while runs > 0:
-        enough = [size for size in sizes if runs <= size <= 2 * runs]
-        below = [size for size in sizes if size <= runs]
-        size = enough[0] if enough else max(below, default=sizes[0])
-        found.append(size)
-        runs -= size
-    return found
-
-
-def sizes_for(
-    groups: Sequence[tuple[int, float]], sizes: tuple[int, ...], each: float
-) -> tuple[int, ...]:
-    """Which of `sizes` to go by, so that programs and lanes together take the least time.
-
-    Of the sizes that `lanes` would use it gives up those whose programs take longer to compile than
-    lanes that repeat a run in batches of another size take to go through time.
-
-    Args:
-        groups: runs that are stepped alike: how many, and what a lane of them takes (s).
-        sizes: all there are, rising.
-        each: how many runs of the whole study need the same programs.
-    """
-    used = {size for runs, _ in groups for size in lanes(runs, sizes)}
-    kept = {sizes[-1]} if each >= sizes[-1] else set()  # other runs need that program anyway
-    again = max(each / MANY, 1.0)
-
-    def cost(some: set[int]) -> float:
-        through = (
-            time * sum(size + CALL for size in lanes(runs, tuple(sorted(some))))
-            for runs, time in groups
-        )
-        return COMPILING * len(some) + again * sum(through)
-
-    used |= kept
-    while len(used) > 1:
-        fewer = min((used - {size} for size in used - kept), key=cost, default=used)
-        if cost(fewer) >= cost(used):
-            break
-        used = fewer
-    return tuple(sorted(used))
-
-
-def lane_time(scene: Scene, layout: Layout, steps: int) -> float:
-    """What a run of so many steps in an output interval takes in a batch (s), roughly."""
-    return NODE_STEP * _nodes(layout) * steps * max(scene.output.count, 1)
-
-
-def steps_at_once(layout: Layout, runs: int) -> int:
-    """The most steps that `runs` runs take in one call, which nothing interrupts."""
-    return max(1, int(CALL_TIME / (NODE_STEP * _nodes(layout) * runs)))
-
-
-def _nodes(layout: Layout) -> int:
-    return 1 + sum(piece.segments + 1 for piece in layout.pieces)
 
 
 def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
@@ -198,16 +105,16 @@ def courant_of(scene: Scene) -> float:
 def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     """The plan of `runs` runs: fixed steps for leapfrog and Euler or where a step is asked for."""
     solver = scene.solver
-    rigid = _rods(scene)
+    rigid, fields = _rods(scene), fields_of(scene)
     fixed = solver.step is not None or "courant" in solver.model_fields_set
     return Plan(
         method="constrained" if rigid else solver.method,
         adaptive=not rigid and solver.method in ADAPTIVE and not fixed,
-        quantities=fields_of(scene) + ("energy",) * ("energy" in scene.output.quantities),
+        quantities=fields + ("energy",) * ("energy" in scene.output.quantities),
         recoils=recoils_of(layout),
         dtype=solver.dtype,
         max_steps=solver.max_steps or 1_000_000,
-        outputs=_outputs_at_once(scene, layout, runs),
+        outputs=outputs_at_once(layout, runs, fields, scene.output.fields_after),
         stop=scene.output.stop,
         tips=recoils_of(layout) if scene.output.keep != "summaries" else (),
         fields_after=scene.output.fields_after,
@@ -228,18 +135,6 @@ def fields_of(scene: Scene) -> tuple[str, ...]:
     """The fields that a scene keeps of every line."""
     kept = scene.output.quantities if scene.output.keep == "fields" else ()
     return tuple(quantity for quantity in kept if quantity != "energy")
-
-
-def _outputs_at_once(scene: Scene, layout: Layout, runs: int) -> int:
-    """Outputs that one call may return: a power of two, as many as fit into `ROOM`.
-
-    Few calls, since each costs as much as a hundred steps of a short line.
-    """
-    per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
-    fields = sum(per_node.get(quantity, 0) for quantity in fields_of(scene))
-    numbers = fields / scene.output.fields_after + 1
-    most = ROOM / (8.0 * runs * _nodes(layout) * numbers)
-    return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
 
 def asked_step(

@@ -12,9 +12,10 @@ import numpy as np
 from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.keeping import fields_done
 from lumpedcable.solve.observe import Sample
+from lumpedcable.study.batches import COMPILING, steps_at_once
 from lumpedcable.study.compiled import Ready, advance_batch
 from lumpedcable.study.packed import Packed, unpacked
-from lumpedcable.study.plan import COMPILING, plan_of, steps_at_once
+from lumpedcable.study.plan import plan_of
 from lumpedcable.study.starts import filled, rows_of
 
 if TYPE_CHECKING:

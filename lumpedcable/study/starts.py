@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.model.numbers import number
+from lumpedcable.study.batches import lanes
 from lumpedcable.study.compiled import (
     Ready,
     Structure,
@@ -18,7 +19,6 @@ from lumpedcable.study.compiled import (
     prepare_many,
 )
 from lumpedcable.study.laying import Laid, equal_rows
-from lumpedcable.study.plan import lanes
 
 __all__ = ["batched", "filled", "rows_of", "starts"]
 

@@ -5,29 +5,29 @@ from typing import Any, cast
 
 import pytest
 
-from lumpedcable.study import plan, shards
+from lumpedcable.study import batches, shards
 
 SECONDS, MINUTES = 5e-3, 60.0  # what a lane takes (s)
 
 
 @pytest.fixture(autouse=True)
 def two_devices(monkeypatch):
-    monkeypatch.setattr(plan.jax, "device_count", lambda: 2)
+    monkeypatch.setattr(batches.jax, "device_count", lambda: 2)
 
 
 def sizes_for(counts, time, runs):
-    return plan.sizes_for([(n, time) for n in counts], plan.batch_sizes(runs), runs)
+    return batches.sizes_for([(n, time) for n in counts], batches.batch_sizes(runs), runs)
 
 
 def lanes(counts, time, runs):
     sizes = sizes_for(counts, time, runs)
-    return [plan.lanes(n, sizes) for n in counts]
+    return [batches.lanes(n, sizes) for n in counts]
 
 
 @pytest.mark.parametrize("runs", [1, 2, 3, 8, 37, 128, 1024])
 @pytest.mark.parametrize("time", [SECONDS, MINUTES])
 def test_runs_that_fit_into_batches_of_one_size_are_left_alone(runs, time):
-    assert lanes([runs], time, runs) == [plan.lanes(runs, plan.batch_sizes(runs))]
+    assert lanes([runs], time, runs) == [batches.lanes(runs, batches.batch_sizes(runs))]
 
 
 def test_short_runs_are_filled_up_rather_than_compiled_for():
@@ -42,29 +42,29 @@ def test_a_few_groups_of_steps_share_a_size():
 
 @pytest.mark.parametrize("counts", [[976], [24], [48, 500]])
 def test_a_shard_takes_the_size_that_others_of_its_structure_take(counts):
-    sizes = plan.batch_sizes(10_000)
+    sizes = batches.batch_sizes(10_000)
     assert sizes == (32, 128)
-    assert plan.sizes_for([(n, SECONDS) for n in counts], sizes, 1000.0) == (128,)
+    assert batches.sizes_for([(n, SECONDS) for n in counts], sizes, 1000.0) == (128,)
 
 
 @pytest.mark.parametrize("devices", [1, 4])
 def test_a_shard_on_gpus_is_one_batch(monkeypatch, devices):
-    monkeypatch.setattr(plan.jax, "device_count", lambda: devices)
-    monkeypatch.setattr(plan.jax, "default_backend", lambda: "gpu")
-    sizes = plan.batch_sizes(100_000)
+    monkeypatch.setattr(batches.jax, "device_count", lambda: devices)
+    monkeypatch.setattr(batches.jax, "default_backend", lambda: "gpu")
+    sizes = batches.batch_sizes(100_000)
     assert sizes[-1] == 1024 * devices
-    assert plan.lanes(1024, plan.sizes_for([(1024, SECONDS)], sizes, 1e5)) == [1024]
-    assert plan.lanes(4096, sizes) == [1024 * devices] * (4 // devices)
+    assert batches.lanes(1024, batches.sizes_for([(1024, SECONDS)], sizes, 1e5)) == [1024]
+    assert batches.lanes(4096, sizes) == [1024 * devices] * (4 // devices)
     assert (
-        plan.batch_sizes(1)
+        batches.batch_sizes(1)
         == (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)[: 9 + 2 * (devices > 1)]
     )
 
 
 def test_what_is_asked_for_ten_thousand_times_is_compiled_for():
-    groups, sizes = [(500, SECONDS), (540, SECONDS)], plan.batch_sizes(10**7)
-    assert plan.sizes_for(groups, sizes, 1e3) == (128,)
-    assert plan.sizes_for(groups, sizes, 1e7) == (32, 128)
+    groups, sizes = [(500, SECONDS), (540, SECONDS)], batches.batch_sizes(10**7)
+    assert batches.sizes_for(groups, sizes, 1e3) == (128,)
+    assert batches.sizes_for(groups, sizes, 1e7) == (32, 128)
 
 
 @pytest.mark.parametrize("time", [1e-6, SECONDS, 1.0, MINUTES])
@@ -73,11 +73,11 @@ def test_no_choice_is_dearer_than_all_sizes(counts, time):
     runs = sum(counts)
 
     def cost(sizes):
-        batches = [size for n in counts for size in plan.lanes(n, sizes)]
-        assert all(sum(plan.lanes(n, sizes)) >= n for n in counts)
-        return plan.COMPILING * len(set(batches)) + time * sum(s + plan.CALL for s in batches)
+        used = [size for n in counts for size in batches.lanes(n, sizes)]
+        assert all(sum(batches.lanes(n, sizes)) >= n for n in counts)
+        return batches.COMPILING * len(set(used)) + time * sum(s + batches.CALL for s in used)
 
-    assert cost(sizes_for(counts, time, runs)) <= cost(plan.batch_sizes(runs)) * (1 + 1e-12)
+    assert cost(sizes_for(counts, time, runs)) <= cost(batches.batch_sizes(runs)) * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("at_once", [1, 2, 3, 20])

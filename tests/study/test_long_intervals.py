@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from engine_runs import nylon_rope, run_text, sliding_block
 
-from lumpedcable.study import plan, shrinking
+from lumpedcable.study import batches, shrinking
 
 SLIDING = sliding_block(
     speed=1, step="2 ms", duration="0.4 s", every="40 ms",
@@ -31,7 +31,7 @@ def test_an_interval_in_several_calls_is_the_same_interval(text, tmp_path, monke
     monkeypatch.setattr(
         shrinking, "advance_batch", lambda *given: (asked.append(given[-1]), plainly(*given))[1]
     )
-    monkeypatch.setattr(plan, "CALL_TIME", 1e-9)  # less than a step takes
+    monkeypatch.setattr(batches, "CALL_TIME", 1e-9)  # less than a step takes
     cut = run_text(tmp_path, text)
     assert len(asked) > 10
     assert all(end == start + 1 for start, end in asked)

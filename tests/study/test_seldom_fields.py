@@ -18,7 +18,7 @@ from lumpedcable.results import describe, open_result
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.scene import SceneError
 from lumpedcable.solve.keeping import field_slots, fields_done
-from lumpedcable.study import plan, shrinking
+from lumpedcable.study import batches, shrinking
 from lumpedcable.study.shards import Share, open_study, run_here
 from lumpedcable.view import animate_result
 from lumpedcable.view.plot import figures_of
@@ -71,7 +71,7 @@ def test_so_are_those_of_a_single_run_however_its_outputs_are_called_for(
     tmp_path, monkeypatch, after
 ):
     monkeypatch.setattr("lumpedcable.study.run.FIRST_OUTPUTS", 1)
-    monkeypatch.setattr(plan, "OUTPUTS", (2, 3))
+    monkeypatch.setattr(batches, "OUTPUTS", (2, 3))
     found = run_text(tmp_path, ALONE, f"output.fields_every={after} ms")
     monkeypatch.undo()
     same(found, run_text(tmp_path, ALONE), after)
