@@ -30,7 +30,7 @@ from .highline import (
 )
 from .law import Array
 
-__all__ = ["STAGES", "Slider", "Stage", "StageShape", "stage_shape"]
+__all__ = ["STAGES", "UNITS", "Slider", "Stage", "StageShape", "stage_shape"]
 
 UNITS = {"S": "m", "S_traction": "m", "f": "m", "F_TA": "N", "F_TB": "N", "F_H": "N"}
 """Units of the numbers of a shape; S_traction is the traction cable's length."""

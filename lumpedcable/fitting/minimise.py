@@ -15,7 +15,7 @@ from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.residual import failed_runs, penalised, residual, value_and_jacobian
 from lumpedcable.study.compiled import RUN_OFTEN
 
-__all__ = ["Found", "search", "searches"]
+__all__ = ["REVERSE_FROM", "Found", "loss", "search", "searches"]
 
 FIRST_STEP_SIZE = 100.0
 """One over the first damping, relative to the curvature of the sum of squares."""

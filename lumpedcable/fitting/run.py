@@ -31,7 +31,7 @@ from lumpedcable.scene import Fault, Scene, SceneError
 from lumpedcable.scene.units import format_quantity
 from lumpedcable.status import ADVICE, MEANING, Status
 
-__all__ = ["Fitted", "Start", "fit_problem", "fitted_from", "slopes_of"]
+__all__ = ["Fitted", "Start", "failure_text", "fit_problem", "fitted_from", "slopes_of"]
 
 Array = NDArray[np.float64]
 SPARE = 1.25  # steps beyond those needed at the start, where reverse mode fixes their number

@@ -22,6 +22,7 @@ from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN
 
 __all__ = [
+    "UNLIKELY",
     "Sought",
     "Start",
     "at_own_steps",

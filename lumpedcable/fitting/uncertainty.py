@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 __all__ = [
+    "VAGUE",
     "Certainty",
     "Combination",
     "Criteria",
@@ -20,6 +21,7 @@ __all__ = [
     "decomposed",
     "effective_of",
     "reach_of",
+    "words",
 ]
 
 Array = NDArray[np.float64]

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Measured",
+    "body_place",
     "make_couplings",
     "make_measures",
     "make_riders",

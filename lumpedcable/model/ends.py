@@ -17,6 +17,7 @@ __all__ = [
     "Loaded",
     "Release",
     "end_name",
+    "solve_small",
 ]
 
 # the parts of a line that is cut are "rope-1" and "rope-2"

@@ -25,7 +25,7 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
-__all__ = ["WORKS", "energies", "powers", "works_of"]
+__all__ = ["WORKS", "empty_body_work", "empty_work", "energies", "powers", "works_of"]
 
 # kind -> (sign in the balance, long name)
 WORKS = {

@@ -29,7 +29,7 @@ from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
 
-__all__ = ["Model"]
+__all__ = ["Model", "Vectors"]
 
 Vectors = dict[str, Float[Array, "d nodes"]]
 

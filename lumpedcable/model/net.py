@@ -11,7 +11,7 @@ from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.splices import spliced
 from lumpedcable.physics.bending import Bending
 
-__all__ = ["Net", "make_net"]
+__all__ = ["Net", "junction_forces", "make_net"]
 
 
 @dataclass(frozen=True)

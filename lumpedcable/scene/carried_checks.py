@@ -24,7 +24,7 @@ from lumpedcable.scene.part import SIDES, Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["carried_problems"]
+__all__ = ["anchor", "carried_problems"]
 
 # what an ideal cable has no winch, no trolley and no line for
 REAL = ("speed", "control", "sheave", "inertia", "damping")

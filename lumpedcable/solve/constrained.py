@@ -56,7 +56,7 @@ from lumpedcable.solve.rods import (
     system_of,
 )
 
-__all__ = ["Constrained"]
+__all__ = ["Constrained", "RodHalfStep"]
 
 # from the accelerations of the step before; more where there is no step before, and where places of
 # lines stick and slide

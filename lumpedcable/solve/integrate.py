@@ -52,6 +52,7 @@ __all__ = [
     "Progress",
     "advance",
     "begin",
+    "cast",
     "initial_state",
     "interval",
     "peaks_of",

@@ -18,7 +18,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 from lumpedcable.physics.vectors import most
 
-__all__ = ["CableTerm", "Leapfrog", "rates"]
+__all__ = ["CableTerm", "HalfStep", "Leapfrog", "rates"]
 
 
 def rates(

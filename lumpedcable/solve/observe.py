@@ -27,10 +27,12 @@ from lumpedcable.status import Status
 
 __all__ = [
     "ARRIVAL_DROP",
+    "FAR",
     "Recoil",
     "Sample",
     "Watch",
     "end_tension",
+    "largest_tension",
     "sample",
     "signs",
     "tension_at",

@@ -26,7 +26,15 @@ from lumpedcable.physics.weight import Weight
 from lumpedcable.solve.blocks import block_jacobian, solve_blocks
 from lumpedcable.solve.hanging import nodal_weight
 
-__all__ = ["Equilibrium", "equilibrium", "static_residual"]
+__all__ = [
+    "Equilibrium",
+    "equilibrium",
+    "force_scale",
+    "held_position",
+    "laid_out_exactly",
+    "rounding_force",
+    "static_residual",
+]
 
 
 class Equilibrium(NamedTuple):
@@ -83,7 +91,7 @@ def equilibrium(model: Model, tolerance: Float[Array, ""], max_iterations: int) 
     Lines between known points or under known forces that carry weight alone are at equilibrium
     already, by `spanning_line` and `hanging_line`; anything else goes through Newton's method.
     """
-    goal = tolerance * force_scale(model) + _rounding(model)
+    goal = tolerance * force_scale(model) + rounding_force(model)
     if not laid_out_exactly(model):
         return _newton(model, make_net(model), goal, max_iterations)
     start = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
@@ -111,7 +119,7 @@ def laid_out_exactly(model: Model) -> bool:
     return only_weight and loaded and cuts and held <= 1
 
 
-def _rounding(model: Model) -> Float[Array, ""]:
+def rounding_force(model: Model) -> Float[Array, ""]:
     """Force (N) below which a residual is rounding: places are known to a few units in their last
     digit, strains to that over a segment's length, and tensions to that times the stiffness; other
     loads to that times their own."""

@@ -28,11 +28,11 @@ from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.start import start_of
 from lumpedcable.solve.statics import (
     Equilibrium,
-    _rounding,
     equilibrium,
     force_scale,
     held_position,
     laid_out_exactly,
+    rounding_force,
 )
 
 __all__ = ["rest_of", "sag_of"]
@@ -107,7 +107,7 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     _, every = jax.lax.scan(finish, lengths, None, length=2)
     miss, found = jax.tree.map(lambda x: x[-1], every)
     left = jnp.max(jnp.abs(miss))
-    goal = scene.statics.tolerance + _rounding(found.model) / force_scale(found.model)
+    goal = scene.statics.tolerance + rounding_force(found.model) / force_scale(found.model)
     return found._replace(
         imbalance=jnp.maximum(found.imbalance, left), converged=found.converged & (left <= goal)
     )

@@ -24,6 +24,7 @@ __all__ = [
     "measure_outcome",
     "missed_extremes",
     "rider_fields",
+    "winch_lines",
 ]
 
 

@@ -35,6 +35,8 @@ from lumpedcable.study.lanes import across
 from lumpedcable.study.packed import Packed, pack
 
 __all__ = [
+    "RUN_OFTEN",
+    "RUN_ONCE",
     "Ready",
     "Structure",
     "advance_batch",

@@ -16,9 +16,11 @@ from lumpedcable.study.batches import outputs_at_once
 from lumpedcable.study.compiled import Structure
 
 __all__ = [
+    "STEEP_START",
     "asked_step",
     "common_coordinates",
     "courant_of",
+    "fields_of",
     "peaked",
     "plan_of",
     "recoil_event",
