@@ -136,94 +136,137 @@ def rounding_force(model: Model) -> Float[Array, ""]:
 
 
 def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int) -> Equilibrium:
-    """Newton's method on the net force at every node.
+    """Newton's method on the net force at every node: a search, and a step that has the derivative."""
+    balance = _Balance(model, net)
+    goal = jax.lax.stop_gradient(goal)
+    x, force, count = _searched(model, balance, goal, max_iterations)
+    found = _worst(force) <= goal
+    there = _polished(model, balance, x, goal)
+    return Equilibrium(there, _worst(force) / force_scale(model), found, count)
+
+
+class _Balance:
+    """The net forces F (N) on a model's nodes as a function of how far those have moved, x (m).
+
+    Both are in blocks (n, b), as those of the Jacobian. `forces(model, x)` are those of any model on
+    the net, so that they have its derivatives; `frozen(x)` are the given model's and have none but that
+    with respect to x. Where a node is held, F is -x.
+    """
+
+    def __init__(self, model: Model, net: Net):
+        d = next(iter(model.lines.values())).dimensions
+        self.net, self.nodes = net, (net.size, d)
+        self.blocks = net.size // net.width, net.width * d
+        self.held = jnp.asarray(net.fixed)[:, None]
+
+        def forces(mine: Model, x):
+            everything = x.reshape(self.nodes)
+            force = static_residual(mine, net.spread(everything), net)
+            return jnp.where(self.held, -everything, force).reshape(self.blocks)
+
+        # asked for again and again with arrays of one shape: jax then follows it through the model once
+        self.forces = jax.jit(forces)
+        self.frozen = partial(self.forces, jax.lax.stop_gradient(model))
+        shortest = jnp.min(
+            jnp.stack([jnp.min(line.segment_length) for line in model.lines.values()])
+        )
+        self.across = jax.lax.stop_gradient(force_scale(model) / shortest)
+
+    def lines(self, x: Float[Array, "n b"]) -> Vectors:
+        """Blocks as vectors of nodes, by line."""
+        return self.net.spread(x.reshape(self.nodes))
+
+    def matrix(self, x: Float[Array, "n b"], mu: Float[Array, ""]):
+        """K + mu k I by blocks (lower, diagonal, upper), without derivatives: see `_searched`."""
+        lower, diagonal, upper = block_jacobian(self.frozen, x)
+        b = self.blocks[1]
+        return jax.lax.stop_gradient((-lower, -diagonal + mu * self.across * jnp.eye(b), -upper))
+
+
+def _worst(force: Float[Array, "n b"]) -> Float[Array, ""]:
+    """The largest component, infinite where one is no number."""
+    return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf))
+
+
+def _norm(force: Float[Array, "n b"]) -> Float[Array, ""]:
+    """Euclidean norm, infinite where a component is no number."""
+    return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
+
+
+def _turn(model: Model, change: Vectors) -> Float[Array, ""]:
+    """The most that nodes which move so far (m) turn or stretch a segment, in its lengths (-)."""
+    longest = [
+        jnp.max(jnp.abs(u[:, 1:] - u[:, :-1]) / model.lines[name].segment_length)
+        for name, u in change.items()
+    ]
+    return jnp.max(jnp.stack(longest))
+
+
+def _searched(
+    model: Model, balance: _Balance, goal: Float[Array, ""], max_iterations: int
+) -> tuple[Float[Array, "n b"], Float[Array, "n b"], Int[Array, ""]]:
+    """How far the nodes move to equilibrium (m), what force is left (N), and the steps taken.
 
     (K + mu k I) dx = F with K = -dF/dx by blocks and k the stiffness of a taut segment across
     itself: implicit steps in a pseudo-time, long where mu is small (pseudo-transient continuation,
     Kelley & Keyes, SIAM J. Numer. Anal. 35, 1998). No step turns a segment by more than a third of
     its length; mu falls with the residual, so that the end is Newton's own. Slack and
-    buckled shapes relax towards a stable equilibrium. A last step with frozen K gives the result
-    its derivative with respect to every number of the scene (implicit function theorem).
+    buckled shapes relax towards a stable equilibrium. Nothing of it has a derivative.
     """
-    d = next(iter(model.lines.values())).dimensions
-    blocks, b = net.size // net.width, net.width * d
-    held = jnp.asarray(net.fixed)[:, None]
-
-    def residual(mine: Model, x):
-        everything = x.reshape(net.size, d)
-        force = static_residual(mine, net.spread(everything), net)
-        return jnp.where(held, -everything, force).reshape(blocks, b)
-
-    # asked for again and again with arrays of one shape: jax then follows it through the model once
-    residual = jax.jit(residual)
-    frozen = partial(residual, jax.lax.stop_gradient(model))
-
-    shortest = jnp.min(jnp.stack([jnp.min(line.segment_length) for line in model.lines.values()]))
-    across = jax.lax.stop_gradient(force_scale(model) / shortest)
-
-    def matrix(x, mu):
-        lower, diagonal, upper = block_jacobian(frozen, x)
-        return jax.lax.stop_gradient((-lower, -diagonal + mu * across * jnp.eye(b), -upper))
-
-    def worst(force):
-        return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf))
-
-    def norm(force):
-        return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
-
-    def turn(change):
-        lines = net.spread(change.reshape(net.size, d))
-        longest = [
-            jnp.max(jnp.abs(u[:, 1:] - u[:, :-1]) / model.lines[name].segment_length)
-            for name, u in lines.items()
-        ]
-        return jnp.max(jnp.stack(longest))
 
     def unfinished(carry):
         _, force, _, count = carry
-        return (worst(force) > goal) & (count < max_iterations)
+        return (_worst(force) > goal) & (count < max_iterations)
 
     def step(carry):
         x, force, mu, count = carry
-        change = solve_blocks(matrix(x, mu), force)
-        share = jnp.minimum(1.0, 0.33 / jnp.maximum(turn(change), 1e-300))
+        change = solve_blocks(balance.matrix(x, mu), force)
+        share = jnp.minimum(1.0, 0.33 / jnp.maximum(_turn(model, balance.lines(change)), 1e-300))
         trial = x + share * change
-        after = frozen(trial)
-        usable = jnp.isfinite(norm(after))
-        ratio = jnp.where(usable, norm(after) / jnp.maximum(norm(force), 1e-300), 10.0)
+        after = balance.frozen(trial)
+        usable = jnp.isfinite(_norm(after))
+        ratio = jnp.where(usable, _norm(after) / jnp.maximum(_norm(force), 1e-300), 10.0)
         free = jnp.where(ratio <= 1.0, jnp.minimum(0.3, ratio), jnp.minimum(ratio, 4.0))
         factor = jnp.where(share < 1.0, jnp.clip(ratio, 0.5, 4.0), free)
         mu = jnp.clip(mu * factor, 0.0, 1e6)
         mu = jnp.where((mu < 1e-7) & (share == 1.0), 0.0, jnp.maximum(mu, 1e-9))
         return jnp.where(usable, trial, x), jnp.where(usable, after, force), mu, count + 1
 
-    goal = jax.lax.stop_gradient(goal)
-    x = jnp.zeros((blocks, b))
-    start = frozen(x)
+    x = jnp.zeros(balance.blocks)
+    start = balance.frozen(x)
     # a shape that is nearly right needs no pseudo-time
-    first = jnp.where(norm(start) < 1e-6 * force_scale(model), 0.0, 1.0)
+    first = jnp.where(_norm(start) < 1e-6 * force_scale(model), 0.0, 1.0)
     carry = (x, start, jax.lax.stop_gradient(first), jnp.zeros((), int))
     x, force, _, count = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
-    found = worst(force) <= goal
-    # the step that carries the derivative; it also polishes, where K is regular
+    return x, force, count
+
+
+def _polished(
+    model: Model, balance: _Balance, x: Float[Array, "n b"], goal: Float[Array, ""]
+) -> Model:
+    """The model with its nodes moved by x (m) and one step with frozen K.
+
+    That gives the result its derivative with respect to every number of the scene (implicit function
+    theorem); it also polishes, where K is regular.
+    """
     # a first shape is not what the result depends on, and may have no derivative
-    known = net.spread(jnp.broadcast_to(held, (net.size, d)))
+    known = balance.net.spread(jnp.broadcast_to(balance.held, balance.nodes))
     laid = {
         name: jnp.where(known[name], line.reference, jax.lax.stop_gradient(line.reference))
         for name, line in model.lines.items()
     }
     # a singular K is replaced beforehand: what is infinite has no way back, whether chosen or not
-    stiffness = matrix(x, jnp.zeros(()))
-    regular = jnp.all(jnp.isfinite(solve_blocks(stiffness, frozen(x))))
+    stiffness = balance.matrix(x, jnp.zeros(()))
+    regular = jnp.all(jnp.isfinite(solve_blocks(stiffness, balance.frozen(x))))
+    b = balance.blocks[1]
     others = (jnp.zeros((b, b)), jnp.eye(b), jnp.zeros((b, b)))
     stiffness = jax.tree.map(partial(jnp.where, regular), stiffness, others)
-    polished = x + solve_blocks(stiffness, residual(_placed(model, laid), x))
-    regular &= worst(frozen(polished)) <= 10.0 * goal
+    polished = x + solve_blocks(stiffness, balance.forces(_placed(model, laid), x))
+    regular &= _worst(balance.frozen(polished)) <= 10.0 * goal
     where = {name: line.reference for name, line in model.lines.items()}
     x, where = jax.tree.map(partial(jnp.where, regular), (polished, laid), (x, where))
-    everything = net.spread(x.reshape(net.size, d))
-    there = _placed(model, {name: where[name] + everything[name] for name in where})
-    return Equilibrium(there, worst(force) / force_scale(model), found, count)
+    moved = balance.lines(x)
+    return _placed(model, {name: where[name] + moved[name] for name in where})
 
 
 def _placed(model: Model, places: Vectors) -> Model:
