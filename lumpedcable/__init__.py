@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Any
 import lumpedcable.timings  # noqa: F401 (its clock begins here)
 
 __version__ = "0.1.0"
-_FITS = ("Dependence", "Fit", "FoundNumber", "Sensitivity", "fit", "fit_ropes", "sensitivity")
+_FITS = (
+    "Dependence",
+    "Fit",
+    "FoundNumber",
+    "Sensitivity",
+    "fit",
+    "fit_ropes",
+    "response",
+    "sensitivity",
+)
 __all__ = [
     "Dependence",
     "Figures",
@@ -29,6 +38,7 @@ __all__ = [
     "fit",
     "fit_ropes",
     "open",
+    "response",
     "run",
     "sensitivity",
 ]
@@ -51,6 +61,7 @@ if TYPE_CHECKING:
         Sensitivity,
         fit,
         fit_ropes,
+        response,
         sensitivity,
     )
 

@@ -23,12 +23,22 @@ from lumpedcable.api import changed_study
 from lumpedcable.shown import Drawn, Figures
 
 if TYPE_CHECKING:
+    from lumpedcable.fitting.response import Response
     from lumpedcable.fitting.run import Fitted
     from lumpedcable.fitting.sensitivity import Sensitivity as Slopes
     from lumpedcable.scene import Study
     from lumpedcable.view.fit import FitPictures
 
-__all__ = ["Dependence", "Fit", "FoundNumber", "Sensitivity", "fit", "fit_ropes", "sensitivity"]
+__all__ = [
+    "Dependence",
+    "Fit",
+    "FoundNumber",
+    "Sensitivity",
+    "fit",
+    "fit_ropes",
+    "response",
+    "sensitivity",
+]
 
 
 class FoundNumber(NamedTuple):
@@ -319,6 +329,47 @@ def sensitivity(
     if not 0 <= run < len(study.runs):
         raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run}")
     return study_sensitivity(study, of, run)
+
+
+def response(
+    scene: str | Path,
+    by: Sequence[str],
+    of: str | None = None,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    run: int = 0,
+    spare: float = 0.0,
+    **more: Any,
+) -> Response:
+    """A number of a run as a function of numbers of its scene, to be differentiated and batched by jax.
+
+    What it computes are statics and every step of the run, in the precision of the scene.
+
+    Args:
+        scene: scene file (TOML).
+        by: keys of the numbers, or their ends where one number alone has that end, as in `run`.
+        of: the number of the run, as in `sensitivity`.
+        changes: other values by key, as in `run`.
+        run: which run of a sweep, from 0.
+        spare: a share of steps more than the scene's own numbers ask for: 0.5 for x at which waves are
+            up to half as fast again. Derivatives want a number of steps that does not change.
+        more: changes whose key is one word.
+
+    Returns:
+        f with f(x) the number in SI for x in SI, shape (n,); `jax.grad` of it takes a method of fixed
+        steps, `jax.jacfwd` any.
+
+    Raises:
+        SceneError: the scene or a change is wrong, or the run would take more steps than anybody waits
+            for.
+        ValueError: the scene has no such number, no such result or no such run.
+    """
+    from lumpedcable.fitting.response import Response
+
+    study = changed_study(scene, changes, more)
+    if not 0 <= run < len(study.runs):
+        raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run}")
+    return Response(study, of, by, run, spare)
 
 
 def study_sensitivity(study: Study, of: str | None, run: int) -> Sensitivity:

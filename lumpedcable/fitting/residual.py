@@ -124,7 +124,7 @@ def run_models(spec: GroupSpec, arrays: GroupArrays, models: Model, bound, conve
     found, status, rough = jax.vmap(run)(
         models, arrays.every, arrays.last, arrays.places, arrays.near, arrays.mix, arrays.less
     )
-    if spec.steps is None and not spec.plan.adaptive:
+    if not spec.plan.adaptive:
         wild = _needs(arrays, bound) > steps  # samples alone may miss it: of a slack line, say
         status = jnp.where(wild, int(Status.STEP_BOUND_BROKEN), status)
     status = jnp.where(converged, status, int(Status.STATICS_NOT_CONVERGED))

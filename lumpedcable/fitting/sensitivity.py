@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 
@@ -32,7 +33,7 @@ from lumpedcable.study.plan import (
     tolerances,
 )
 
-__all__ = ["Sensitivity", "scalar_slopes", "sensitivity_of", "setting_of"]
+__all__ = ["Sensitivity", "picked", "scalar_slopes", "sensitivity_of", "setting_of"]
 
 Array = NDArray[np.float64]
 AT_ONCE = 32  # most directions that go through time together
@@ -155,8 +156,12 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
     return [(k, k if labels.count(label) > 1 else label, u) for k, label, u in found]
 
 
-def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpec, GroupArrays]:
+def setting_of(
+    scene: Scene, scalar: Scalar, keys, back: bool, spare: float = 0.0
+) -> tuple[GroupSpec, GroupArrays]:
     """One run of a scene as a group of one, looked at at its own output times.
+
+    With `back` it has as many steps as the scene asks for, and a share `spare` more.
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
@@ -195,6 +200,7 @@ def setting_of(scene: Scene, scalar: Scalar, keys, back: bool) -> tuple[GroupSpe
         step = float(asked_step(scene, bound)[0])
         raise EndlessError(endless_words(scene, scene.output.duration, step))
     if back:
+        steps = math.ceil(steps * (1.0 + spare))
         return GroupSpec(structure, plan, (what,), count, free, steps), arrays
     # more than that are taken by nobody: the run itself takes so many
     return spec, arrays._replace(steps=jnp.asarray(steps), courant=jnp.asarray(jnp.inf))
@@ -255,8 +261,8 @@ def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, widt
     def scalar(floats):
         models = eqx.combine(floats, rest)
         found, status, _, _ = run_models(spec, arrays, models, bound, converged)
-        picked = _picked(found[0, 0], reduction)
-        return picked, (picked, status[0])
+        value = picked(found[0, 0], reduction)
+        return value, (value, status[0])
 
     def along(change):
         _, slope, (value, status) = jax.jvp(scalar, (floats,), (change,), has_aux=True)
@@ -273,14 +279,14 @@ def _backwards(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
 
     def scalar(values):
         found, status, _, _ = run_group(spec, arrays, values)
-        picked = _picked(found[0, 0], reduction)
-        return picked, (picked, status[0])
+        value = picked(found[0, 0], reduction)
+        return value, (value, status[0])
 
     slopes, (value, status) = jax.grad(scalar, has_aux=True)(values)
     return value, status, slopes
 
 
-def _picked(history, reduction: str):
+def picked(history, reduction: str):
     """One number of a history; a measure is NaN while it does not count."""
     counts = jnp.isfinite(history)
     return {

@@ -1,0 +1,125 @@
+"""A number of a run as a function of numbers of its scene, for jax's transformations and optimisers."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Float
+from numpy.typing import ArrayLike, NDArray
+
+from lumpedcable.fitting.arrays import GroupArrays, GroupSpec
+from lumpedcable.fitting.parameters import numbers_of
+from lumpedcable.fitting.residual import run_group
+from lumpedcable.fitting.scalar import Scalar, asked_scalar
+from lumpedcable.fitting.sensitivity import picked, setting_of
+from lumpedcable.scene import Study
+from lumpedcable.scene.overrides import resolve
+from lumpedcable.status import Status
+from lumpedcable.study.compiled import RUN_OFTEN
+
+__all__ = ["Response"]
+
+
+class Response:
+    """y = f(x), a number y of a run by numbers x of its scene, all in SI.
+
+    `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. A run
+    that fails at x, or whose waves become too fast there for the steps that `values` ask for, is NaN.
+
+    Attributes:
+        of: y in words, "max velocity at rope.end"; over the output times.
+        unit: of y.
+        keys: full keys of the numbers x, in order.
+        units: of x.
+        values: x as the scene has it, shape (n,).
+        time: output times of `history` in s, shape (outputs,), the start first.
+    """
+
+    def __init__(
+        self, study: Study, of: str | None, by: Sequence[str], run: int = 0, spare: float = 0.0
+    ) -> None:
+        """See `lumpedcable.response`, which says what is raised."""
+        scene = study.runs[run]
+        scalar: Scalar = asked_scalar(study, of, run)
+        self.of: str = str(scalar)
+        self.unit: str = scalar.unit
+        self.keys: tuple[str, ...]
+        self.units: tuple[str, ...]
+        self.keys, self.units = _numbers(study, by)
+        numbers = scene.numbers()
+        self.values: NDArray[np.float64] = np.array([float(numbers[key]) for key in self.keys])
+        count, every = scene.output.count, float(scene.output.every)
+        self.time: NDArray[np.float64] = every * np.arange(count + 1.0)
+        self._reduction: str = scalar.reduction
+        self._spec: GroupSpec
+        self._arrays: GroupArrays
+        self._spec, self._arrays = setting_of(scene, scalar, self.keys, back=True, spare=spare)
+
+    def __call__(self, x: ArrayLike) -> Float[Array, ""]:
+        """y at x, shape (n,)."""
+        x = self._checked(x)
+        how = _value if isinstance(x, Tracer) else _value_alone
+        return how(self._spec, self._arrays, x, self._reduction)
+
+    def history(self, x: ArrayLike) -> Float[Array, " outputs"]:
+        """The quantity that y is of, at every output time."""
+        x = self._checked(x)
+        how = _history if isinstance(x, Tracer) else _history_alone
+        return how(self._spec, self._arrays, x)
+
+    def _checked(self, x: ArrayLike) -> Float[Array, " n"]:
+        x = jnp.asarray(x, float)
+        if x.shape != self.values.shape:
+            raise ValueError(
+                f"expected {len(self.keys)} numbers ({', '.join(self.keys)}), found an array of shape "
+                f"{x.shape}: jax.vmap takes f over many"
+            )
+        return x
+
+    def __repr__(self) -> str:
+        return f"Response({self.of} ({self.unit}) by {', '.join(self.keys)})"
+
+
+def _numbers(study: Study, by: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Full keys of the numbers that keys or their ends mean, and their units."""
+    if isinstance(by, str) or not by:
+        raise ValueError(f"by: expected one key or more, in a list, found {by!r}")
+    data: dict[str, Any] = tomllib.loads(study.effective_text)
+    data.pop("sweep", None)
+    found: list[tuple[str, str]] = []
+    for key in by:
+        path, wrong = resolve(key, 0.0, data)
+        if path is None:
+            raise ValueError(f"by: {wrong}")
+        numbers, wrong = numbers_of(study, ".".join(map(str, path)))
+        if wrong:
+            raise ValueError(f"by: {wrong}")
+        found += [(number.key, number.kind.unit) for number in numbers]
+    keys, units = zip(*found, strict=True)
+    if len(set(keys)) < len(keys):
+        raise ValueError(f"by: expected every number once, found {', '.join(keys)}")
+    return keys, units
+
+
+def _history_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"]):
+    found, status, _, _ = run_group(spec, arrays, x)
+    return jnp.where(status[0] == int(Status.OK), found[0, 0], jnp.nan)
+
+
+def _value_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"], reduction: str):
+    found, status, _, _ = run_group(spec, arrays, x)
+    return jnp.where(status[0] == int(Status.OK), picked(found[0, 0], reduction), jnp.nan)
+
+
+# within another transformation a program takes what that is compiled with
+_history = partial(jax.jit, static_argnums=0)(_history_of)
+_value = partial(jax.jit, static_argnums=(0, 3))(_value_of)
+_history_alone = partial(jax.jit, static_argnums=0, compiler_options=RUN_OFTEN)(_history_of)
+_value_alone = partial(jax.jit, static_argnums=(0, 3), compiler_options=RUN_OFTEN)(_value_of)

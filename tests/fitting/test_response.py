@@ -1,0 +1,98 @@
+"""A number of a run as a function that jax differentiates and batches, against d'Alembert's solution."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from engine_runs import HOOKE
+
+import lumpedcable as lc
+
+EA, MASS, PULL = 1e6, 1.0, 50e3  # of HOOKE
+KEYS = ("lines.rope.end.held.pretension", "materials.hooke.EA", "lines.rope.mass")
+HERE = np.array([PULL, EA, MASS])
+SHORT = {"rope.segments": 20, "output.duration": "50 ms"}
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("response") / "hooke.toml"
+    path.write_text(HOOKE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def speed(scene):
+    return lc.response(scene, ["pretension", "hooke.EA", "rope.mass"], "last velocity at rope.end",
+                       SHORT)  # fmt: skip
+
+
+def exact(x):
+    """The speed of the end of a long line of Hooke's law that is let go (m/s): T / sqrt(EA m)."""
+    pull, stiff, mass = x
+    return pull / np.sqrt(stiff * mass)
+
+
+def test_it_knows_what_it_is_of(speed):
+    assert speed.keys == KEYS
+    assert speed.units == ("N", "N", "kg/m")
+    np.testing.assert_array_equal(speed.values, HERE)
+    assert (speed.of, speed.unit) == ("last velocity at rope.end", "m/s")
+    assert repr(speed) == f"Response(last velocity at rope.end (m/s) by {', '.join(KEYS)})"
+
+
+def test_values_and_derivatives_in_both_modes_are_those_of_the_exact_wave(speed):
+    value, back = jax.value_and_grad(speed)(speed.values)
+    assert float(speed(speed.values)) == pytest.approx(float(value), rel=1e-12)
+    # twenty segments leave a ripple of a per mille or two behind the front
+    assert float(value) == pytest.approx(exact(HERE), rel=2e-3)
+    slopes = exact(HERE) * np.array([1.0, -0.5, -0.5]) / HERE
+    np.testing.assert_allclose(back, slopes, rtol=0.02)
+    np.testing.assert_allclose(jax.jacfwd(speed)(speed.values), back, rtol=1e-9)
+    # forces and masses all k times as large move alike: Euler's theorem of homogeneous functions
+    assert float(back @ HERE) == pytest.approx(0.0, abs=1e-9 * float(value))
+
+
+def test_many_at_once(speed):
+    many = jnp.array([[0.5, 1.0, 1.0], [1.0, 1.0, 1.0], [1.5, 1.0, 1.0]]) * HERE
+    found = np.asarray(jax.jit(jax.vmap(speed))(many))
+    np.testing.assert_allclose(found, exact(many.T), rtol=2e-3)
+
+
+def test_its_history_is_that_of_a_run(scene, speed):
+    ran = lc.run(scene, SHORT)
+    end = ran.line("rope").velocity[0, :, -1, 0]
+    np.testing.assert_allclose(speed.history(speed.values), np.abs(end), atol=1e-9)
+    np.testing.assert_allclose(speed.time, end.time, rtol=1e-12)
+
+
+def test_waves_too_fast_for_its_steps_give_no_number(scene):
+    faster = HERE * [1.0, 64.0, 1.0]  # 8000 m/s: more than a segment of 5 m in a step of 1 ms
+    asked = ["pretension", "EA", "rope.mass"], "last velocity at rope.end"
+    short = SHORT | {"output.duration": "20 ms"}  # before the wall's answer is there
+    assert np.isnan(float(lc.response(scene, *asked, short)(faster)))
+    roomy = lc.response(scene, *asked, short, spare=3.0)
+    assert float(roomy(faster)) == pytest.approx(exact(faster), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("by", "of", "told"),
+    [
+        (["hooke.EB"], None, 'found "hooke.EB"; did you mean "materials.hooke.EA"?'),
+        (["rope.segments"], None, "a number that varies smoothly"),
+        (["EA", "materials.hooke.EA"], None, "every number once"),
+        ("EA", None, "in a list"),
+        ([], None, "one key or more"),
+        (["EA"], "max velocity at rope.ent", "rope.ent"),
+    ],
+)
+def test_what_is_asked_wrongly_is_told(scene, by, of, told):
+    with pytest.raises(ValueError, match=told.replace("?", r"\?")):
+        lc.response(scene, by, of)
+
+
+def test_another_number_of_numbers_is_told(speed):
+    with pytest.raises(ValueError, match=r"expected 3 numbers .* found an array of shape \(2,\)"):
+        speed([1.0, 2.0])
+    with pytest.raises(ValueError, match="run: expected one from 0 to 0, found 3"):
+        lc.response("configs/hard/snap.toml", ["EA"], run=3)
