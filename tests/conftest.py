@@ -35,6 +35,16 @@ OFTEN = 10  # tests from one look at the maps to the next, which takes some 10 m
 counted = itertools.count(1)
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _no_terminal():
+    """All is printed as into a file, whatever terminal or service the tests are started from."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("COLUMNS", "80")
+        for name in ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
+            patch.delenv(name, raising=False)
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _programs_are_let_go():
     """Drop compiled programs before there are too many.

@@ -19,8 +19,6 @@ from lumpedcable.commands import console, interrupts
 from lumpedcable.commands.interrupts import interruptible, stopped
 from lumpedcable.results import describe
 
-PYTHON = {"env": {**os.environ, "PYTHONPATH": str(ROOT)}, "text": True}
-
 
 def press(*_, **__):
     signal.raise_signal(signal.SIGINT)
@@ -151,10 +149,11 @@ LOST = "cannot print to standard output: "
 )
 def test_what_nobody_can_read_is_told(tmp_path, command, code, told):
     good_scenes.write(tmp_path, SMALL)
-    line = f"{sys.executable} -m lumpedcable {command}"
+    # in the place of the shell, so that it does not outlive the patience for it
     ended = subprocess.run(
-        line, shell=True, cwd=tmp_path, stderr=subprocess.PIPE, timeout=120, **PYTHON
-    )
+        f"exec {sys.executable} -m lumpedcable {command}", shell=True, cwd=tmp_path, text=True,
+        stderr=subprocess.PIPE, timeout=120, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
     assert (ended.returncode, ended.stderr) == (code, told)
     if command.startswith("run"):
         assert "complete" in describe(tmp_path / "v.h5")
