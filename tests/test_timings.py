@@ -71,15 +71,21 @@ def test_the_stages_of_a_command_are_all_of_its_time(tmp_path, monkeypatch, word
     # the first and the last thing that it does take 100 s each, by the clock that the stages see
     slept = []
     monkeypatch.setattr(timings, "perf_counter", lambda: time.perf_counter() + 100.0 * len(slept))
-    for name in ("scene.load_study", last):
-        module, _, function = f"lumpedcable.{name}".rpartition(".")
-        real = getattr(importlib.import_module(module), function)
+    # loaded before they are changed: what is loaded later on would keep what they are changed to
+    both = [
+        (importlib.import_module(f"lumpedcable.{module}"), name)
+        for module, _, name in (which.rpartition(".") for which in (last, "scene.load_study"))
+    ]
 
-        def slow(*arguments, real=real, **more):
+    def slow(real):
+        def slowly(*arguments, **more):
             slept.append(real)
             return real(*arguments, **more)
 
-        monkeypatch.setattr(f"{module}.{function}", slow)
+        return slowly
+
+    for module, name in both:
+        monkeypatch.setattr(module, name, slow(getattr(module, name)))
     # the first command of a process counts what was loaded before it as well: here none is the first
     monkeypatch.setattr(timings, "_loaded", [])
     command, *more = words
