@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from lumpedcable.model.ends import Attached, Joined, end_name
 from lumpedcable.model.model import Model
 
-__all__ = ["Leg", "Path", "paths_of"]
+__all__ = ["AFTER", "BEFORE", "Leg", "Path", "paths_of"]
 
 Side = tuple[str, int]
+BEFORE, AFTER = 0, 1  # sides of a place: that of the rod before it, and of the rod after it
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Path:
     places: int
     bodies: dict[int, str] = field(hash=False)
     junctions: dict[int, int] = field(hash=False)
-    points: dict[tuple[int, int], Side] = field(hash=False)  # (place, 0 or 1 for the rod after it)
+    points: dict[tuple[int, int], Side] = field(hash=False)  # by place and side
 
 
 def _knot(model: Model, side: Side):
@@ -104,7 +105,7 @@ def _walk(model: Model, at, left: set[str], side: Side) -> Path:
             )
         rods = model.lines[name].segments
         legs.append(Leg(name, place, rods, node == -1))
-        for end, where, which in ((here, place, 1), (_other(here), place + rods, 0)):
+        for end, where, which in ((here, place, AFTER), (_other(here), place + rods, BEFORE)):
             knot = _knot(model, end)
             if knot is not None:
                 (bodies if knot[0] == "body" else junctions)[where] = knot[1]

@@ -33,6 +33,7 @@ from lumpedcable.model.rods import to_lines, to_segments
 from lumpedcable.model.state import State
 from lumpedcable.physics.vectors import size as norm
 from lumpedcable.solve.blocks import solve_blocks
+from lumpedcable.solve.chains import Chain, Guess, chain_of, first_guess
 from lumpedcable.solve.grips import (
     Bed,
     LineGrip,
@@ -45,16 +46,7 @@ from lumpedcable.solve.grips import (
 )
 from lumpedcable.solve.leapfrog import CableTerm
 from lumpedcable.solve.matrices import eliminated
-from lumpedcable.solve.rods import (
-    Chain,
-    Guess,
-    Push,
-    chain_of,
-    first_guess,
-    hub_gain,
-    pinned_of,
-    system_of,
-)
+from lumpedcable.solve.rods import Push, hub_gain, pinned_of, system_of
 
 __all__ = ["Constrained", "RodHalfStep"]
 
