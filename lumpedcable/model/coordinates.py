@@ -1,6 +1,7 @@
 """As many dimensions as a scene has: the line, plane or space that everything in it lies in."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from lumpedcable.scene.lines import (
     FixedEnd,
     HarmonicMotion,
     JoinedEnd,
+    Line,
     MovingEnd,
     RecordedMotion,
     held_force,
@@ -97,52 +99,20 @@ def coordinates_of(scenes: Iterable[Scene], changed: Iterable[Scene] = ()) -> Co
     Raises:
         ValueError: a scene asks for fewer dimensions than it needs, or its places are too far apart.
     """
-    places: list[np.ndarray] = []
-    directions: list[np.ndarray] = []
-    rigid: list[Body] = []
-    slack, asked = False, []
-    scenes = list(scenes)
-    for k, scene in enumerate([*scenes, *changed]):
-        if scene.dimensions is not None:
-            asked.append(scene.dimensions)
-        if scene.gravity is not None or scene.seabed is not None:
-            directions.append(np.array([0.0, 0.0, 1.0]))
-        fluid = scene.fluid
-        if fluid is not None and fluid.current is not None and _feels_current(scene):
-            directions.append(np.asarray(fluid.current.velocity))
-        slack |= scene.seabed is not None
-        if scene.seabed is not None and scene.seabed.profile is not None:
-            directions.append(np.array([1.0, 0.0, 0.0]))
-        for line in scene.lines.values():
-            ends = [line.start, line.end]
-            found = [_places_of(end) or _on_body(scene, end) for end in ends]
-            for end, mine in zip(ends, found, strict=True):
-                places += mine
-                directions += _directions_of(end)
-            if k < len(scenes) and scene.gravity is not None and found[0] and found[1]:
-                slack |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
-        for body in scene.bodies.values():
-            if isinstance(body, MovedBody):
-                places += [np.asarray(body.position) + p for p in body.points.values()]
-                directions += _reaches(body)
-            elif isinstance(body, CarriedBody):
-                slack = True  # it goes up and down
-            elif isinstance(body, Body):
-                places += _places_of_body(body)
-                if body.hull is not None:
-                    slack = True  # it pitches
-                if body.velocity is not None:
-                    directions.append(np.asarray(body.velocity))
-                directions += _pushes(body) + _steered(body)
-                if body.rigid:
-                    rigid.append(body)
+    scenes, changed = list(scenes), list(changed)
+    needs = [_Needs.of(scene, slack=True) for scene in scenes]
+    needs += [_Needs.of(scene, slack=False) for scene in changed]
+    places = [place for each in needs for place in each.places]
+    directions = [direction for each in needs for direction in each.directions]
+    folds = any(each.folds for each in needs)
+    asked = [s.dimensions for s in [*scenes, *changed] if s.dimensions is not None]
     origin = places[0] if places else np.zeros(3)
     directions += [place - origin for place in places[1:]]
     axes = _basis(directions)
-    needed = max(axes.shape[1], 2 if slack else 1)
+    needed = max(axes.shape[1], 2 if folds else 1)
     while axes.shape[1] < needed:
         axes = _widened(axes)
-    if not all(_fits(body, axes) for body in rigid):
+    if not all(_fits(body, axes) for each in needs for body in each.rigid):
         needed = 3
     if min(asked, default=needed) < needed:
         raise ValueError(
@@ -152,6 +122,66 @@ def coordinates_of(scenes: Iterable[Scene], changed: Iterable[Scene] = ()) -> Co
     while axes.shape[1] < max([needed, *asked]):
         axes = _widened(axes)
     return Coordinates(axes, np.asarray(origin, float))
+
+
+@dataclass
+class _Needs:
+    """What the coordinates of a scene must hold.
+
+    `folds` asks for a plane at least, in which a line sags or a body goes up and down; `rigid` are
+    bodies that a plane may cut askew.
+    """
+
+    places: list[np.ndarray] = field(default_factory=list)
+    directions: list[np.ndarray] = field(default_factory=list)
+    rigid: list[Body] = field(default_factory=list)
+    folds: bool = False
+
+    @classmethod
+    def of(cls, scene: Scene, slack: bool) -> "_Needs":
+        """Those of a scene; with `slack`, a line that is slack at the start asks for a plane."""
+        found = cls()
+        found._surroundings(scene)
+        for line in scene.lines.values():
+            found._line(scene, line, slack)
+        for body in scene.bodies.values():
+            found._body(body)
+        return found
+
+    def _surroundings(self, scene: Scene) -> None:
+        if scene.gravity is not None or scene.seabed is not None:
+            self.directions.append(np.array([0.0, 0.0, 1.0]))
+        fluid = scene.fluid
+        if fluid is not None and fluid.current is not None and _feels_current(scene):
+            self.directions.append(np.asarray(fluid.current.velocity))
+        self.folds |= scene.seabed is not None
+        if scene.seabed is not None and scene.seabed.profile is not None:
+            self.directions.append(np.array([1.0, 0.0, 0.0]))
+
+    def _line(self, scene: Scene, line: Line, slack: bool) -> None:
+        ends = [line.start, line.end]
+        found = [_places_of(end) or _on_body(scene, end) for end in ends]
+        for end, mine in zip(ends, found, strict=True):
+            self.places += mine
+            self.directions += _directions_of(end)
+        if slack and scene.gravity is not None and found[0] and found[1]:
+            self.folds |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
+
+    def _body(self, body: Body | CarriedBody | MovedBody) -> None:
+        if isinstance(body, MovedBody):
+            self.places += [np.asarray(body.position) + p for p in body.points.values()]
+            self.directions += _reaches(body)
+        elif isinstance(body, CarriedBody):
+            self.folds = True  # it goes up and down
+        else:
+            self.places += _places_of_body(body)
+            if body.hull is not None:
+                self.folds = True  # it pitches
+            if body.velocity is not None:
+                self.directions.append(np.asarray(body.velocity))
+            self.directions += _pushes(body) + _steered(body)
+            if body.rigid:
+                self.rigid.append(body)
 
 
 def _turned(body: Body) -> np.ndarray:
