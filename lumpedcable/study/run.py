@@ -25,6 +25,7 @@ from lumpedcable.study.compiled import Ready, Structure, begin_batch
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
 from lumpedcable.study.laying import Laid, equal_rows, lay_out
+from lumpedcable.study.packed import Packed
 from lumpedcable.study.places import found_lengths
 from lumpedcable.study.plan import plan_of, stepping
 from lumpedcable.study.rest import write_rest
@@ -101,6 +102,7 @@ def run_runs(
     with contents.open(target, overwrite=overwrite) as writer:
         timings.mark("lay out")
         tell = _Teller(len(runs) * laid.count, on_progress)
+        outlet = _Outlet(contents, writer, tell, timings)
         tell(0)
         try:
             for first in range(0, len(runs), BLOCK):
@@ -108,7 +110,7 @@ def run_runs(
                 table = empty_table(contents, len(block))
                 tables.append((block, table))
                 try:
-                    _run_block(contents, writer, block, first, table, tell, timings)
+                    _run_block(outlet, _Block(block, first, table))
                 finally:
                     contents.write_table(writer, first, table)
                     writer.flush()
@@ -165,56 +167,66 @@ class Part:
         return int(self.numbers.steps)
 
 
-def _run_block(
-    contents: Contents,
-    writer: ResultWriter,
-    block: NDArray[np.int64],
-    first: int,
-    table: Table,
-    tell: _Teller,
-    timings: Timings,
-) -> None:
-    """All runs of a block, to the file from row `first` on and to the table."""
+@dataclass(frozen=True)
+class _Outlet:
+    """Where the outputs of runs go: what a file holds of them, the file, who is told, the times."""
+
+    contents: Contents
+    writer: ResultWriter
+    tell: _Teller
+    timings: Timings
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Runs whose start states are held at once: their numbers in the study (runs,), their first row
+    in the file, and their summaries."""
+
+    runs: NDArray[np.int64]
+    first: int
+    table: Table
+
+
+def _run_block(outlet: _Outlet, block: _Block) -> None:
+    """All runs of a block, to the file and to the table."""
+    contents, tell = outlet.contents, outlet.tell
     laid = contents.laid
     if contents.places:  # for runs of which none is found
-        contents.places.write(writer, block, first + np.arange(len(block)))
-    right = contents.mark_impossible(block, table)
+        rows = block.first + np.arange(len(block.runs))
+        contents.places.write(outlet.writer, block.runs, rows)
+    right = contents.mark_impossible(block.runs, block.table)
     tell(int(np.sum(~right)) * laid.count)
-    which = laid.which(block)
+    which = laid.which(block.runs)
     for index in np.unique(which):
         rows = np.flatnonzero((which == index) & right)
         left = len(rows)
-        for part, ready in _prepared(laid, laid.structures[index], block, rows, table, timings):
+        for part, ready in _prepared(outlet, block, laid.structures[index], rows):
             left -= len(part.runs)
             account = Account(part, laid.count, laid.coordinates)
             try:
-                _run_part(contents, writer, part, ready, first, account, tell, timings)
+                _run_part(outlet, part, ready, block.first + part.rows, account)
             finally:
-                summarise(contents, part, ready, account, table)
-            timings.mark("sum up")
+                summarise(contents, part, ready, account, block.table)
+            outlet.timings.mark("sum up")
         tell(left * laid.count)
 
 
 def _prepared(
-    laid: Laid,
-    structure: Structure,
-    block: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    table: Table,
-    timings: Timings,
+    outlet: _Outlet, block: _Block, structure: Structure, rows: NDArray[np.int64]
 ) -> Iterator[tuple[Part, Ready]]:
-    """Start states of runs of one structure, then the runs by the steps they need.
+    """Start states of the runs in some rows, of one structure, then the runs by the steps they need.
 
     Those that need more than anybody waits for are marked in the table instead.
     """
     if len(rows) == 0:
         return
-    scene = structure.scene
-    ready = starts(laid, structure, block[rows])
-    timings.mark("statics")
-    swept = laid.study.runs.columns(block[rows])
+    laid, scene = outlet.contents.laid, structure.scene
+    ready = starts(laid, structure, block.runs[rows])
+    outlet.timings.mark("statics")
+    swept = laid.study.runs.columns(block.runs[rows])
     stepped = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
-    kept = np.flatnonzero(~mark_endless(scene, ready, swept, stepped[:, 0], rows, table))
+    endless = mark_endless(scene, ready, swept, stepped[:, 0], rows, block.table)
+    kept = np.flatnonzero(~endless)
     cuts = cuts_in(ready.model)
     ways = np.column_stack([stepped, *cuts.values()])
     groups = [kept[some] for some in equal_rows(ways[kept])] if len(kept) else []
@@ -226,22 +238,58 @@ def _prepared(
         numbers = Numbers(every, jnp.asarray(int(steps)), rtol, atol, here)
         for mine, size in batched(alike, sizes):
             plan = plan_of(scene, structure.layout, size)
-            part = Part(structure, block[rows[mine]], rows[mine], size, plan, numbers)
+            part = Part(structure, block.runs[rows[mine]], rows[mine], size, plan, numbers)
             yield part, rows_of(ready, filled(mine, size))
 
 
 def _run_part(
-    contents: Contents,
-    writer: ResultWriter,
-    part: Part,
-    ready: Ready,
-    first_row: int,
-    account: Account,
-    tell: _Teller,
-    timings: Timings,
+    outlet: _Outlet, part: Part, ready: Ready, rows: NDArray[np.int64], account: Account
 ) -> None:
-    """All outputs of the runs of a part: to the file as they come, and to the account."""
-    scene, rows, lived = contents.laid.scene, first_row + part.rows, len(part.runs)
+    """All outputs of the runs of a part: to their rows of the file as they come, and to the account."""
+    contents, tell, timings = outlet.contents, outlet.tell, outlet.timings
+    lived, stops = len(part.runs), part.plan.stop is not None
+    run, start = _write_start(outlet, part, ready, rows, account)
+    batch = Batch(part, ready, run)
+
+    def keep(samples: Any, done: int, count: int) -> None:
+        """`count` outputs after number `done`."""
+        account.add(samples, done + 1, count)
+        if contents.histories:
+            contents.write(outlet.writer, rows, samples, start, done + 1)
+            outlet.writer.flush()
+        tell(count * lived)
+
+    done = 0
+    while done < account.count:
+        now = min(tell.pace, batch.outputs_at_once, account.count - done)
+        asked = clock.perf_counter()
+        samples = batch.advance(done, now, partial(tell, 0))
+        timings.mark("advance")
+        took = clock.perf_counter() - asked
+        keep(samples, done, now)
+        timings.mark("write")
+        done += now
+        left = account.count - done
+        if stops and left:
+            if batch.stopped.all():
+                # nothing moves any more: what is left repeats the last state
+                keep(batch.repeated(done, left), done, left)
+                break
+            batch.shrink(took * left / now)
+        tell.took(took, batch.outputs_at_once)
+    account.finish(batch.ends(), ready)
+
+
+def _write_start(
+    outlet: _Outlet, part: Part, ready: Ready, rows: NDArray[np.int64], account: Account
+) -> tuple[Packed, dict[str, NDArray[np.float64]]]:
+    """The start of a part's runs, to the file and to the account.
+
+    Returns:
+        The state of each lane, and where the lines are (m), where outputs to come are asked for that.
+    """
+    contents, writer = outlet.contents, outlet.writer
+    scene, lived = contents.laid.scene, len(part.runs)
     run, sample = begin_batch(ready.packed, part.plan, part.numbers)
     sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample).tree()
     keeps = contents.fields or contents.tips or scene.output.static
@@ -255,32 +303,5 @@ def _run_part(
     if contents.places and contents.places.found:
         lengths = found_lengths(contents.places, rows_of(ready, np.arange(lived)), sample, scene)
         contents.places.write(writer, part.runs, rows, lengths)
-    timings.mark("begin")
-    batch = Batch(part, ready, run)
-    done = 0
-    while done < account.count:
-        now = min(tell.pace, batch.outputs_at_once, account.count - done)
-        asked = clock.perf_counter()
-        samples: Any = batch.advance(done, now, partial(tell, 0))
-        timings.mark("advance")
-        took = clock.perf_counter() - asked
-        account.add(samples, done + 1, now)
-        if contents.histories:
-            contents.write(writer, rows, samples, start, done + 1)
-            writer.flush()
-        timings.mark("write")
-        done += now
-        tell(now * lived)
-        if part.plan.stop is not None and done < account.count:
-            left = account.count - done
-            if batch.stopped.all():
-                # nothing moves any more: what is left repeats the last state
-                samples = batch.repeated(done, left)
-                account.add(samples, done + 1, left)
-                if contents.histories:
-                    contents.write(writer, rows, samples, start, done + 1)
-                tell(left * lived)
-                break
-            batch.shrink(took * left / now)
-        tell.took(took, batch.outputs_at_once)
-    account.finish(batch.ends(), ready)
+    outlet.timings.mark("begin")
+    return run, start
