@@ -1,6 +1,7 @@
 """The whole scene as one mechanical system: forces, masses and what happens at the ends."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -29,9 +30,22 @@ from lumpedcable.physics.load import Shape
 from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place_at_end
 
-__all__ = ["Model", "Vectors"]
+__all__ = ["Kick", "Model", "Vectors"]
 
 Vectors = dict[str, Float[Array, "d nodes"]]
+
+
+class Kick(NamedTuple):
+    """What a kick of leapfrog leads to.
+
+    Velocities (m/s) in its middle and half a step later, the reactions (N) of ends that can break, and
+    the evaluation in its middle.
+    """
+
+    middle: Vectors
+    after: Vectors
+    reaction: dict[str, Float[Array, " d"]]
+    found: Found
 
 
 class Model(eqx.Module):
@@ -150,11 +164,10 @@ class Model(eqx.Module):
         reaction: dict[str, Float[Array, " d"]],
         dt: Float[Array, ""],
         over: dict[str, Workspace] | None = None,
-    ) -> tuple[Vectors, Vectors, dict[str, Float[Array, " d"]], Found]:
+    ) -> Kick:
         """One kick of leapfrog, centred on t (s) with length dt (s).
 
-        From the velocities `before` (m/s) half a step earlier: the velocities at t, those half a
-        step later, the reactions (N) of ends that can break, and the evaluation at t.
+        It starts from the velocities `before` (m/s) half a step earlier.
         """
         found = self.evaluate(t, displacement, before, reaction, dt, over)
         middle, after = {}, {}
@@ -181,7 +194,7 @@ class Model(eqx.Module):
             after[name] = place_at_end(after[name], node, half)
         for index in range(len(self.junctions)):
             gains, pushes = junction_gain(self, index, t, found, before, dt)
-            reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
+            reaction.update(_carried(t, dt, reaction, pushes))
             for (name, side), (active, gain) in gains.items():
                 node = self.lines[name].node(side)
                 start = pick(before[name], node)
@@ -196,20 +209,19 @@ class Model(eqx.Module):
             found_gain = body_gain(self, name, t, found, displacement, before, dt)
             middle[key] = before[key] + 0.5 * dt * found_gain.gain
             after[key] = before[key] + dt * found_gain.gain
-            reaction.update(self._pulled(t, dt, reaction, name, found_gain.pulls))
+            reaction.update(_carried(t, dt, reaction, self._pulls(name, found_gain.pulls)))
         if self.bodies:
             middle = follow_rate(self, t, displacement, steered(self, t, None, middle))
             after = follow_rate(self, t, displacement, steered(self, t, dt, after), dt)
-        return middle, after, reaction, found
+        return Kick(middle, after, reaction, found)
 
-    def _pulled(self, t, dt, reaction, body: str, pulls) -> dict[str, Float[Array, " d"]]:
-        """What a body pulls the ends with that can still break away from it (N)."""
-        result = {}
-        for name, node, end in attached_ends(self, body):
-            if end.release is not None:
-                key = end_name(name, node)
-                result[key] = end.release.carried(t, dt, reaction[key], pulls[name, node])
-        return result
+    def _pulls(self, body: str, pulls) -> dict[str, tuple[Release, Float[Array, " d"]]]:
+        """What a body pulls the ends with that can still break away from it (N), and their releases."""
+        return {
+            end_name(name, node): (end.release, pulls[name, node])
+            for name, node, end in attached_ends(self, body)
+            if end.release is not None
+        }
 
     def carried(
         self, t: Float[Array, ""], dt: Float[Array, ""], displacement: Vectors, velocity: Vectors
@@ -267,7 +279,7 @@ class Model(eqx.Module):
             result[name] = place_at_end(result[name], node, given)
         for index in range(len(self.junctions)):
             gains, pushes = junction_gain(self, index, t, found, velocity, None)
-            reaction.update({k: r.carried(t, dt, reaction[k], p) for k, (r, p) in pushes.items()})
+            reaction.update(_carried(t, dt, reaction, pushes))
             for (name, side), (active, gain) in gains.items():
                 node = self.lines[name].node(side)
                 gain = jnp.where(active, gain, pick(result[name], node))
@@ -277,7 +289,7 @@ class Model(eqx.Module):
             key = body_key(name)
             found_gain = body_gain(self, name, t, found, displacement, velocity, None)
             result[key] = found_gain.gain
-            reaction.update(self._pulled(t, dt, reaction, name, found_gain.pulls))
+            reaction.update(_carried(t, dt, reaction, self._pulls(name, found_gain.pulls)))
             for line, node, end in attached_ends(self, name):
                 q, v = body.reference + displacement[key], velocity[key]
                 turn, _, bias = body.rate(q, v, end.point)
@@ -296,3 +308,15 @@ class Model(eqx.Module):
         """Force (N) that whatever drives an end node exerts on it: M a - F - drag."""
         mass, drag, flow = end_matrices(e.nodes, node, velocity)
         return mass @ gain - e.force[:, node] + drag @ (velocity - flow)
+
+
+def _carried(
+    t, dt, reaction: Vectors, pushes: dict[str, tuple[Release, Float[Array, " d"]]]
+) -> dict[str, Float[Array, " d"]]:
+    """What ends that can break carry (N) at t (s), after `reaction` a step of dt (s) ago.
+
+    `pushes` are, by end, its release and what it carries while it holds (N).
+    """
+    return {
+        key: release.carried(t, dt, reaction[key], push) for key, (release, push) in pushes.items()
+    }

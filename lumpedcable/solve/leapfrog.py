@@ -137,15 +137,14 @@ class Leapfrog(diffrax.AbstractSolver):
         dt = kept.dt.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
         place = model.followed(t1, place)
-        middle, after, reaction, found = model.kick(
-            t1, place, before, y0.reaction, dt, over or None
-        )
+        kicked = model.kick(t1, place, before, y0.reaction, dt, over or None)
+        middle, after, found = kicked.middle, kicked.after, kicked.found
         now = work
         if work:
             power = powers(model, t1, found, place, before, middle, after, dt)
             now = jax.tree.map(lambda w, p: w + 0.5 * dt * p, work, power)
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
-        y1 = State(place, middle, now, reaction, y0.tension)
+        y1 = State(place, middle, now, kicked.reaction, y0.tension)
         dense = {"y0": y0, "y1": y1}
         over = workspaces(found) if over else {}
         peaks = {name: most(found[name].line.pull, peak) for name, peak in kept.peaks.items()}
