@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.attributes import attributes_of as _attributes
 from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
-from lumpedcable.results.errors import ResultError, check_known
+from lumpedcable.results.errors import ResultError, check_known, first_line
 from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
 from lumpedcable.results.lines import Index, LineData, dataset_of, frames_of, read
 from lumpedcable.results.schema import axes_words, check_version, partial_of
@@ -265,6 +265,8 @@ class ResultFile:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+        if isinstance(error, _DAMAGE) and _raised_by_h5py(trace):
+            raise ResultError(_told(self.path, error)) from error
 
     def _summary(self, end: str, name: str) -> Array:
         return read(dataset_of(self._file, _summary_path(end, name)), ())
@@ -331,8 +333,20 @@ def opened(path: str | Path, kind: Callable[[Path, h5py.File], Kind]) -> Kind:
     except BaseException as error:
         file.close()
         if isinstance(error, _DAMAGE):
-            raise ResultError(f"{path} is damaged or lacks a part: {error}") from error
+            raise ResultError(_told(path, error)) from error
         raise
+
+
+def _told(path: Path, error: BaseException) -> str:
+    return f"{path} is damaged or lacks a part: {first_line(error)}"
+
+
+def _raised_by_h5py(trace: TracebackType | None) -> bool:
+    """Whether an error arose in h5py itself: any look into a damaged file may meet the damage."""
+    file = ""
+    while trace is not None:
+        file, trace = trace.tb_frame.f_code.co_filename, trace.tb_next
+    return "h5py" in Path(file).parts
 
 
 def _summary_path(end: str, name: str) -> str:

@@ -1,9 +1,13 @@
 """Files that were results files once: what is wrong is told, and nothing stays open."""
 
+import random
+
 import h5py
+import numpy as np
 import pytest
 import synthetic_result
 
+from lumpedcable.export import export_result
 from lumpedcable.results import ResultError, describe, open_result
 from lumpedcable.results.sound import SoundFile
 
@@ -76,3 +80,31 @@ def test_what_cannot_be_made_of_a_file_leaves_it_closed(path, files, monkeypatch
         SoundFile.open(path)
     assert len(files) == 1
     assert not any(files)
+
+
+def overwritten(path, whole, at, seed=7):
+    path.write_bytes(whole[:at] + random.Random(seed).randbytes(64) + whole[at + 64 :])
+    return path
+
+
+def test_bytes_that_something_overwrote_are_told_wherever_they_are_met(tmp_path, path):
+    path = synthetic_result.snapback(
+        path, pretensions=(45e3,), segments=4, times=np.linspace(0.0, 0.02, 11)
+    )
+    whole, told = path.read_bytes(), set()
+    places = random.Random(11).sample(range(len(whole) - 64), 60)
+    for at in places:
+        for look in (describe, lambda file: export_result(file, "csv", tmp_path / "r.csv")):
+            try:
+                look(overwritten(path, whole, at))
+            except ResultError as error:
+                told.add(at)
+                assert str(path) in str(error)
+                assert "\n" not in str(error)
+    # of numbers alone nobody can tell that they are others
+    assert 5 < len(told) < len(places)
+
+
+def test_what_the_reader_of_a_file_does_wrong_is_no_damage(path):
+    with pytest.raises(ValueError, match="mine"), open_result(path):
+        raise ValueError("mine")
