@@ -84,6 +84,8 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
         table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
     table.add_column(Text("moves\nin"), vertical="bottom", no_wrap=True)
     table.add_column(Text("remark"), vertical="bottom")
+    *others, remark = range(2, len(table.columns))
+    table.spare = [*reversed(others), remark]
     for k, frequency in enumerate(modes.frequency):
         shares = [modes.axial[k], modes.transverse[k], *([modes.bodies[k]] if bodies else [])]
         cells = [

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 from rich.text import Text
 
 from lumpedcable.results.human import scale
@@ -19,6 +18,7 @@ from lumpedcable.study.run import run_study
 from lumpedcable.study.summary import EXACT, Outcome
 from lumpedcable.study.tables import (
     MOST_ROWS,
+    WholeTable,
     console_of,
     fits_on,
     new_table,
@@ -85,6 +85,7 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
     ends = list(dict.fromkeys(end for o in outcomes for end in o.recoils))
     rows = len(outcomes) * max(len(ends), 1)
     table, beside = _fitting(console, study, outcomes, ends)
+    table.hidden = _hidden(study, ends, beside)
     if study.scene.title:
         console.print(Text(study.scene.title, "bold"))
     console.print(table)
@@ -98,7 +99,7 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
 
 def _fitting(
     console: Console, study: Study, outcomes: Sequence[Outcome], ends: Sequence[str]
-) -> tuple[Table, Sequence[str]]:
+) -> tuple[WholeTable, Sequence[str]]:
     """The richest look that the console is wide enough for, and what stands beside the values."""
     for padding, beside in LOOKS[:-1]:
         table = _table(study, outcomes, ends, beside, padding)
@@ -114,35 +115,40 @@ def _table(
     ends: Sequence[str],
     beside: Sequence[str],
     padding: int,
-) -> Table:
-    """The table; what is named in `beside` stands right of the value that it belongs to."""
+) -> WholeTable:
+    """The table; what is named in `beside` stands right of the value that it belongs to.
+
+    Where even the plainest look has no room, the numbers of a run are left out one by one, then the
+    swept ones.
+    """
     table = new_table(padding)
+    numbers, swept = [], []
 
     def column(words: str, unit: str = "", style: str = "", justify: JustifyMethod = "right"):
         head = f"{words}\n({unit})" if unit else words
         table.add_column(Text(head), justify=justify, style=style, vertical="bottom", no_wrap=True)
+        return len(table.columns) - 1
 
     column("run")
     if study.runs.named:
         column("case", justify="left")
     for axis in _shown_axes(study):
-        column(axis.label.replace(" ", "\n"))
+        swept.append(column(axis.label.replace(" ", "\n")))
     if len(ends) > 1:
         column("end", justify="left")
     for quantity, (words, unit, _, _) in HEADS.items() if ends else ():
-        column(words, unit)
+        numbers.append(column(words, unit))
         for name in _told(study, quantity) if "references" in beside else ():
-            column(name, style="dim")
+            numbers.append(column(name, style="dim"))
         if quantity in EXACT and "exact" in beside:
-            column("exact*", style="cyan")
+            numbers.append(column("exact*", style="cyan"))
     measured = _measured(study, outcomes)
-    for name, (_, unit) in measured.items():
-        column(name, unit)
+    numbers += [column(name, unit) for name, (_, unit) in measured.items()]
     if study.scene.output.stop is not None:
-        column("stops\nafter", "s")
-        column("gone by\nthen", "m")
-    column("energy\nclosure", "%")
+        numbers += [column("stops\nafter", "s"), column("gone by\nthen", "m")]
+    closure = column("energy\nclosure", "%")
     column("status", justify="left")
+    table.spare = [closure, *reversed(numbers), *reversed(swept)]
     rows = [(outcome, end) for outcome in outcomes for end in ends or [""]]
     for outcome, end in rows[:MOST_ROWS]:
         table.add_row(*_row(study, outcome, end, ends, beside, measured))
@@ -212,6 +218,14 @@ def _cell(value: float | None, factor: float, form: str) -> str:
     return form.format(value * factor) if value is not None and np.isfinite(value) else "-"
 
 
+def _hidden(study: Study, ends: Sequence[str], beside: Sequence[str]) -> list[str]:
+    """What stands beside the values where there is room for it, in words."""
+    hidden = ["exact values"] if ends and "exact" not in beside else []
+    if study.scene.references and ends and "references" not in beside:
+        hidden.append("references")
+    return hidden
+
+
 def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) -> list[str]:
     notes = rows_shown(MOST_ROWS, rows)
     if ends and "exact" in beside:
@@ -219,11 +233,6 @@ def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) 
             "* exact: a straight line without drag or weight, broken instantaneously; drag and a "
             "slower break lower the speed and delay the arrival (1 % of the tension gone)."
         )
-    hidden = ["exact values"] if ends and "exact" not in beside else []
-    if study.scene.references and ends and "references" not in beside:
-        hidden.append("references")
-    if hidden:
-        notes.append(f"A wider terminal shows {' and '.join(hidden)} as well.")
     for name, reference in study.scene.references.items() if "references" in beside else ():
         note = f" {reference.note}." if reference.note else ""
         changed = " These numbers belong to the scene without --set." if study.overrides else ""

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from lumpedcable.results import ResultFile, open_result
@@ -18,6 +17,7 @@ from lumpedcable.scene import Study, format_quantity
 from lumpedcable.study.prescribed import MODELS
 from lumpedcable.study.tables import (
     MOST_ROWS,
+    WholeTable,
     console_of,
     fits_on,
     new_table,
@@ -38,6 +38,9 @@ HEADS = {
     "end_tension": ("end\ntension", "N"),
     "horizontal_tension": ("horizontal\ntension", "N"),
 }
+# in the order in which a terminal too narrow for all goes without them
+SPARE = ("joint_length", "length", "joint_z", "joint_x", "horizontal_tension", "end_tension", "sag",
+         "start_tension")  # fmt: skip
 MARKS = {"exact": "*", "straight": "+"}
 STYLES = {"exact": "cyan", "straight": "dim"}
 
@@ -59,6 +62,7 @@ def rest_table(study: Study, target: Path) -> None:
             if len(result.cables) > 1:
                 console.print(Text(cable))
             table, shown = _fitting(console, study, result, numbers, models)
+            table.hidden = models[len(shown) :]
             console.print(table)
             for note in _notes(numbers, models, shown, result.runs):
                 console.print(Text(note, "dim"))
@@ -69,7 +73,7 @@ def rest_table(study: Study, target: Path) -> None:
 
 def _fitting(
     console: Console, study: Study, result: ResultFile, numbers: Numbers, models: Sequence[str]
-) -> tuple[Table, Sequence[str]]:
+) -> tuple[WholeTable, Sequence[str]]:
     """The table with as many models beside the computed numbers as the console is wide enough for."""
     for count in range(len(models), 0, -1):
         table = _table(study, result, numbers, models[:count])
@@ -78,21 +82,22 @@ def _fitting(
     return _table(study, result, numbers, ()), ()
 
 
-def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[str]) -> Table:
+def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[str]) -> WholeTable:
     table = new_table()
+    place: dict[str, int] = {}  # of the column of a quantity
 
-    def column(words: str, style: str = "") -> None:
+    def column(words: str, style: str = "") -> int:
         table.add_column(Text(words), justify="right", style=style, vertical="bottom", no_wrap=True)
+        return len(table.columns) - 1
 
     column("run")
-    for axis in study.axes:
-        column(axis.label.replace(" ", "\n"))
+    swept = [column(axis.label.replace(" ", "\n")) for axis in study.axes]
     columns: list[list[str]] = []
     for quantity, (words, unit) in HEADS.items():
         if quantity not in numbers:
             continue
         factor, shown = _unit(numbers[quantity], unit)
-        column(f"{words}\n({shown})")
+        place[quantity] = column(f"{words}\n({shown})")
         columns.append(_texts(numbers[quantity] * factor))
         for model in models if _compared(numbers, quantity) else ():
             told = numbers[f"{model}_{quantity}"]
@@ -101,6 +106,7 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
             column(f"{model}{MARKS[model]}", STYLES[model])
             columns.append(_texts(told * factor))
     table.add_column(Text("status"), vertical="bottom", no_wrap=True)
+    table.spare = [*(place[name] for name in SPARE if name in place), *reversed(swept)]
     for run in range(min(result.runs, MOST_ROWS)):
         values = study.runs.values(run) if study.axes else {}  # type: ignore[attr-defined]
         cells = [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
@@ -139,8 +145,6 @@ def _texts(values: NDArray[np.float64]) -> list[str]:
 def _notes(numbers: Numbers, models: Sequence[str], shown: Sequence[str], runs: int) -> list[str]:
     notes = rows_shown(MOST_ROWS, runs)
     notes += [f"{MARKS[model]} {model}: {MODELS[model]}." for model in shown]
-    if len(shown) < len(models):
-        notes.append(f"A wider terminal shows {' and '.join(models[len(shown) :])} as well.")
     if "straight" in models:
         told = []
         for quantity, words in (("start_tension", "start tension"), ("sag", "sag")):

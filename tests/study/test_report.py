@@ -63,6 +63,49 @@ def test_numbers_and_headings_are_whole_at_any_width(monkeypatch, width, exact, 
     assert ("A wider terminal shows exact values and references as well." in text) != references
 
 
+@pytest.mark.parametrize("width", [70, 50, 30, 24])
+def test_a_narrow_terminal_gets_fewer_columns_and_whole_numbers(monkeypatch, width):
+    outcomes = [outcome(run) for run in range(8)]
+    text = printed(monkeypatch, width, load_study(SNAPBACK), outcomes)
+    assert "…" not in text
+    assert all(len(line) <= width for line in text.splitlines() if not line.startswith("written"))
+    rows = [line.split() for line in text.splitlines() if re.match(r" +[0-7] ", line)]
+    assert len(rows) == 8
+    whole = {told for name, (_, told) in NUMBERS.items() if not name.startswith("exact_")}
+    left = [{word for word in row if "." in word and word != "0.000"} for row in rows]
+    assert all(some <= whole for some in left)
+    assert len(left[0]) < len(whole) or width == 70
+    assert all(row[-1] == "ok" for row in rows)
+    note = " ".join(text[text.index("A wider") : text.index("written")].split())
+    hidden = {"strain", "peak end speed", "end displacement", "far end feels it"}
+    assert sum(words in note for words in hidden) == len(whole) - len(left[0])
+    assert "energy closure" in note
+
+
+def test_columns_of_text_are_broken_between_words_before_numbers_go(monkeypatch):
+    table = tables.table_of(("number", "found", "remark"), left=(0, 2), wrap=(0, 2))
+    table.add_row("lines.rope.drag.tangential", "123.456 kN", "not told by the data")
+    shown = {}
+    for width in (60, 50, 40, 20):
+        monkeypatch.setattr(tables, "WIDE", width)
+        with redirect_stdout(StringIO()) as out:
+            tables.console_of().print(table)
+        shown[width] = out.getvalue()
+        assert "…" not in shown[width]
+    assert "not told by the data" not in shown[60]
+    for width, there in ((60, True), (50, True), (40, True), (20, False)):
+        assert ("123.456 kN" in shown[width]) is there
+    for width, there in ((60, True), (50, True), (40, False), (20, False)):
+        assert ("told" in shown[width]) is there
+    assert "A wider terminal shows remark as well." in shown[40]
+    assert "found and" in shown[20]
+
+
+def test_columns_are_as_many_as_the_environment_says(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "72")
+    assert tables.console_of().width == 72
+
+
 def test_references_are_of_numbers_that_runs_have():
     units = {name: unit for name, (unit, _) in (QUANTITIES | SUMMARIES).items()}
     assert {name: unit or "1" for name, unit in RESULTS.items()}.items() <= units.items()
