@@ -34,7 +34,8 @@ class WholeTable(Table):
     longest word. What is left out stands in a note below.
 
     Attributes:
-        spare: columns in the order in which they are left out; None for all but the first, from the right.
+        spare: columns in the order in which they are left out; None for all but the first, from
+            the right.
         hidden: what is left out already, in words.
     """
 

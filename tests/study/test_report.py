@@ -86,18 +86,18 @@ def test_columns_of_text_are_broken_between_words_before_numbers_go(monkeypatch)
     table = tables.table_of(("number", "found", "remark"), left=(0, 2), wrap=(0, 2))
     table.add_row("lines.rope.drag.tangential", "123.456 kN", "not told by the data")
     shown = {}
-    for width in (60, 50, 40, 20):
+    for width in (60, 50, 44, 20):
         monkeypatch.setattr(tables, "WIDE", width)
         with redirect_stdout(StringIO()) as out:
             tables.console_of().print(table)
         shown[width] = out.getvalue()
         assert "…" not in shown[width]
     assert "not told by the data" not in shown[60]
-    for width, there in ((60, True), (50, True), (40, True), (20, False)):
+    for width, there in ((60, True), (50, True), (44, True), (20, False)):
         assert ("123.456 kN" in shown[width]) is there
-    for width, there in ((60, True), (50, True), (40, False), (20, False)):
+    for width, there in ((60, True), (50, True), (44, False), (20, False)):
         assert ("told" in shown[width]) is there
-    assert "A wider terminal shows remark as well." in shown[40]
+    assert "A wider terminal shows remark as well." in shown[44]
     assert "found and" in shown[20]
 
 
