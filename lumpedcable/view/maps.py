@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
 from numpy.typing import NDArray
 
 from lumpedcable.results.human import scale
@@ -25,6 +26,7 @@ FEWEST = 3  # values that a swept number must have to be drawn along
 MOST_CELLS = 40  # of a map along an axis
 BINS = 12  # at most, of more values than that, such as draws
 MOST_PANELS = 6
+PLAIN = (1e-3, 1e4)  # numbers between are not written as powers of ten
 ENOUGH = 4 * BINS  # draws
 # quantity of a recoiling end or of the run -> which run of a cell is shown
 SHOWN = {
@@ -91,10 +93,27 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis]) ->
     bar.set_label(style.with_unit(words, shown))
     failed = sum(word != "ok" for word in result.status)
     note = f"Each cell: the {SHOWN[quantity]} of the runs in it, over all other swept numbers."
+    note += _of_white(result, pairs, tables)
     if failed:
         note += f" {failed} of {result.runs} runs went wrong; what they came to before counts."
     style.foot(figure, note)
     return figure
+
+
+def _of_white(result: ResultFile, pairs: list[tuple[Axis, Axis]], tables: list[Array]) -> str:
+    """What white cells say, if there are any: that no run is in them, or none that has the number."""
+    everywhere = np.ones(result.runs)
+    there = [_table(_along(a), _along(b), everywhere, "largest") for a, b in pairs]
+    both = list(zip(tables, there, strict=True))
+    reasons = [
+        *(["no run"] if any(np.isnan(runs).any() for runs in there) else []),
+        *(
+            ["none with a number"]
+            if any((np.isnan(t) > np.isnan(r)).any() for t, r in both)
+            else []
+        ),
+    ]
+    return f" White cells: {' or '.join(reasons)} in them." if reasons else ""
 
 
 def _along(axis: Axis) -> Along:
@@ -133,7 +152,18 @@ def _draw(ax: Axes, x: Along, y: Along, table: Array, colours: Normalize) -> Non
     ax.pcolormesh(x.edges, y.edges, table, norm=colours, cmap="viridis", rasterized=True)
     ax.set_xlabel(x.label)
     ax.set_ylabel(y.label)
-    if x.log:
-        ax.set_xscale("log")
-    if y.log:
-        ax.set_yscale("log")
+    for along, set_scale, axis in ((x, ax.set_xscale, ax.xaxis), (y, ax.set_yscale, ax.yaxis)):
+        if not along.log:
+            continue
+        set_scale("log")
+        if PLAIN[0] <= along.edges[0] and along.edges[-1] <= PLAIN[1]:
+            axis.set_major_formatter(_PlainFormatter())
+            axis.set_minor_formatter(_PlainFormatter())
+
+
+class _PlainFormatter(LogFormatter):
+    """Numbers as people write them, 0.2 and 50, beside the ticks of a log axis that get any."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """The text beside a tick."""
+        return f"{x:g}" if super().__call__(x, pos) else ""

@@ -1,5 +1,6 @@
 """Maps of a study: cells stand where their values do and show the largest or earliest run."""
 
+import h5py
 import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
@@ -77,6 +78,46 @@ def test_cells_stand_where_their_values_do(tmp_path):
     corners = maps(study(tmp_path / "a.h5", *grid))["map_peak_end_speed"][0][3]
     np.testing.assert_allclose(corners[0, :, 0], [0.5, 1.5, 2.5, 3.5])
     np.testing.assert_allclose(corners[:, 0, 1], 10 ** np.array([-0.5, 0.5, 1.5, 2.5]))
+
+
+def figure_of(path, name="map_peak_end_speed"):
+    with open_result(path) as result:
+        figure = dict(map_figures(result))[name]()
+    figure.canvas.draw()
+    return figure
+
+
+def small_print(figure):
+    return figure.get_supxlabel()
+
+
+@pytest.mark.parametrize(("times", "shown"), [
+    (np.geomspace(2e-3, 6e-2, 41), {"3", "10", "20", "40"}),
+    (np.array([1e-3, 1e-2, 1e-1]), {"1", "10", "100"}),
+])  # fmt: skip
+def test_axes_of_ratios_have_plain_numbers(tmp_path, times, shown):
+    grid = [g.ravel() for g in np.meshgrid(TENSIONS, times, DRAGS[:1], indexing="ij")]
+    ax = figure_of(study(tmp_path / "a.h5", *grid)).axes[0]
+    assert ax.get_ylabel() == "break time (ms)"
+    assert ax.get_yscale() == "log"
+    ticks = ax.get_yticklabels() + ax.get_yticklabels(minor=True)
+    texts = {text.get_text() for text in ticks} - {""}
+    assert all(float(text) > 0 for text in texts)  # no mathtext
+    assert shown <= texts
+
+
+def test_white_cells_are_explained_where_there_are_any(tmp_path):
+    grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
+    assert "White" not in small_print(figure_of(study(tmp_path / "a.h5", *grid)))
+    some = [g[(grid[0] < TENSIONS[2]) | (grid[1] < TIMES[2])] for g in grid]
+    assert "White cells: no run in them." in small_print(
+        figure_of(study(tmp_path / "b.h5", *some))
+    ).replace("\n", " ")
+    path = study(tmp_path / "c.h5", *grid)
+    with h5py.File(path, "r+") as file:
+        file["summary/rope.end/peak_end_speed"][:4] = np.nan  # of one pair of the first two
+    told = small_print(figure_of(path)).replace("\n", " ")
+    assert "White cells: none with a number in them." in told
 
 
 def test_draws_are_put_into_bins(tmp_path):
