@@ -284,10 +284,12 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     own = dotted(path[1:])
     if end not in ends:
         others = [other for other in ends if other.split(".")[0] != path[1]]
+        hint = did_you_mean(end, ["free", *draft.bodies, *_points(draft), *others])
+        if dot and not hint and name not in draft.lines:
+            hint = f'; there is no {"line" if point in SIDES else "body"} "{name}"'
         yield Problem(
             path,
-            f'expected "free", a body or the end of another line, found {found(end)}'
-            f"{did_you_mean(end, ['free', *draft.bodies, *_points(draft), *others])}",
+            f'expected "free", a body or the end of another line, found {found(end)}{hint}',
         )
     elif end.split(".")[0] == path[1]:
         itself = "itself" if end == own else "the same line"

@@ -140,7 +140,7 @@ class Quantity:
         return {"anyOf": [number, text], "description": f"{self.expected}, {unit}"}
 
 
-_DIGITS = r"^\s*[+-]?(\d[\d_]*(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*"
+_DIGITS = r"^\s*[+\u2212-]?(\d[\d_]*(\.\d*)?|\.\d+)([eE][+\u2212-]?\d+)?\s*"
 _TEXT = _DIGITS + r"[A-Za-zµμ°%(].*$"
 _BARE_TEXT = _DIGITS + r"%?\s*$"
 

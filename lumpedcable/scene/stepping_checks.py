@@ -9,7 +9,8 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.lines import Line
 from lumpedcable.scene.part import SIDES, Problem, did_you_mean
-from lumpedcable.scene.run import Output, Solver
+from lumpedcable.scene.run import ROUNDING, Output, Solver
+from lumpedcable.scene.units import format_quantity
 
 __all__ = ["stepping_problems"]
 
@@ -26,6 +27,7 @@ def stepping_problems(
     """Yield what is asked for and not found; None stands for the unreadable."""
     solver = others.get("solver", Solver())
     yield from _stop(bodies, others.get("output"))
+    yield from _long_step(solver, others.get("output"))
     if not isinstance(solver, Solver) or None in lines.values():
         return
     known = {name: line for name, line in lines.items() if line is not None}
@@ -57,6 +59,18 @@ def _stop(bodies: Mapping[str, Any], output: Any) -> Iterator[Problem]:
         yield Problem(
             ("output", "stop"),
             f'expected a body that starts with a velocity, found "{output.stop}"{told}',
+        )
+
+
+def _long_step(solver: Any, output: Any) -> Iterator[Problem]:
+    """A step ends where a state is kept, so that none can be longer than the time between two."""
+    if not isinstance(solver, Solver) or not isinstance(output, Output):
+        return
+    if solver.step is not None and output.every and solver.step > output.every * (1.0 + ROUNDING):
+        yield Problem(
+            ("solver", "step"),
+            f"expected at most output.every, {format_quantity(output.every, 's')}, found "
+            f"{format_quantity(solver.step, 's')}",
         )
 
 

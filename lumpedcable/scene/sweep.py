@@ -28,6 +28,7 @@ from lumpedcable.scene.tree import (
     paths,
     spot_at,
 )
+from lumpedcable.scene.units import format_quantity
 from lumpedcable.scene.validate import SECTIONS
 
 MAX_RUNS = 10_000_000
@@ -265,6 +266,14 @@ class _Reader:
                 self._tell((*place, "step"), f"expected at most {MAX_RUNS} values, found {many}")
                 return None
             count = math.floor(steps) + 1
+            if (high - low) / step - (count - 1) > 1e-9 * count:
+                near = [format_quantity(low + step * n, kind.unit) for n in (count - 1, count)]
+                self._tell(
+                    (*place, "to"),
+                    f"expected a whole number of steps from {found(raw['from'])}, to {near[0]} or "
+                    f"{near[1]}, found {found(raw['to'])}",
+                )
+                return None
             values = low + step * np.arange(count)
         else:
             count = self._read(Count(2, MAX_RUNS), (*place, "count"), raw["count"])

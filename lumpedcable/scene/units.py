@@ -115,6 +115,7 @@ _NAMES: dict[Dimension, tuple[str, str]] = {
     _POWER: ("a power", "W"),
 }
 
+MINUS = "\N{MINUS SIGN}"  # which word processors and PDF files put in the place of "-"
 _NUMBER_TEXT = r"[+-]?(?:\d+(?:_\d+)*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER_TEXT})(?![\d.,])\s*(.*?)\s*", re.DOTALL)
 _TOKEN = re.compile(r"\s*([A-Za-z°%]+)|(?:\*\*|\^)?([+-]?\d+)|\s*([*/()])")
@@ -147,8 +148,10 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return next((k for k in known if k.lower() == close[0]), None) if close else None
 
 
-def unit_of(text: str) -> tuple[float, Dimension]:
+def unit_of(text: str, wanted: Dimension | None = None) -> tuple[float, Dimension]:
     """Return the size in SI and the dimension of a unit such as "kN" or "kg/m3".
+
+    Where a ``wanted`` dimension is told, only units of that are suggested for an unknown one.
 
     Raises:
         UnitError: the text holds an unknown symbol or cannot be read one way only.
@@ -163,7 +166,10 @@ def unit_of(text: str) -> tuple[float, Dimension]:
         tokens.append(match)
     if not tokens:
         return 1.0, _NUMBER
-    reader = _UnitReader(text, tokens)
+    known = UNITS
+    if wanted is not None and len(tokens) == 1:
+        known = {word: unit for word, unit in UNITS.items() if unit.dimension == wanted}
+    reader = _UnitReader(text, tokens, known)
     try:
         unit = reader.product()
         if not (math.isfinite(unit.factor) and math.isfinite(1.0 / unit.factor)):
@@ -180,8 +186,9 @@ def unit_of(text: str) -> tuple[float, Dimension]:
 class _UnitReader:
     """Recursive descent over the tokens of one unit: product := power (('*'|' '|'/') power)*."""
 
-    def __init__(self, text: str, tokens: list[re.Match[str]]):
+    def __init__(self, text: str, tokens: list[re.Match[str]], meant: Iterable[str]):
         self.text, self.tokens, self.at = text, tokens, 0
+        self.meant = meant  # what may be suggested for an unknown symbol
 
     def operator(self) -> str | None:
         return self.tokens[self.at].group(3) if self.at < len(self.tokens) else None
@@ -224,7 +231,7 @@ class _UnitReader:
         if word is None:
             raise UnitError(f'"{self.text}", which is not a unit')
         if word not in UNITS:
-            guess = nearest(word, UNITS)
+            guess = nearest(word, self.meant)
             raise UnitError(
                 f'unknown unit "{word}"' + (f'; did you mean "{guess}"?' if guess else "")
             )
@@ -243,7 +250,7 @@ def split_quantity(text: str) -> tuple[float, str]:
     Raises:
         UnitError: the text does not start with a finite number.
     """
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text.replace(MINUS, "-"))
     if match is None:
         raise UnitError(f'"{text}", which does not start with a number')
     value = float(match.group(1))
@@ -262,8 +269,8 @@ def parse_quantity(text: str, unit: str) -> float:
         UnitError: no number, not finite, an unknown unit or another dimension.
     """
     value, written = split_quantity(text)
-    factor, found = unit_of(written)
     expected = unit_of(unit)[1]
+    factor, found = unit_of(written, expected)
     if found != expected:
         if not written:
             raise UnitError(f'"{text}", which has no unit')

@@ -88,6 +88,7 @@ def test_quantities_are_read_into_si(text, unit, value):
         ("30 deg", "", 'an angle (rad), "30 deg"'),
         ("50 %", "N", 'a number without unit, "50 %"'),
         ("2.0 MM", "m", 'unknown unit "MM"; did you mean "mm"?'),
+        ("5 tonf", "N", 'unknown unit "tonf"; did you mean "tf"?'),
         ("45 KN", "N", 'unknown unit "KN"; did you mean "kN"?'),
         ("45 Kn", "m/s", "unknown unit"),
         ("4 mmin", "s", "unknown unit"),
@@ -207,6 +208,11 @@ def test_quantities_are_printed_short(value, unit, text):
 def test_unknown_dimension_is_described_by_its_si_unit():
     assert describe(unit_of("kg m/s3")[1]) == "kg m/s3"
     assert describe(unit_of("s^-4")[1]) == "1/s4"
+
+
+@pytest.mark.parametrize(("text", "value"), [("−3 m", -3.0), ("2e−3 m", 2e-3), ("−.5m", -0.5)])
+def test_the_sign_that_text_processors_write_is_a_minus(text, value):
+    assert parse_quantity(text, "m") == value
 
 
 def test_nearest_prefers_another_case_to_another_spelling():
