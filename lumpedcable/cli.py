@@ -17,7 +17,7 @@ from lumpedcable.commands import fit, show
 from lumpedcable.commands.console import (
     Set,
     Timed,
-    bare_name,
+    at_home,
     fail,
     interrupted,
     share_cores,
@@ -59,7 +59,8 @@ def run(
     scene
         Scene file (TOML).
     output
-        Results file (HDF5); the scene's name with .h5 in this folder if not given.
+        Results file (HDF5); the scene's name with .h5 in this folder if not given. Folders on the way
+        that are not there are made.
     set_
         KEY=VALUE: another value for any key of the scene.
     pictures
@@ -97,7 +98,7 @@ def run(
         results_table(study, target, outcomes)
     clock.mark("tell")
     if pictures:
-        plot(target)
+        show.plot(target)
         clock.mark("plot")
     if timings:
         print(*clock.lines(), sep="\n")
@@ -207,33 +208,6 @@ def _share(text: str) -> tuple[int, int]:
 
 
 @app.command
-def plot(
-    result: Path,
-    /,
-    *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
-) -> None:
-    """Draw the pictures of a results file.
-
-    Parameters
-    ----------
-    result
-        Results file (HDF5), finished or .partial, or the folder of a study.
-    output
-        Folder for the pictures; the file's name without .h5, or the folder of the study, if not given.
-    format_
-        png (default), svg or pdf; may be given several times.
-    """
-    from lumpedcable.view import plot_result
-
-    with _told():
-        folder = output or (result if result.is_dir() else result.parent / bare_name(result))
-        for path in plot_result(result, folder, formats=tuple(format_ or ["png"])):
-            print(path)
-
-
-@app.command
 def modes(
     scene: Path,
     /,
@@ -302,7 +276,7 @@ def modes(
         print(*clock.lines(), sep="\n")
 
 
-for command in (fit.fit, fit.sensitivity, show.view, show.animate, show.export):
+for command in (show.plot, fit.fit, fit.sensitivity, show.view, show.animate, show.export):
     app.command(command)
 
 
@@ -367,7 +341,7 @@ def main() -> None:
     gc.set_threshold(50_000, 50, 100)
     try:
         with interruptible(), spoken():
-            app(sys.argv[1:], exit_on_error=False, print_error=False)
+            app([*map(at_home, sys.argv[1:])], exit_on_error=False, print_error=False)
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or [])
         fail(f"expected nothing more, found {extra!r}; see lumpedcable --help")

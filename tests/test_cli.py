@@ -100,6 +100,15 @@ def test_plot_names_the_pictures_that_it_makes(ran, tmp_path, kind):
     assert all(path.stat().st_size > 5000 for path in made)
 
 
+def test_a_path_below_home_is_found_where_the_shell_leaves_the_tilde(ran, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    for output in (["--output=~/a.csv"], ["-o", "~/b.csv"], ["--output", "~/c.csv"]):
+        assert say(ran[0], "export", "scene.h5", "--to", "csv", *output).code == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "b.csv", "c.csv"]
+    assert not (ran[0] / "~").exists()
+
+
 def test_plot_makes_a_folder_named_after_the_file(ran):
     said = say(ran[0], "plot", "scene.h5")
     assert said.out.splitlines()[0].startswith("scene" + os.sep)

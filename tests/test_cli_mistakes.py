@@ -218,7 +218,8 @@ def test_what_is_no_results_file(results, tmp_path, command, path, words):
     ("arguments", "words"),
     [
         (["--format", "gif"], "cannot draw in the format 'gif', expected one of pdf, png, svg"),
-        (["-o", "scene.toml"], "cannot make the folder scene.toml"),
+        (["-o", "scene.toml"], "expected a folder for the pictures, found the file scene.toml"),
+        (["--run", "2"], "scene.h5: expected a run from 0 to 1, found 2"),
         (["-o", "scene.toml/below"], "cannot make the folder scene.toml/below"),
     ],
 )

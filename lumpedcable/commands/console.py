@@ -16,6 +16,7 @@ from cyclopts import Parameter
 __all__ = [
     "Set",
     "Timed",
+    "at_home",
     "bare_name",
     "fail",
     "interrupted",
@@ -48,6 +49,14 @@ def fail(message: str, code: int = 2) -> NoReturn:
     """Print what is wrong and leave."""
     print(message, file=sys.stderr)
     raise SystemExit(code)
+
+
+def at_home(argument: str) -> str:
+    """An argument with the user's home in the place of ~, which shells leave in --output=~/x.h5."""
+    name, equals, value = (
+        argument.partition("=") if argument.startswith("-") else ("", "", argument)
+    )
+    return f"{name}{equals}{os.path.expanduser(value)}" if value.startswith("~") else argument
 
 
 def bare_name(result: Path) -> str:

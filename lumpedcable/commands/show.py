@@ -1,4 +1,4 @@
-"""Commands that show results to people and to other programs: view, animate, export."""
+"""Commands that show results to people and to other programs: plot, view, animate, export."""
 
 from __future__ import annotations
 
@@ -9,7 +9,36 @@ from cyclopts import Parameter
 
 from lumpedcable.commands.console import Set, bare_name, fail, study_of, told
 
-__all__ = ["animate", "export", "view"]
+__all__ = ["animate", "export", "plot", "view"]
+
+
+def plot(
+    result: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    run_: Annotated[int | None, Parameter(name="--run")] = None,
+    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+) -> None:
+    """Draw the pictures of a results file.
+
+    Parameters
+    ----------
+    result
+        Results file (HDF5), finished or .partial, or the folder of a study.
+    output
+        Folder for the pictures; the file's name without .h5, or the folder of the study, if not given.
+    run_
+        Draw this run alone, from 0.
+    format_
+        png (default), svg or pdf; may be given several times.
+    """
+    from lumpedcable.view import plot_result
+
+    with told():
+        folder = output or (result if result.is_dir() else result.parent / bare_name(result))
+        for path in plot_result(result, folder, tuple(format_ or ["png"]), run_):
+            print(path)
 
 
 def view(

@@ -66,6 +66,11 @@ def groups(result: ResultFile) -> list[Group]:
     return made
 
 
+def alone(result: ResultFile, run: int) -> Group:
+    """One run of a result, whatever it belongs to; its number sets it apart where there are others."""
+    return _group(result, [run], f"run_{run}" if result.runs > 1 else "")
+
+
 def file_tag(label: str) -> str:
     """A label as part of a file name: "break time 5 ms" is break_time_5ms."""
     text = re.sub(r"(?<=\d) (?=[^\W\d])", "", label).replace("µ", "u").replace("/", "_per_")

@@ -15,7 +15,7 @@ from lumpedcable.view import style
 from lumpedcable.view.bodies import body_figure
 from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, has_end_tension, shape_figure
-from lumpedcable.view.groups import Group, file_tag, groups
+from lumpedcable.view.groups import Group, alone, file_tag, groups
 from lumpedcable.view.maps import ENOUGH, FEWEST, map_figures
 from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
 from lumpedcable.view.ranges import has_range, range_figure
@@ -33,7 +33,10 @@ Draw = Callable[[], Figure]
 
 
 def plot_result(
-    path: str | Path, outdir: str | Path, formats: Sequence[str] = ("png",)
+    path: str | Path,
+    outdir: str | Path,
+    formats: Sequence[str] = ("png",),
+    run: int | None = None,
 ) -> list[Path]:
     """Draw the figures of a results file, finished or not.
 
@@ -50,21 +53,26 @@ def plot_result(
         path: the results file, or the folder of a study.
         outdir: folder for the figures, made if it does not exist.
         formats: any of "png", "pdf", "svg".
+        run: this run alone, from 0, without what compares runs; its number ends the names of the files,
+            tension_run_3.png, where there are others. All if None.
 
     Returns:
         The files made.
 
     Raises:
-        ResultError: the file cannot be read, or holds nothing to draw.
+        ResultError: the file cannot be read, has no such run, or holds nothing to draw.
         OutputError: the figures cannot be written there, or not in that format.
     """
     folder = Path(outdir)
     made: list[Path] = []
     with SoundFile.open(path) as result:
+        if run is not None:
+            result.hold(run)
         style.ready(folder, formats)
-        for name, draw in _whole_figures(result):
+        for name, draw in _whole_figures(result) if run is None else ():
             made += style.save(draw, folder / name, formats)
-        for group in groups(result) if _has_histories(result) else ():
+        some = groups(result) if run is None else [alone(result, run)]
+        for group in some if _has_histories(result) else ():
             for name, draw in _figures(result, group):
                 stem = "_".join(filter(None, [name, group.tag]))
                 made += style.save(draw, folder / stem, formats)

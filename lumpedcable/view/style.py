@@ -274,6 +274,8 @@ def ready(folder: Path, formats: Sequence[str]) -> None:
         if kind not in FORMATS:
             known = ", ".join(FORMATS)
             raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
+    if os.path.exists(folder) and not os.path.isdir(folder):
+        raise OutputError(f"expected a folder for the pictures, found the file {folder}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -16,7 +16,7 @@ from lumpedcable.results import (
     sweep_coordinates,
 )
 from lumpedcable.view import figures_of, plot_result, style
-from lumpedcable.view.groups import file_tag, groups
+from lumpedcable.view.groups import alone, file_tag, groups
 from lumpedcable.view.sampling import RecoilingEnd, curve_times
 
 FIGURES = ("tension", "velocity", "end_speed", "xt", "energy")
@@ -120,12 +120,24 @@ def test_an_unfinished_study_is_drawn_as_far_as_it_came(tmp_path):
         assert group.titles[0] == "pretension 45 kN\ndiverged at 100 ms"
 
 
+def test_a_run_alone(tmp_path):
+    path = snapback(tmp_path / "a.h5", pretensions=(45e3,), segments=6)
+    made = plot_result(path, tmp_path, run=1)
+    assert [file.name for file in made] == [f"{name}_run_1.png" for name in FIGURES]
+    with open_result(path) as result:
+        group = alone(result, 1)
+    assert (group.runs, group.titles) == ((1,), ("run 1",))
+    assert group.label == "pretension 45 kN, break time 50 ms"
+    single = snapback(tmp_path / "b.h5", **ONE, segments=6, swept=False)
+    assert [f.name for f in plot_result(single, tmp_path, run=0)] == [f"{n}.png" for n in FIGURES]
+
+
 def test_what_is_refused(tmp_path):
     path = snapback(tmp_path / "a.h5", **ONE, segments=4)
     with pytest.raises(OutputError, match=r"format 'jpg', expected one of pdf, png, svg"):
         plot_result(path, tmp_path, ("jpg",))
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match="cannot make the folder"):
+    with pytest.raises(OutputError, match="expected a folder for the pictures, found"):
         plot_result(path, tmp_path / "file")
     (tmp_path / "figures" / "tension.png").mkdir(parents=True)
     with pytest.raises(OutputError, match=r"cannot write .*tension\.png: Is a directory"):

@@ -118,5 +118,5 @@ def test_files_and_formats(tmp_path):
     with pytest.raises(OutputError, match="cannot draw in the format 'gif', expected one of pdf"):
         plot_modes(shapes(LEVEL, along(2)), "Modes", tmp_path / "m", ("gif",))
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match="cannot make the folder"):
+    with pytest.raises(OutputError, match="expected a folder for the pictures, found"):
         plot_modes(shapes(LEVEL, along(2)), "Modes", tmp_path / "file" / "m")
