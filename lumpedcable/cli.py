@@ -88,8 +88,7 @@ def run(
         from lumpedcable.results.target import followed
 
         partial = partial_of(followed(target))
-        kept = f"; what was finished is in {partial}" if partial.exists() else ""
-        interrupted(f"interrupted{kept}")
+        interrupted(f"what was finished is in {partial}" if partial.exists() else "")
     if study.scene.output.static:
         from lumpedcable.study.rest_report import rest_table
 
@@ -192,7 +191,7 @@ def study(
                 (scheduler, workers) if executor == "dask" else None, clock,
             )  # fmt: skip
     except KeyboardInterrupt:
-        interrupted(f"interrupted; finished shards are in {folder}, the same command goes on")
+        interrupted(f"finished shards are in {folder}, the same command goes on")
     if timings:
         print(*clock.lines(), sep="\n")
     if not complete:
@@ -348,12 +347,12 @@ def main() -> None:
     except CycloptsError as error:
         fail(f"{str(error).strip()} See lumpedcable --help.")
     except KeyboardInterrupt:
-        interrupted("interrupted")
+        interrupted()
     except Exception as error:
         from lumpedcable.status import PlatformError
 
         if stopped():  # an import that Ctrl-C has cut short fails in its own words
-            interrupted("interrupted")
+            interrupted()
         if isinstance(error, PlatformError):
             fail(str(error))
         raise

@@ -185,10 +185,16 @@ def _wait_for(condition, started, patience=120.0):
         time.sleep(0.2)
 
 
-@pytest.mark.slow
-def test_an_interrupted_run_keeps_what_it_has(tmp_path):
-    told = "interrupted; what was finished is in scene.h5.partial\n"
-    assert stopped(tmp_path, signal.SIGINT) == (told, 130)
+@pytest.mark.parametrize(
+    ("how", "word", "code"),
+    [
+        pytest.param(signal.SIGINT, "interrupted", 130, marks=pytest.mark.slow),
+        (signal.SIGTERM, "terminated", 143),
+    ],
+)
+def test_an_interrupted_run_keeps_what_it_has(tmp_path, how, word, code):
+    told = f"{word}; what was finished is in scene.h5.partial\n"
+    assert stopped(tmp_path, how) == (told, code)
     _check_unfinished(tmp_path)
 
 

@@ -24,6 +24,10 @@ def press(*_, **__):
     signal.raise_signal(signal.SIGINT)
 
 
+def terminate(*_, **__):
+    signal.raise_signal(signal.SIGTERM)
+
+
 # --- Ctrl-C --------------------------------------------------------------------------------------
 
 # what a command calls, and the command
@@ -48,6 +52,15 @@ def test_every_command_that_is_interrupted_says_so(tmp_path, called):
         said = say(tmp_path, *CALLED[called])
     assert said == (130, "", "interrupted\n")
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_command_that_a_scheduler_ends_says_so(tmp_path):
+    before = signal.getsignal(signal.SIGTERM)
+    register = mock.patch.object(console.atexit, "register")
+    with mock.patch("lumpedcable.results.describe", terminate), register as registered:
+        assert say(tmp_path, "info", "x.h5") == (143, "", "terminated\n")
+    assert registered.call_args.args[1] == 143
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_an_import_that_is_cut_short_is_an_interruption(tmp_path):
@@ -122,13 +135,17 @@ with interruptible():
 """
 
 
-def test_the_second_press_leaves_at_once():
+@pytest.mark.parametrize(
+    ("how", "told"),
+    [(signal.SIGINT, (130, "interrupted\n")), (signal.SIGTERM, (143, "terminated\n"))],
+)
+def test_the_second_press_leaves_at_once(how, told):
     with python("-c", SLOW) as started:
         for word in ("ready\n", "once\n"):
             assert started.stdout.readline() == word
-            started.send_signal(signal.SIGINT)
+            started.send_signal(how)
         _, err = started.communicate(timeout=20)
-    assert (started.returncode, err) == (130, "interrupted\n")
+    assert (started.returncode, err) == told
 
 
 # --- standard output -----------------------------------------------------------------------------

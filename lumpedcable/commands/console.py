@@ -13,6 +13,8 @@ from typing import Annotated, NoReturn
 
 from cyclopts import Parameter
 
+from lumpedcable.commands.interrupts import ended_by
+
 __all__ = [
     "Set",
     "Timed",
@@ -66,14 +68,15 @@ def bare_name(result: Path) -> str:
     return Path(result.name.removesuffix(".partial")).stem
 
 
-def interrupted(message: str) -> NoReturn:
-    """Say what Ctrl-C has left, and leave.
+def interrupted(left: str = "") -> NoReturn:
+    """Say that Ctrl-C or SIGTERM has ended the command and what is left, and leave.
 
     Without a farewell to libraries: where jax was compiling, a thread of its own goes on with that, and
     crashes once jax has put away what it needs.
     """
-    atexit.register(_leave, 130)  # called before those that are registered already
-    fail(message, 130)
+    word, code = ended_by()
+    atexit.register(_leave, code)  # called before those that are registered already
+    fail("; ".join(filter(None, [word, left])), code)
 
 
 def _leave(code: int) -> NoReturn:

@@ -1,4 +1,7 @@
-"""Ctrl-C: the first press ends a command in its own way, the second one at once."""
+"""Ctrl-C: the first press ends a command in its own way, the second one at once.
+
+So does SIGTERM, with which schedulers (Slurm, systemd) ask a process to end before they kill it.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +14,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["interruptible", "stopped"]
+__all__ = ["ended_by", "interruptible", "stopped"]
 
 AGAIN = 0.1  # s from an exception that was dropped to the same once more
 _seen, _repeats = threading.Event(), threading.Event()
+_WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+_first = [signal.SIGINT]  # the signal that came first
+
+
+def ended_by() -> tuple[str, int]:
+    """What has ended a command: a word for it, and the exit code that shells give to it."""
+    return _WORDS[_first[0]], 128 + _first[0]
 
 
 def stopped() -> bool:
-    """Whether Ctrl-C has been pressed; who asks ends the command, and is not interrupted once more."""
+    """Whether somebody has asked for the end; who asks this ends the command, and is left in peace."""
     _repeats.clear()
     return _seen.is_set()
 
@@ -26,6 +36,7 @@ def stopped() -> bool:
 @contextmanager
 def interruptible() -> Iterator[None]:
     """Ctrl-C raises KeyboardInterrupt meanwhile, until it is heard; pressed again, it ends the process.
+    So does SIGTERM.
 
     Where it comes while a library runs a callback of the garbage collector, Python reports that
     exception and drops it: it is raised once more.
@@ -36,13 +47,17 @@ def interruptible() -> Iterator[None]:
     report = sys.unraisablehook
     _seen.clear()
     _repeats.clear()
+    _first[0] = signal.SIGINT
 
     def remember(number: int, frame: FrameType | None) -> None:
         if _repeats.is_set():
             _repeats.clear()
         elif _seen.is_set():
-            os.write(2, b"interrupted\n")
-            os._exit(130)
+            word, code = ended_by()
+            os.write(2, f"{word}\n".encode())
+            os._exit(code)
+        else:
+            _first[0] = signal.Signals(number)
         _seen.set()
         raise KeyboardInterrupt
 
@@ -62,11 +77,12 @@ def interruptible() -> Iterator[None]:
         timer.daemon = True
         timer.start()
 
-    before = signal.signal(signal.SIGINT, remember)
+    before = {number: signal.signal(number, remember) for number in _WORDS}
     sys.unraisablehook = hush
     try:
         yield
     finally:
         _repeats.clear()
         sys.unraisablehook = report
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -14,6 +14,7 @@ from lumpedcable.results.human import scale
 from lumpedcable.scene import Axis, Study, format_quantity
 from lumpedcable.status import Status, remark_of
 from lumpedcable.study.compiling import heard
+from lumpedcable.study.progress import now_and_then
 from lumpedcable.study.run import run_study
 from lumpedcable.study.summary import EXACT, Outcome
 from lumpedcable.study.tables import (
@@ -47,7 +48,7 @@ def run_with_progress(
     stopped: Callable[[], bool] = lambda: False,
     timings: Timings | None = None,
 ) -> list[Outcome]:
-    """`run_study` with a live bar where there is a terminal to show it.
+    """`run_study` with a live bar where there is a terminal to show it, else a line now and then.
 
     `stopped` is asked after every piece whether somebody has interrupted it.
     """
@@ -66,12 +67,14 @@ def run_with_progress(
             disable=not console.is_terminal,
         ) as progress,
     ):
-        task = progress.add_task(study.scene.title or study.path.name, total=None)
+        title = study.scene.title or study.path.name
+        task, tell = progress.add_task(title, total=None), now_and_then(title, console.is_terminal)
 
         def show(done: int, total: int) -> None:
             if stopped():
                 raise KeyboardInterrupt
             progress.update(task, completed=done, total=total)
+            tell(done, total)
 
         return run_study(study, target, show, timings)
 

@@ -20,6 +20,7 @@ from rich.text import Text
 from lumpedcable.results import describe
 from lumpedcable.scene import Study
 from lumpedcable.study.compiling import heard
+from lumpedcable.study.progress import now_and_then
 from lumpedcable.study.shards import Share, open_study, run_here
 from lumpedcable.timings import Timings
 
@@ -44,6 +45,8 @@ def study_with_progress(
     timings: Timings | None = None,
 ) -> bool:
     """Compute what a study folder lacks, with a live bar where there is a terminal to show it.
+
+    Elsewhere a line tells now and then how far it is.
 
     Args:
         study: the scene file with its sweep.
@@ -76,13 +79,15 @@ def study_with_progress(
             disable=not console.is_terminal,
         ) as progress,
     ):
-        task = progress.add_task(study.scene.title or study.path.name, total=None)
+        title = study.scene.title or study.path.name
+        task, tell = progress.add_task(title, total=None), now_and_then(title, console.is_terminal)
 
         def show(done: int, total: int) -> None:
             if stopped():
                 raise KeyboardInterrupt
             runs = max(laid.count, 1)
             progress.update(task, completed=done / runs, total=total / runs)
+            tell(done, total)
 
         mine = Share(*share)
         if cluster is None:

@@ -1,0 +1,45 @@
+"""Progress where no terminal shows a bar, as under nohup or Slurm: a line now and then."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from datetime import timedelta
+
+__all__ = ["now_and_then"]
+
+LINES = 10  # at most: one for each tenth of the whole that is done
+PAUSE = 60.0  # s from a line to the next, at least
+
+
+def now_and_then(title: str, shown: bool) -> Callable[[int, int], None]:
+    """What tells of progress on standard error where no bar is shown; a short run gets no line.
+
+    Args:
+        title: what each line begins with.
+        shown: whether there is a bar; then nothing is told.
+
+    Returns:
+        To be called with what is done and all that is to be done, as often as one likes.
+    """
+    begun = last = time.monotonic()
+    told = 0  # tenths
+
+    def tell(done: int, total: int) -> None:
+        nonlocal last, told
+        now, share = time.monotonic(), done / total if total else 1.0
+        tenths = int(LINES * share + 1e-9)
+        if shown or share >= 1.0 or now - last < PAUSE or tenths <= told:
+            return
+        last, told = now, tenths
+        left = (now - begun) * (1.0 / share - 1.0)
+        words = f"{100 * share:.0f} % after {_clock(now - begun)}, about {_clock(left)} left"
+        print(f"{title}: {words}", file=sys.stderr, flush=True)
+
+    return tell
+
+
+def _clock(seconds: float) -> str:
+    """Hours, minutes and seconds, 1:02:03."""
+    return str(timedelta(seconds=round(seconds)))
