@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
@@ -12,16 +11,16 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from lumpedcable.fitting.language import Column
-from lumpedcable.scene.files import FileError, read_header, read_rows
+from lumpedcable.scene.columns import factor_of, read_header, read_rows
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import Quantity, found
-from lumpedcable.scene.units import UnitError, describe, format_quantity, unit_of
+from lumpedcable.scene.texts import FileError
+from lumpedcable.scene.units import format_quantity
 
 __all__ = ["Columns", "check_times", "noise_of", "read_data"]
 
 NOISES = (1e-12, 1e6)
 """Least and largest noise over the largest value: beyond, the data tell nothing, or more than digits."""
-_BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]")
 
 
 class Columns(NamedTuple):
@@ -56,12 +55,13 @@ def read_data(
         factors.append(factor)
         problems += [problem] if problem else []
     try:
-        header = read_header(file)
+        names = tuple(column.column for _, column, _ in wanted)
+        header = read_header(file, names)
         missing = [_missing(where, column.column, header, file) for where, column, _ in wanted
                    if header and header.count(column.column) != 1]  # fmt: skip
         if missing:
             return None, problems + missing
-        rows = read_rows(file, tuple(column.column for _, column, _ in wanted))
+        rows = read_rows(file, names)
     except FileError as error:
         return None, [*problems, Problem((*path, "file"), str(error))]
     if len(rows) < 2:
@@ -86,46 +86,11 @@ def _missing(where: Path, name: str, header: Sequence[str], file: FilePath) -> P
 
 def _factor(where: Path, column: Column, unit: str) -> tuple[float, Problem | None]:
     """The size of a column's unit in SI, and what is wrong with it."""
-    bracket, told = _bracket(column.column)
-    if column.unit is None and told is not None:
-        return 1.0, Problem((*where, "column"), told)
-    in_name = None if told is not None else bracket
-    written = column.unit if column.unit is not None else in_name
     place = (*where, "unit" if column.unit is not None else "column")
-    if written is None:
-        return 1.0, None
-    expected = f"expected a unit of {describe(unit_of(unit)[1])}"
     try:
-        factor, dimension = unit_of(written)
-    except UnitError as error:
-        return 1.0, Problem(place, f"{expected}, found {error}")
-    if dimension != unit_of(unit)[1]:
-        return 1.0, Problem(place, f'{expected}, found "{written}"')
-    named = _unit_or_none(in_name)  # None: what is in brackets is no unit
-    if named is not None and named != (factor, dimension):
-        return 1.0, Problem(
-            place, f'expected the unit in the column\'s name, "{in_name}", found "{written}"'
-        )
-    return factor, None
-
-
-def _bracket(name: str) -> tuple[str | None, str | None]:
-    """What stands in the brackets of a column's name as its unit, and what is wrong with it.
-
-    Of several brackets the one that is a unit, wherever it stands; the last where none is.
-    """
-    brackets = [match.group(1) for match in _BRACKETS.finditer(name)]
-    units = [text for text in brackets if _unit_or_none(text) is not None]
-    if len({unit_of(text) for text in units}) > 1:
-        return None, f'expected one unit in brackets, found "{units[0]}" and "{units[-1]}"'
-    return (units or brackets or [None])[-1], None
-
-
-def _unit_or_none(text: str | None) -> tuple[float, Any] | None:
-    try:
-        return None if text is None else unit_of(text)
-    except UnitError:
-        return None
+        return factor_of(column.column, unit, column.unit), None
+    except FileError as fault:
+        return 1.0, Problem(place, str(fault))
 
 
 def check_times(columns: Columns, path: Path) -> list[Problem]:

@@ -136,10 +136,10 @@ class RecordedMotion(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the record."""
-        where: Path = ("file",) if self.file else ("time",)
+        where: Path = ("file",) if self.file is not None else ("time",)
         message = times_fault(self.time)
         if len(self.time) >= 2 and len(self.position) != len(self.time):
-            where = where if self.file else ("position",)
+            where = where if self.file is not None else ("position",)
             yield Problem(
                 where,
                 f"expected {len(self.time)} places, one per time, found {len(self.position)}",

@@ -16,7 +16,7 @@ from lumpedcable.scene import overrides as changes
 from lumpedcable.scene.entries import Entry, entries_of
 from lumpedcable.scene.errors import Fault, SceneError
 from lumpedcable.scene.events import SHORT, with_place
-from lumpedcable.scene.files import FileError, fill, read_text
+from lumpedcable.scene.files import fill
 from lumpedcable.scene.kinds import SCENE, other_kind
 from lumpedcable.scene.locate import LineMap
 from lumpedcable.scene.part import Path, Problem, dotted
@@ -27,6 +27,7 @@ from lumpedcable.scene.run_checks import run_problems
 from lumpedcable.scene.runs import Axis, Factor, Runs, by_path, with_values
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.sweep import MAX_RUNS, read_factors
+from lumpedcable.scene.texts import FileError, read_text
 from lumpedcable.scene.validate import read_scene
 from lumpedcable.scene.writer import to_toml
 

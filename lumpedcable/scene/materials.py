@@ -150,7 +150,7 @@ class TableMaterial(_Law):
             yield from super().problems()
 
     def _wrong_points(self) -> Iterator[Problem]:
-        at = (lambda key: ("file",)) if self.file else (lambda key: (key,))
+        at = (lambda key: ("file",)) if self.file is not None else (lambda key: (key,))
         if len(self.strain) < 2:
             found_points = f"{len(self.strain)}" if self.strain else "none"
             yield Problem(

@@ -111,14 +111,14 @@ class RecordedBody(ByFreedom):
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the record."""
-        where: Path = ("file",) if self.file else ("time",)
+        where: Path = ("file",) if self.file is not None else ("time",)
         if not self.names():
             yield Problem(where, f"expected one of {', '.join(FREEDOMS)}, found none")
         for name in self.names():
             values = getattr(self, name)
             if len(values) != len(self.time):
                 yield Problem(
-                    ("file",) if self.file else (name,),
+                    ("file",) if self.file is not None else (name,),
                     f"expected {len(self.time)} values of {name}, one per time, "
                     f"found {len(values)}",
                 )
@@ -145,7 +145,7 @@ class SeaBody(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the table."""
-        where: Path = ("rao",) if self.rao else ("omega",)
+        where: Path = ("rao",) if self.rao is not None else ("omega",)
         if not self.names():
             yield Problem(where, f"expected one of {', '.join(FREEDOMS)}, found none")
         if len(self.omega) < 2:
@@ -161,7 +161,7 @@ class SeaBody(Part):
         for name in self.response:
             if name not in FREEDOMS:
                 yield Problem(
-                    ("response", name) if not self.rao else where,
+                    ("response", name) if self.rao is None else where,
                     f"expected one of {', '.join(FREEDOMS)}, found {found(name)}"
                     f"{did_you_mean(name, FREEDOMS)}",
                 )

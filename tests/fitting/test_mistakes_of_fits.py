@@ -70,6 +70,13 @@ MISTAKES = {
                              "expected 2 cells, as in the header, found 3 in bench.csv:3; write "
                              "numbers with a decimal point, without separators of thousands"),
     "decimal commas": (GOOD, TABLE.replace("2,3.5", "2,0,3,5"), "found 4 in bench.csv:3"),
+    "semicolons": (GOOD, TABLE.replace(".", ",").replace(",l", ";l").replace("\n1,", "\n1;"),
+                   "experiments.bench.file: expected the columns strain (%), load, separated by "
+                   "commas, found semicolons in bench.csv:1; write commas between columns, and numbers "
+                   "with a decimal point"),
+    "tabs": (GOOD, TABLE.replace(",", "\t"), "separated by commas, found tabs in bench.csv:1"),
+    "an error of a spreadsheet": (GOOD, TABLE.replace("2,3.5", "#N/A,3.5"),
+                                  'in column strain (%), found "#N/A" in bench.csv:3'),
     "a dead channel": (GOOD + 'noise = "1 %"\n', "strain (%),load\n1,0\n2,0\n3,0\n",
                        "experiments.bench.noise: expected a value other than 0 in column load"),
     "a dead channel of a record": (RECORD.replace('"F" }', '"F", noise = "1 %" }'),
