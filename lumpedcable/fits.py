@@ -322,8 +322,8 @@ def sensitivity(
         more: changes whose key is one word.
 
     Raises:
-        SceneError: the scene or a change is wrong.
-        ValueError: the scene has no such scalar or no such run.
+        SceneError: the scene or a change is wrong, or the scene has no such scalar.
+        ValueError: the scene has no such run.
     """
     study = changed_study(scene, changes, more)
     if not 0 <= run < len(study.runs):
@@ -376,8 +376,7 @@ def study_sensitivity(study: Study, of: str | None, run: int) -> Sensitivity:
     """The same of a run of a study that is loaded.
 
     Raises:
-        SceneError: the scene cannot be laid out.
-        ValueError: the scene has no such scalar.
+        SceneError: the scene cannot be laid out, or has no such scalar.
     """
     from lumpedcable.fitting.scalar import asked_scalar
     from lumpedcable.fitting.sensitivity import sensitivity_of

@@ -19,7 +19,7 @@ from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import tie_of
-from lumpedcable.scene.part import did_you_mean
+from lumpedcable.scene.part import SIDES, did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.solve.observe import Sample
 
@@ -82,8 +82,10 @@ def watched(
         return Watched(quantity, at.strip(), None, axis, body=True), 0.0
     if match is None:
         body = f", or a rigid body ({', '.join(bodies)})" if bodies else ""
+        ends = [f"{name}.{side}" for name in scene.lines for side in SIDES]
+        hint = did_you_mean(at.strip(), [*ends, *bodies])
         raise ValueError(
-            f'expected "LINE.start", "LINE.end" or "LINE@DISTANCE"{body}, found "{at}"'
+            f'expected "LINE.start", "LINE.end" or "LINE@DISTANCE"{body}, found "{at}"{hint}'
         )
     line, side, distance = match.groups()
     if line not in scene.lines:
@@ -159,7 +161,7 @@ def _tied(scene: Scene, at: str) -> str | None:
     """
     if at.split(".")[0] not in scene.bodies:
         return None
-    sides = [(n, s, getattr(line, s)) for n, line in scene.lines.items() for s in ("start", "end")]
+    sides = [(n, s, getattr(line, s)) for n, line in scene.lines.items() for s in SIDES]
     ends = [f"{name}.{side}" for name, side, end in sides if tie_of(end) == at]
     if len(ends) > 1:
         raise ValueError(f'expected the end of one line, found "{at}" with {", ".join(ends)}')

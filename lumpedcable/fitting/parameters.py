@@ -161,7 +161,9 @@ def _parameter(
     highest = math.inf if number.kind.maximum is None else number.kind.maximum
     highest = 0.0 if below else highest
     high = read("high", highest, replace(number.kind, sign="any"))
-    if not problems and not low < start < high:
+    if not problems and low >= high:
+        problems += _crossed(number, free, low, high, path)
+    elif not problems and not low < start < high:
         between = " and ".join(
             format_quantity(bound, number.kind.unit) if math.isfinite(bound) else "no bound"
             for bound in (low, high)
@@ -183,6 +185,15 @@ def _parameter(
         ),
         [],
     )  # fmt: skip
+
+
+def _crossed(number: Number, free: Free, low: float, high: float, path: Path) -> list[Problem]:
+    """What is wrong with bounds that leave nothing between them."""
+    least, most = (format_quantity(bound, number.kind.unit) for bound in (low, high))
+    if free.high is None:
+        return [Problem((*path, "low"), f"expected low below {most}, found {least}")]
+    own = f"low = {least}" if free.low is not None else least
+    return [Problem((*path, "high"), f"expected high above {own}, found {most}")]
 
 
 def _twice(parameters: Sequence[Parameter], at: Path) -> list[Problem]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, UNITS
 from lumpedcable.model.layout import layout_of, make_layout
-from lumpedcable.scene import Scene, Study
+from lumpedcable.scene import Fault, Scene, SceneError, Study
 from lumpedcable.scene.part import did_you_mean
 from lumpedcable.study.plan import common_coordinates, recoils_of
 from lumpedcable.study.summary import recoil_name
@@ -20,8 +21,14 @@ _SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
 _MEASURE = re.compile(r"(\w+) ([A-Za-z][\w-]*)")
 
 
-class AskedError(ValueError):
+class AskedError(SceneError, ValueError):
     """A number of a run that is asked for is none, or is not there; the message says why."""
+
+    def __init__(self, message: str):
+        super().__init__([Fault("", None, "", message)])
+
+    def __reduce__(self) -> tuple[type[SceneError], tuple[Any, ...]]:
+        return AskedError, (str(self),)
 
 
 @dataclass(frozen=True)

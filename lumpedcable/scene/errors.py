@@ -52,7 +52,7 @@ class SceneError(Exception):
     def __str__(self) -> str:
         return "\n".join(str(fault) for fault in self.faults)
 
-    def __reduce__(self) -> tuple[type[SceneError], tuple[tuple[Fault, ...]]]:
+    def __reduce__(self) -> tuple[type[SceneError], tuple[Any, ...]]:
         return SceneError, (self.faults,)
 
 

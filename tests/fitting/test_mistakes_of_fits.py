@@ -1,8 +1,13 @@
 """Bad fit files and bad data end in one message each, with its place, and leave nothing behind."""
 
+import pickle
+
 import pytest
 from command_line import refused
 from fit_files import BENCH, SCENE, free
+
+import lumpedcable as lc
+from lumpedcable.scene import SceneError
 
 GOOD = 'scene = "scene.toml"\n' + free([2e5], ["materials.nylon.p1"]) + BENCH
 TABLE = "strain (%),load\n1,2\n2,3.5\n3,5\n"
@@ -44,6 +49,12 @@ MISTAKES = {
                         "expected a force (N), found a length (m)"),
     "start beyond a bound": (GOOD.replace("start = 200000.0", "start = 2e5, high = 1e5"), TABLE,
                              "expected a start between the bounds"),
+    "bounds that cross": (GOOD.replace("start = 200000.0", 'low = "200 kN", high = "100 kN"'), TABLE,
+                          'p1".high: expected high above low = 200 kN, found '
+                          "100 kN"),
+    "a high below what the scene allows": (
+        RECORD.replace("materials.nylon.p1", "lines.rope.mass").replace("200000.0", '2, high = -1'),
+        TIMES, "high: expected high above 0 kg/m, found -1 kg/m"),
     "missing column": (GOOD, TABLE.replace("load", "laod"), 'did you mean "laod"?'),
     "a column misspelt": (GOOD.replace('"load"', '"laod"'), TABLE,
                           'experiments.bench.tension.column: expected a column of bench.csv, '
@@ -125,6 +136,8 @@ MISTAKES = {
     "time back": (RECORD, TIMES.replace("3,5", "1.5,5"), "found 1.5 ms after 2 ms in test.csv:4"),
     "time before 0": (RECORD, TIMES.replace("1,2", "-1,2"), "found -1 ms in test.csv:2"),
     "no line": (RECORD.replace("rope.start", "rop.start"), TIMES, 'did you mean "rope"?'),
+    "no end of a line": (RECORD.replace("rope.start", "rope.strat"), TIMES,
+                         'found "rope.strat"; did you mean "rope.start"?'),
     "beyond the line": (RECORD.replace("rope.start", "rope@70 m"), TIMES, "found 70 m"),
     "component": (RECORD.replace('"F" }', '"F", component = "x" }'), TIMES, "none for a tension"),
     "setting": (RECORD.replace("file =", 'set = { pretensoin = "9 kN" }\nfile ='), TIMES,
@@ -199,3 +212,10 @@ def test_the_unit_in_brackets_is_read_wherever_it_stands(tmp_path, name, newtons
     (tmp_path / "fit.toml").write_text(GOOD.replace('"load", unit = "kN"', f'"{name}"'))
     (series,) = load_fit(tmp_path / "fit.toml").problem.series
     assert series.values.tolist() == [2.0 * newtons, 3.5 * newtons, 5.0 * newtons]
+
+
+def test_a_place_that_is_not_there_is_told_to_programs_as_any_fault_of_a_scene(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    with pytest.raises(SceneError, match=r'found "rope.strat"; did you mean "rope.start"') as told:
+        lc.sensitivity(tmp_path / "scene.toml", "max tension at rope.strat")
+    assert str(pickle.loads(pickle.dumps(told.value))) == str(told.value)
