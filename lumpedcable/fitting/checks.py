@@ -8,14 +8,23 @@ import numpy as np
 
 from lumpedcable.fitting.columns import Columns
 from lumpedcable.fitting.data import FitProblem, Smooth
-from lumpedcable.fitting.language import FitFile, Free, TableExperiment
+from lumpedcable.fitting.language import FitFile, Free, RecordExperiment, TableExperiment
 from lumpedcable.fitting.parameters import Parameter
 from lumpedcable.scene import Study, TableMaterial
 from lumpedcable.scene.part import Path, Problem, did_you_mean, dotted
 from lumpedcable.scene.record_checks import record_problems
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["bench_problems", "smooth_tables", "uncovered_problems", "whole_problems"]
+__all__ = [
+    "bench_problems",
+    "length_problems",
+    "smooth_tables",
+    "uncovered_problems",
+    "whole_problems",
+]
+
+TOO_LONG = 50.0
+"""Times a scene's duration from which a record is not believed: of seconds taken for minutes 60."""
 
 
 def bench_problems(
@@ -60,6 +69,21 @@ def uncovered_problems(study: Study, last: float, path: Path) -> list[Problem]:
         Problem((*path, "time"), f"{dotted(problem.path)}: {problem.message}")
         for problem in record_problems(scene.lines, scene.bodies, last, "the data end")
     ]
+
+
+def length_problems(
+    study: Study, columns: Columns, one: RecordExperiment, path: Path
+) -> list[Problem]:
+    """Times that are so far beyond the scene's duration that another unit is likely meant."""
+    own, last = study.scene.output.duration, float(columns.values[0][-1])
+    if own == 0.0 or last < TOO_LONG * own:
+        return []
+    message = (
+        f"expected times of about output.duration, {format_quantity(own, 's')}, found "
+        f"{format_quantity(last, 's')} at the end of column {one.time.column} in {columns.name}: "
+        "correct its unit, or give a longer output.duration in set"
+    )
+    return [Problem((*path, "time"), message)]
 
 
 def smooth_tables(

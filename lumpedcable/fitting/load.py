@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from lumpedcable.fitting.checks import (
     bench_problems,
+    length_problems,
     smooth_tables,
     uncovered_problems,
     whole_problems,
@@ -294,7 +295,8 @@ class _Reader:
         if study is None:
             return []
         if columns is not None:
-            self.tell(uncovered_problems(study, float(columns.values[0][-1]), path))
+            long = length_problems(study, columns, one, path)
+            self.tell(long or uncovered_problems(study, float(columns.values[0][-1]), path))
         if len(study.runs) > 1:
             keys = " and ".join(axis.key for axis in study.axes)
             message = f"expected one run, found a sweep of {len(study.runs)}: set {keys}"

@@ -135,6 +135,11 @@ MISTAKES = {
     "time again": (RECORD, TIMES.replace("3,5", "2,5"), "found 2 ms again in test.csv:4"),
     "time back": (RECORD, TIMES.replace("3,5", "1.5,5"), "found 1.5 ms after 2 ms in test.csv:4"),
     "time before 0": (RECORD, TIMES.replace("1,2", "-1,2"), "found -1 ms in test.csv:2"),
+    "milliseconds taken for seconds": (
+        RECORD.replace('"t", unit = "ms"', '"t (s)"'), TIMES.replace("t,", "t (s),"),
+        "fit.toml:7: experiments.test.time: expected times of about output.duration, 20 ms, found 3 s "
+        "at the end of column t (s) in test.csv: correct its unit, or give a longer output.duration "
+        "in set"),
     "no line": (RECORD.replace("rope.start", "rop.start"), TIMES, 'did you mean "rope"?'),
     "no end of a line": (RECORD.replace("rope.start", "rope.strat"), TIMES,
                          'found "rope.strat"; did you mean "rope.start"?'),
@@ -194,7 +199,13 @@ def test_the_good_files_are_good(tmp_path):
     (tmp_path / "bench.csv").write_text(TABLE)
     (tmp_path / "test.csv").write_text(TIMES)
     (tmp_path / "moved.toml").write_text(MOVED)
-    for text in (GOOD, RECORD, RECORD.replace("scene.toml", "moved.toml")):
+    long = 'set = { "output.duration" = "1 s" }\n[free]'
+    for text in (
+        GOOD,
+        RECORD,
+        RECORD.replace("scene.toml", "moved.toml"),
+        RECORD.replace('"ms"', '"s"').replace("[free]", long),
+    ):
         (tmp_path / "fit.toml").write_text(text)
         assert load_fit(tmp_path / "fit.toml").problem.points == 3
 
