@@ -19,7 +19,7 @@ from lumpedcable.fitting.transforms import to_unbounded
 from lumpedcable.fitting.uncertainty import Profile, reach_of
 from lumpedcable.status import Status
 
-__all__ = ["flagged", "profile_of", "with_profiles"]
+__all__ = ["flagged", "profile_of", "untold", "with_profiles"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,10 @@ LEAST_GROWTH, MOST_GROWTH, LEAST_BACK = 0.5, 4.0, 0.1
 LEAST_NOISE = 1e-12
 """Noise that data without any are taken to have, over their largest value."""
 BETTER = 1e-3
-"""Relative fall of the loss on the way that shows that the fit was not the best."""
+"""Fall of the loss on the way, over the loss or the square of the noise if that is more, that shows
+that the fit was not the best: less is rounding, or changes no interval."""
+WIDE = 100.0
+"""Width of an interval, over the number or its start, from which the data do not tell the number."""
 
 
 def with_profiles(fitted: Fitted, indices: Sequence[int] | None = None) -> Fitted:
@@ -64,6 +67,25 @@ def flagged(fitted: Fitted) -> list[int]:
         asked = (k in vague or fitted.at_bound[k]) if p.profile is None else p.profile
         if asked and not fitted.failures and np.isfinite(fitted.certainty.noise):
             found.append(k)
+    return found
+
+
+def untold(fitted: Fitted) -> set[int]:
+    """Numbers that the data do not tell: most of a combination that is not told, or of wide interval.
+
+    That is one that is open, or `WIDE` times as wide as the number or its start is large. Not where no
+    noise is known, nor where an interval is open since runs fail.
+    """
+    certainty = fitted.certainty
+    if not np.isfinite(certainty.noise):
+        return set()
+    failed = {one.parameter for one in fitted.profiles if any(one.failed)}
+    found = {int(np.argmax(np.abs(c.parts))) for c in certainty.vague()}
+    for k, p in enumerate(fitted.problem.parameters):
+        width, size = certainty.high[k] - certainty.low[k], max(abs(fitted.values[k]), abs(p.start))
+        wide = not np.isfinite(width) or (size > 0.0 and width > WIDE * size)
+        if wide and k not in failed and not fitted.at_bound[k]:
+            found.add(k)
     return found
 
 
@@ -202,7 +224,7 @@ def _held(
     if not np.isfinite(loss) or any(bool(np.any(one != Status.OK)) for one in status):
         return found, float(np.nan), False
     root = float(np.sqrt(max(loss - fitted.loss, 0.0))) / s
-    return found, root, loss < fitted.loss * (1.0 - BETTER)
+    return found, root, fitted.loss - loss > BETTER * max(fitted.loss, s**2)
 
 
 def _limit(best: float, met: Mapping[float, float], reach: float) -> float:

@@ -9,6 +9,8 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from lumpedcable.fitting.linear import start_faults
+from lumpedcable.fitting.profile import untold
 from lumpedcable.fitting.run import Fitted, failure_text
 from lumpedcable.fitting.seek import UNLIKELY, chance_of
 from lumpedcable.fitting.sensitivity import Sensitivity
@@ -87,7 +89,7 @@ def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
         ]
         said = [] if f.converged else [status_of(f)]
         said += ["at a bound"] if any(f.at_bound) else []
-        said += ["numbers not told by the data"] if f.certainty.vague() else []
+        said += ["numbers not told by the data"] if untold(f) else []
         said += [] if f.certainty.free else ["no more values than numbers"]
         table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
     console.print(table)
@@ -112,7 +114,7 @@ def _values(fitted: Fitted) -> Table:
     heads = ("number", "start", "found", "std", f"{share} interval", "remark")
     table = table_of(heads, left=(0, 5), wrap=(0, 5))
     certainty = fitted.certainty
-    vague = {int(np.argmax(np.abs(c.parts))) for c in certainty.vague()}
+    vague = untold(fitted)
     profiles = {one.parameter for one in fitted.profiles}
     for k, p in enumerate(fitted.problem.parameters):
 
@@ -135,7 +137,7 @@ def _values(fitted: Fitted) -> Table:
 def remarks_of(fitted: Fitted) -> list[str]:
     """Plain words: how well the data are met, what failed, and what cannot be told apart."""
     problem, certainty = fitted.problem, fitted.certainty
-    said = [_quality(fitted)]
+    said = [_quality(fitted), *start_faults(problem)]
     names = [p.label for p in problem.parameters]
     if any(fitted.stalled):
         stalled = ", ".join(np.array(names)[np.array(fitted.stalled)])

@@ -14,6 +14,7 @@ from scipy.stats import qmc
 from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.bounds import falling, inside, with_slopes
 from lumpedcable.fitting.data import FitProblem
+from lumpedcable.fitting.linear import linear_start
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import penalised, unpacked
 from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
@@ -132,8 +133,12 @@ def _sample(problem: FitProblem, count: int) -> Array:
 
 
 def _others(problem: FitProblem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
-    """Starts from a sample, the one with the least loss first."""
+    """Starts from a sample: with its linear numbers solved for, if there are; the least loss first."""
     losses, places = [], _sample(problem, SAMPLE)
+    first = np.array([p.start for p in problem.parameters])
+    solved = linear_start(problem, [first, *places])
+    if solved is not None:
+        yield solved
     for place in places:
         rows, _ = _plain(spec, arrays, to_unbounded(arrays.transform, place))
         losses.append(float(np.sum(np.asarray(rows) ** 2)))

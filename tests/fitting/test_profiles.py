@@ -1,12 +1,14 @@
 """Profiles: straight where the model is, the true limits where it is not, open where nothing is told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, free, write_bench
 from scipy.optimize import brentq, least_squares
 
-from lumpedcable.fitting.profile import flagged, profile_of, with_profiles
-from lumpedcable.fitting.report import contents_of
+from lumpedcable.fitting.profile import flagged, profile_of, untold, with_profiles
+from lumpedcable.fitting.report import contents_of, remarks_of
 from lumpedcable.fitting.run import fit_problem
 
 KNOWN = 'noise = "1 %"\n'
@@ -97,3 +99,29 @@ def test_a_number_that_is_told_of_by_a_sum_alone_is_open_but_for_its_bound(tmp_p
     # with c2 = 0 the sum of squares rises by 3 (0.1 c1 - 10 kN)^2; s^2 = 2 kN^2 / (3 - 2), and the reach
     # is Student's t with 1 degree of freedom, 12.7062
     assert profile.high == pytest.approx(1e5 + 12.7062 * np.sqrt(2e6 / 3) / 0.1, rel=2e-3)
+
+
+def test_a_single_strain_tells_no_number_and_rounding_is_no_better_fit(tmp_path):
+    write_bench(tmp_path, np.full(30, 0.05), np.full(30, 1e5))
+    text = 'scene = "scene.toml"\n' + free(1.4 * TRUTH) + BENCH + KNOWN
+    fitted = with_profiles(fit_problem(fit_of(tmp_path, text).problem))
+    # one number is told of five: what is left is rounding of the one tension
+    assert fitted.loss < 1e-20
+    assert fitted.profiles
+    assert not any(one.better for one in fitted.profiles)
+    assert not any("better fit" in said for said in remarks_of(fitted))
+    assert untold(fitted) == {0, 1, 2, 3, 4}
+
+
+def test_a_number_with_a_wide_interval_is_not_told(tmp_path):
+    # c1 and c2 of two strains: by 100 N/sqrt(2)/0.01 and that over 0.3, 7 and 24 %
+    strain = np.array([0.01, 0.01, 0.3, 0.3])
+    fitted = polynomial(tmp_path, strain, 1e5 * (strain + strain**2), [9e4, 9e4], "noise = 100\n")
+    assert untold(fitted) == set()
+    high = fitted.certainty.low + np.array([99e5, 101e5])
+    wide = replace(fitted, certainty=fitted.certainty._replace(high=high))
+    assert untold(wide) == {1}
+    # of an interval that failed runs leave open the data say nothing
+    open_ = wide.certainty._replace(high=np.array([np.inf, np.inf]))
+    failing = profile_of(fitted, 0)._replace(failed=(False, True))
+    assert untold(replace(wide, certainty=open_, profiles=(failing,))) == {1}

@@ -1,0 +1,151 @@
+"""Numbers that enter tables of tensions linearly: solved for at once, and how far off they begin."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from lumpedcable.fitting.data import FitProblem, Table
+from lumpedcable.fitting.parameters import Parameter
+from lumpedcable.scene import TanhMaterial
+
+__all__ = ["linear_start", "start_faults"]
+
+Array = NDArray[np.float64]
+
+LINEAR = {
+    "linear": ("EA",), "tanh": ("p1", "p4", "p5"), "polynomial": ("coefficients",),
+}  # fmt: skip
+"""Keys of a law of which the tension is a sum of multiples."""
+OFF_BOUND = 1e-3
+"""Share of the way from a bound to the start that a number keeps from that bound."""
+LARGE = 50.0
+"""Factor between data and the law at the start from which a unit is in doubt."""
+AGAINST = -0.5
+"""Correlation of data with the law at the start, below which a sign is in doubt."""
+SPREAD = 0.1
+"""Range of strains over the largest, below which a table tells of one strain alone."""
+
+
+def linear_start(problem: FitProblem, places: Iterable[Array]) -> Array | None:
+    """The place whose linear numbers, solved for by least squares, leave the least.
+
+    With the other numbers held, the tensions are T = T0 + sum x_k dT/dx_k, and the x_k within their
+    bounds that make the sum of squared weighted deviations least follow from one linear system. So
+    of p1, p4 and p5 of a tanh law, of EA, and of the coefficients of a polynomial.
+
+    Args:
+        problem: parameters and data; where it has records, there is no such system.
+        places: values (p,) in SI of which those of the other numbers are taken; of a tanh law also
+            with the sign of p3 turned, which is the law of the other sign of strain.
+
+    Returns:
+        The values (p,), None where no number is linear in all tables that it is part of.
+    """
+    linear = np.array([_is_linear(problem, p) for p in problem.parameters])
+    if problem.records or problem.smooth or not np.any(linear):
+        return None
+    data = np.concatenate([t.series.values * t.series.weight for t in problem.tables])
+    turned = np.array([-1.0 if _is_phase(problem, p) else 1.0 for p in problem.parameters])
+    best, least = None, np.inf
+    for place in places:
+        for values in (place, place * turned) if np.any(turned < 0.0) else (place,):
+            found, left = _solved(problem, values, linear, data)
+            if left < least:
+                best, least = found, left
+    return best
+
+
+def _solved(
+    problem: FitProblem, values: Array, linear: NDArray[np.bool_], data: Array
+) -> tuple[Array, float]:
+    """The values with the linear ones solved for, and the sum of squares that they leave."""
+    low, high, start = (
+        np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
+    )
+    indices = np.flatnonzero(linear)
+    nothing = np.where(linear, 0.0, values)
+    base = _tensions(problem, nothing)
+    columns = np.stack(
+        [_tensions(problem, np.where(np.arange(values.size) == k, 1.0, nothing)) - base
+         for k in indices], axis=1,
+    )  # fmt: skip
+    if not (np.all(np.isfinite(columns)) and np.all(np.isfinite(base))):
+        return values, np.inf
+    with np.errstate(invalid="ignore"):
+        low = np.where(np.isfinite(low), low + OFF_BOUND * (start - low), low)
+        high = np.where(np.isfinite(high), high - OFF_BOUND * (high - start), high)
+    size = np.max(np.abs(columns), axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    found = lsq_linear(
+        columns / size, data - base, (low[indices] * size, high[indices] * size), method="bvls"
+    )
+    solved = nothing
+    solved[indices] = np.clip(found.x / size, low[indices], high[indices])
+    left = float(np.sum((base + columns @ solved[indices] - data) ** 2))
+    return solved, left
+
+
+def start_faults(problem: FitProblem) -> list[str]:
+    """Tables whose tensions are so far from the law at the start that a unit or a sign is in doubt.
+
+    Both are compared by how they change over the strains, which is what a table tells of a law.
+    """
+    start, said = np.array([p.start for p in problem.parameters]), []
+    for table in problem.tables:
+        x, data = table.series.x, table.series.values
+        if np.ptp(x) < SPREAD * np.max(np.abs(x)):
+            continue
+        with np.errstate(all="ignore"):
+            law = _tension(problem, table, start)
+            change, own = data - np.mean(data), law - np.mean(law)
+            ratio = float(np.std(data) / np.std(law))
+            cosine = float(np.mean(change * own) / (np.std(data) * np.std(law)))
+        if cosine < AGAINST:
+            said.append(
+                f"{table.series.label}: the data fall where the law at the start rises: check the "
+                "signs of the columns."
+            )
+        elif 0.0 < ratio < np.inf and not 1.0 / LARGE < ratio < LARGE:
+            said.append(
+                f"{table.series.label}: the data are about {float(f'{ratio:.1g}'):g} times what the "
+                "law gives at the start: check the units of the columns."
+            )
+    return said
+
+
+def _tensions(problem: FitProblem, values: Array) -> Array:
+    """Tensions of all tables over their noise, or over their largest value."""
+    return np.concatenate([_tension(problem, t, values) * t.series.weight for t in problem.tables])
+
+
+def _tension(problem: FitProblem, table: Table, values: Array) -> Array:
+    """Tensions (N) of a table's law at its strains, for parameters (p,) in SI."""
+    scene = table.study.scene
+    numbers = {
+        p.key: float(x)
+        for p, x in zip(problem.parameters, values, strict=True)
+        if p.experiment in (None, table.name) and p.key.startswith(f"materials.{table.material}.")
+    }
+    known = scene.numbers()
+    mine = {key: x for key, x in numbers.items() if key in known}
+    return scene.with_numbers(mine).materials[table.material].curve(table.series.x)
+
+
+def _law(problem: FitProblem, p: Parameter):
+    """The material that a number is of."""
+    name = p.key.split(".")[1] if p.key.startswith("materials.") else ""
+    users = (t.study.scene.materials.get(name) for t in problem.tables if t.material == name)
+    return next((law for law in users if law is not None), None)
+
+
+def _is_linear(problem: FitProblem, p: Parameter) -> bool:
+    law = _law(problem, p)
+    return law is not None and p.key.split(".")[2] in LINEAR.get(law.law, ())
+
+
+def _is_phase(problem: FitProblem, p: Parameter) -> bool:
+    return isinstance(_law(problem, p), TanhMaterial) and p.key.endswith(".p3")

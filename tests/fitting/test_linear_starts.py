@@ -1,0 +1,94 @@
+"""Starts whose linear numbers are solved for, and data that are far from the law at the start."""
+
+import numpy as np
+import pytest
+from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, free, write_bench
+from nylon_line import tension
+
+from lumpedcable.fitting.linear import linear_start, start_faults
+from lumpedcable.fitting.report import remarks_of
+from lumpedcable.fitting.run import fit_problem
+
+KNOWN = 'noise = "1 %"\n'
+STRAIN = np.linspace(0.005, 0.32, 64)
+
+
+def noisy(strain):
+    """Tensions (N) at the size of strains, with noise of 1 % of the largest."""
+    load = tension(np.abs(strain))
+    return load + 0.01 * load.max() * np.random.default_rng(2).standard_normal(load.size)
+
+
+def bench(folder, strain, load, more=KNOWN):
+    write_bench(folder, strain, load)
+    return fit_of(folder, 'scene = "scene.toml"\n' + free(1.4 * TRUTH) + BENCH + more).problem
+
+
+def law_of(folder, law, free_text, strain, load, more=""):
+    """The problem of a bench's table with another law."""
+    write_bench(folder, strain, load)
+    scene = SCENE.replace(SCENE[: SCENE.index("[lines")], f"[materials.nylon]\n{law}\n")
+    return fit_of(
+        folder, f'scene = "scene.toml"\n[free]\n{free_text}\n' + BENCH + more, scene
+    ).problem
+
+
+def start_of(problem):
+    return np.array([p.start for p in problem.parameters])
+
+
+def test_the_coefficients_of_a_polynomial_are_those_of_linear_regression(tmp_path):
+    load = 5e5 * STRAIN + 8e6 * STRAIN**3 + 2e3 * np.sin(50 * STRAIN)
+    law = 'law = "polynomial"\ncoefficients = [4e5, 1e5, 1e6]'
+    problem = law_of(tmp_path, law, '"materials.nylon.coefficients" = {}', STRAIN, load)
+    matrix = np.stack([STRAIN, STRAIN**2, STRAIN**3], axis=1)
+    best = np.linalg.lstsq(matrix, load)[0]
+    assert linear_start(problem, [start_of(problem)]) == pytest.approx(best, rel=1e-9)
+
+
+def test_linear_numbers_stay_within_their_bounds(tmp_path):
+    law, bounds = 'law = "linear"\nEA = "1 MN"', '"materials.nylon.EA" = { high = "2 MN" }'
+    problem = law_of(tmp_path, law, bounds, STRAIN, 5e6 * STRAIN)
+    # a thousandth of the way from the bound to the start
+    assert linear_start(problem, [start_of(problem)]) == pytest.approx([1.999e6], rel=1e-12)
+    falling = law_of(tmp_path, law, bounds, STRAIN, -5e6 * STRAIN)
+    assert linear_start(falling, [start_of(falling)]) == pytest.approx([1e3], rel=1e-12)
+
+
+def test_without_a_linear_number_there_is_no_such_start(tmp_path):
+    text = 'scene = "scene.toml"\n' + free(TRUTH[1:3], NAMES[1:3]) + BENCH
+    write_bench(tmp_path, STRAIN, tension(STRAIN))
+    problem = fit_of(tmp_path, text).problem
+    assert linear_start(problem, [start_of(problem)]) is None
+
+
+def test_loads_a_thousand_times_too_large_end_at_the_law_a_thousand_times_as_large(tmp_path):
+    fitted = fit_problem(bench(tmp_path, STRAIN, noisy(STRAIN)))
+    large = fit_problem(bench(tmp_path, STRAIN, 1e3 * noisy(STRAIN)))
+    assert large.converged
+    # the noise is a share of the largest load, so that the deviations are the same
+    assert large.loss == pytest.approx(fitted.loss, rel=1e-6)
+    assert large.values[:4] == pytest.approx(fitted.values[:4] * [1e3, 1.0, 1.0, 1e3], rel=1e-3)
+    said = " ".join(remarks_of(large))
+    assert "bench: tension: the data are about " in said
+    assert "times what the law gives at the start: check the units of the columns." in said
+
+
+def test_strains_of_the_other_sign_end_at_the_law_turned_round(tmp_path):
+    fitted = fit_problem(bench(tmp_path, STRAIN, noisy(STRAIN)))
+    turned = fit_problem(bench(tmp_path, -STRAIN, noisy(STRAIN)))
+    assert turned.converged
+    assert turned.loss == pytest.approx(fitted.loss, rel=1e-6)
+    # T(-e) = -p1 tanh(p2 e - p3) + p4 - p5 e
+    assert turned.values[:4] == pytest.approx(fitted.values[:4] * [-1, 1, -1, 1], rel=1e-3)
+    assert "the data fall where the law at the start rises" in " ".join(remarks_of(turned))
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 1.5])
+def test_no_unit_is_in_doubt_where_the_start_is_near(tmp_path, factor):
+    assert start_faults(bench_of(tmp_path, factor * TRUTH).problem) == []
+
+
+def test_a_single_strain_says_nothing_of_units(tmp_path):
+    strain = np.full(10, 0.05)
+    assert start_faults(bench(tmp_path, strain, np.linspace(9e4, 1.1e5, 10))) == []
