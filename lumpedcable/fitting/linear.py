@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,10 +89,15 @@ def _solved(
     return solved, left
 
 
-def start_faults(problem: FitProblem) -> list[str]:
-    """Tables whose tensions are so far from the law at the start that a unit or a sign is in doubt.
+def start_faults(problem: FitProblem, began: Sequence[Array] | None = None) -> list[str]:
+    """Columns so far from what the start values give that a unit or a sign is in doubt.
 
-    Both are compared by how they change over the strains, which is what a table tells of a law.
+    A table is compared by how it changes over the strains, which is what it tells of a law, and a
+    record by the mean size of what it holds.
+
+    Args:
+        problem: parameters and data.
+        began: what the start values give, one array a series; None leaves records out.
     """
     start, said = np.array([p.start for p in problem.parameters]), []
     for table in problem.tables:
@@ -109,12 +114,24 @@ def start_faults(problem: FitProblem) -> list[str]:
                 f"{table.series.label}: the data fall where the law at the start rises: check the "
                 "signs of the columns."
             )
-        elif 0.0 < ratio < np.inf and not 1.0 / LARGE < ratio < LARGE:
-            said.append(
-                f"{table.series.label}: the data are about {float(f'{ratio:.1g}'):g} times what the "
-                "law gives at the start: check the units of the columns."
-            )
+        else:
+            said += _unit_in_doubt(table.series.label, ratio, "law", "units of the columns")
+    for series, law in zip(problem.series, began or (), strict=False):
+        if series.x_unit != "s":
+            continue
+        with np.errstate(all="ignore"):
+            ratio = float(np.sqrt(np.mean(series.values**2) / np.mean(law**2)))
+        said += _unit_in_doubt(series.label, ratio, "scene", "unit of the column")
     return said
+
+
+def _unit_in_doubt(label: str, ratio: float, what: str, where: str) -> list[str]:
+    if not 0.0 < ratio < np.inf or 1.0 / LARGE < ratio < LARGE:
+        return []
+    return [
+        f"{label}: the data are about {float(f'{ratio:.1g}'):g} times what the {what} gives at the "
+        f"start: check the {where}."
+    ]
 
 
 def _tensions(problem: FitProblem, values: Array) -> Array:

@@ -137,7 +137,7 @@ def _values(fitted: Fitted) -> Table:
 def remarks_of(fitted: Fitted) -> list[str]:
     """Plain words: how well the data are met, what failed, and what cannot be told apart."""
     problem, certainty = fitted.problem, fitted.certainty
-    said = [_quality(fitted), *start_faults(problem)]
+    said = [_quality(fitted), *start_faults(problem, fitted.began)]
     names = [p.label for p in problem.parameters]
     if any(fitted.stalled):
         stalled = ", ".join(np.array(names)[np.array(fitted.stalled)])

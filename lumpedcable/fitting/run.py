@@ -44,7 +44,8 @@ class Fitted:
     predicted: the model's answer, one array a series. deviation (n,): (model - data) over the noise,
     or over the largest value where no noise was given. rough: by series, the largest change that a
     coarser interpolation between outputs would make, 0 where none was needed. stalled: numbers at whose
-    bound the search ended though the loss falls inwards.
+    bound the search ended though the loss falls inwards. began: what the start values give, one array a
+    series, None where that is not known.
     """
 
     problem: FitProblem
@@ -62,6 +63,7 @@ class Fitted:
     profiles: tuple[Profile, ...] = ()
     draws: Draws | None = None
     stalled: tuple[bool, ...] = ()
+    began: tuple[Array, ...] | None = None
 
     @property
     def starts(self) -> tuple[Start, ...]:
@@ -172,7 +174,17 @@ def fitted_from(problem: FitProblem, spec: Spec, sought: Sought, seconds: float)
         problem, values, certainty, criteria, predicted, deviation, rough, failures,
         tuple(map(bool, bound)), spec, sought, seconds,
         stalled=tuple(map(bool, falling(problem, arrays, found) & found.converged)),
+        began=_began(problem, sought),
     )  # fmt: skip
+
+
+def _began(problem: FitProblem, sought: Sought) -> tuple[Array, ...] | None:
+    """What the start values give of every series, where a search found out and no run failed."""
+    if sought.began is None:
+        return None
+    prediction = jax.tree.map(np.asarray, unpacked(sought.arrays, jax.numpy.asarray(sought.began)))
+    predicted, failures, _ = _by_series(problem, prediction)
+    return None if failures else predicted
 
 
 def _as_forgiven(spec: Spec, arrays: Arrays, rows: Array, left: Array) -> tuple[Array, Forgiven]:

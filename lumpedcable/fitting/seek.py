@@ -62,12 +62,16 @@ class Start(NamedTuple):
 
 
 class Sought(NamedTuple):
-    """All searches, the best with its arrays; `sampled` places were tried without derivatives."""
+    """All searches, the best with its arrays; `sampled` places were tried without derivatives.
+
+    `began` is the `Prediction` at the start values, packed, of records whose first search ended badly.
+    """
 
     starts: tuple[Start, ...]
     best: Found
     arrays: Arrays
     sampled: int
+    began: Array | None = None
 
     @property
     def loss(self) -> float:
@@ -94,7 +98,8 @@ def seek(
             return sought._replace(starts=starts, best=found, arrays=mine)
         return sought._replace(starts=starts)
 
-    for start in _starts(problem):
+    first, *more = _starts(problem)
+    for start in (first, *more):
         sought = go(start)
     assert sought is not None
     if problem.method.starts is not None or not bad_end(problem, spec, sought):
@@ -104,7 +109,10 @@ def seek(
         alike = [abs(s.loss - sought.loss) <= SAME * sought.loss for s in sought.starts]
         if sum(alike) >= ALIKE or not bad_end(problem, spec, sought):
             break
-    return sought._replace(sampled=SAMPLE)
+    began = None
+    if problem.records:  # by the program that the sample was tried with
+        began = np.asarray(_plain(spec, arrays, to_unbounded(arrays.transform, first))[1])
+    return sought._replace(sampled=SAMPLE, began=began)
 
 
 def _starts(problem: FitProblem) -> list[Array]:

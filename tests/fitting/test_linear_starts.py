@@ -92,3 +92,29 @@ def test_no_unit_is_in_doubt_where_the_start_is_near(tmp_path, factor):
 def test_a_single_strain_says_nothing_of_units(tmp_path):
     strain = np.full(10, 0.05)
     assert start_faults(bench(tmp_path, strain, np.linspace(9e4, 1.1e5, 10))) == []
+
+
+RECORD = """
+[experiments.test]
+file = "test.csv"
+time = { column = "t", unit = "ms" }
+observe = [
+  { quantity = "tension", at = "rope.start", column = "F" },
+  { quantity = "displacement", at = "rope.end", column = "s" },
+]
+"""
+
+
+def test_a_record_of_another_unit_is_told_where_the_search_ends_badly(tmp_path):
+    (tmp_path / "test.csv").write_text("t,F,s\n1,45000,0.1\n2,44000,0.2\n3,40000,0.3\n")
+    text = 'scene = "scene.toml"\n' + free(TRUTH[:1], NAMES[:1]) + RECORD
+    problem = fit_of(tmp_path, text).problem
+    metres = np.array([0.1, 0.2, 0.3])
+    assert start_faults(problem) == []
+    assert start_faults(problem, (np.array([45e3, 43e3, 41e3]), metres)) == []
+    (said,) = start_faults(problem, (np.array([45.0, 44.0, 40.0]), metres))
+    assert said == (
+        "test: tension at rope.start: the data are about 1000 times what the scene gives at the "
+        "start: check the unit of the column."
+    )
+    assert start_faults(problem, (np.full(3, np.nan), metres)) == []
