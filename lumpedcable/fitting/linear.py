@@ -43,12 +43,17 @@ def linear_start(problem: FitProblem, places: Iterable[Array]) -> Array | None:
             with the sign of p3 turned, which is the law of the other sign of strain.
 
     Returns:
-        The values (p,), None where no number is linear in all tables that it is part of.
+        The values (p,), None where no number is linear, or the start is beyond arithmetic: the search
+        measures changes by it.
     """
     linear = np.array([_is_linear(problem, p) for p in problem.parameters])
     if problem.records or problem.smooth or not np.any(linear):
         return None
     data = np.concatenate([t.series.values * t.series.weight for t in problem.tables])
+    start = np.array([p.start for p in problem.parameters])
+    with np.errstate(over="ignore", invalid="ignore"):
+        if not np.isfinite(np.sum((_tensions(problem, start) - data) ** 2)):
+            return None
     turned = np.array([-1.0 if _is_phase(problem, p) else 1.0 for p in problem.parameters])
     best, least = None, np.inf
     for place in places:
