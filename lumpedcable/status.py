@@ -25,6 +25,7 @@ class Status(IntEnum):
     BODY_UPENDED = 10
     LENGTH_LOST = 11
     STEP_NOT_FOUND = 12
+    STRAIN_EXCEEDED = 13
 
 
 SIGNS = (
@@ -62,6 +63,7 @@ MEANING = {
         "the method found no step that goes on from there: its stages had no solution, or its error "
         "stayed too large, however short it was"
     ),
+    Status.STRAIN_EXCEEDED: "a line stretched beyond max_strain of its material",
 }
 
 _ON_BEDS = "; of inextensible lines on a bed, lower solver.step"
@@ -101,6 +103,10 @@ ADVICE = {
     Status.STEP_NOT_FOUND: (
         'use the leapfrog method, or with an implicit one (kvaerno) solver.waves = "plain"; '
         "where solver.step or solver.courant is given a lower one may do"
+    ),
+    Status.STRAIN_EXCEEDED: (
+        "raise max_strain if the rope bears that; if not, check the units of lengths, places and "
+        "records, and the stiffness; what comes after this time is the law carried on"
     ),
 }
 

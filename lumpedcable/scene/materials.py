@@ -33,7 +33,8 @@ class _Law(Part):
     damping: Damping | None = None
     """Kelvin-Voigt constant c in N s: T gains c de/dt. Absent: none."""
     max_strain: PositiveNumber = 0.5
-    """The law is used for strains from -max_strain to max_strain; it bounds the wave speed."""
+    """The law is used for strains from -max_strain to max_strain; it bounds the wave speed. A run that
+    stretches a line further ends with status `strain_exceeded`."""
 
     def curve(self, strain: np.ndarray) -> np.ndarray:
         """Return T in N for strains (any shape), without damping and before tension_only."""

@@ -32,6 +32,7 @@ from lumpedcable.solve.observe import (
     Sample,
     Watch,
     largest_tension,
+    pulls,
     sample,
     tips,
     watch,
@@ -355,7 +356,9 @@ def advance(
     def sample_at(run: Progress, t) -> Any:
         found = sample(model, t, run.y, plan.quantities, dt, run.stuck)
         largest = found.largest | watched(run.seen)
-        peaks = [largest_tension(model.lines[n], p) for n, p in peaks_of(plan, run).items()]
+        watched_peaks = peaks_of(plan, run)
+        largest |= pulls(model, watched_peaks)
+        peaks = [largest_tension(model.lines[n], p) for n, p in watched_peaks.items()]
         if peaks:
             largest["tension"] = jnp.max(jnp.stack([largest["tension"], *peaks]))
         more = {"largest": largest, "upright": run.upright}

@@ -29,6 +29,7 @@ from lumpedcable.study.begins import begins_of, earliest, other_begins, source_o
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
+from lumpedcable.study.strains import strained
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -179,6 +180,11 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     open_ = energy.opened.any(axis=1) & (status == Status.OK)
     status[open_] = Status.ENERGY_NOT_CLOSED
     when = np.where(open_, times[energy.opened.argmax(axis=1)], when)
+    beyond = strained(contents, part, ready, account, _curve)
+    over = beyond.over(status, when, times)
+    if over.any():
+        status[over], when[over] = Status.STRAIN_EXCEEDED, times[beyond.first[over]]
+        energy = balance(account, status, when, times)
     if not account.complete:
         cut = status == Status.OK
         status[cut], when[cut] = Status.INTERRUPTED, times[account.reached]
@@ -214,8 +220,10 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     missed = missed_extremes(contents.scene, measured, lived)
     step_given = contents.scene.solver.step is not None
     table["status_message"][rows] = [
-        message_of(Status(int(s)), float(t), remark, step_given=step_given)
-        for s, t, remark in zip(status, when, missed, strict=True)
+        beyond.message(k, float(when[k]))
+        if s == Status.STRAIN_EXCEEDED
+        else message_of(Status(int(s)), float(when[k]), missed[k], step_given=step_given)
+        for k, s in enumerate(status)
     ]
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
