@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.joined import damaged
-from lumpedcable.results.schema import FIELD_TIME
+from lumpedcable.results.schema import BREAKING_STRENGTH, FIELD_TIME
 
 __all__ = ["Index", "LineData", "dataset_of", "frames_of", "read", "times_of"]
 
@@ -79,6 +79,12 @@ class LineData:
         """
         pick = tuple(slice(None) if index is None else index for index in (run, time))
         return read(dataset_of(self._group, name), pick)
+
+    def breaking_strength(self, run: int = 0) -> float:
+        """Breaking strength of its material in N in a run, NaN where the file tells of none."""
+        if not self.has(BREAKING_STRENGTH):
+            return float("nan")
+        return float(read(dataset_of(self._group, BREAKING_STRENGTH), (run,)))
 
     def unstretched_position(self, run: int = 0) -> Array:
         """Unstretched distance of the nodes from the line's start in m, shape (node,)."""

@@ -44,6 +44,9 @@ END_SPEED = "peak_end_speed"
 PEAK_TENSION = "peak_tension"
 """Name of the largest tension of each segment of a line, for who writes it and who draws it."""
 
+BREAKING_STRENGTH = "breaking_strength"
+"""Name of the strength of a line's material, for who writes it and who draws it."""
+
 
 def exact_name(quantity: str) -> str:
     """What the exact number beside a number of a recoiling end is called."""

@@ -28,6 +28,8 @@ _SAMPLES = 2001  # strains looked at between 0 and max_strain, both included
 class _Law(Part):
     """What every tension law has."""
 
+    JUDGED: ClassVar[tuple[str, ...]] = ("breaking_strength",)
+
     tension_only: StrictBool = False
     """T = max(T, 0), and 0 below the strain where T is 0: the line cannot push."""
     damping: Damping | None = None
@@ -35,6 +37,8 @@ class _Law(Part):
     max_strain: PositiveNumber = 0.5
     """The law is used for strains from -max_strain to max_strain; it bounds the wave speed. A run that
     stretches a line further ends with status `strain_exceeded`."""
+    breaking_strength: PositiveForce | None = None
+    """Minimum breaking load in N, which the largest tension is compared with. Absent: none."""
 
     def curve(self, strain: np.ndarray) -> np.ndarray:
         """Return T in N for strains (any shape), without damping and before tension_only."""

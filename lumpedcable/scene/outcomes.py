@@ -28,6 +28,7 @@ SUMMARIES = {
         "N",
         "largest tension of any segment, at any step; with other methods than leapfrog at output times",
     ),
+    "utilisation": ("1", "largest tension of a line over the breaking strength of its material"),
     "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),
     "stop_time": ("s", "when the body of output.stop came to rest"),
     "stop_distance": (

@@ -41,6 +41,9 @@ class Part(BaseModel):
     DRAWN: ClassVar[tuple[str, ...]] = ()
     """Keys that pictures alone read: nothing that is computed depends on them."""
 
+    JUDGED: ClassVar[tuple[str, ...]] = ()
+    """Keys that results are compared with: nothing that moves depends on them."""
+
     model_config: ClassVar[ConfigDict] = ConfigDict(
         frozen=True,
         extra="forbid",

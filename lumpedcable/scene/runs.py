@@ -119,7 +119,13 @@ class Runs(Sequence[Scene]):
     @property
     def _plain(self) -> bool:
         """Whether a run's scene is the common one with its swept numbers put in."""
-        return not self._whole and self.moved == {axis.key for axis in self.axes}
+        return not self._whole and self.moved == {axis.key for axis in self.axes} - self._judged
+
+    @cached_property
+    def _judged(self) -> frozenset[str]:
+        """The swept numbers that results are compared with, which move nothing."""
+        known = self._base.numbers().keys() | self._whole
+        return frozenset(axis.key for axis in self.axes if axis.key not in known)
 
     @cached_property
     def moved(self) -> frozenset[str]:
@@ -139,7 +145,7 @@ class Runs(Sequence[Scene]):
                 except ValidationError:
                     continue  # right only beside another number: told when the file was read
                 found |= {key for key in read if read[key] != known.get(key)}
-        return frozenset(found - self._whole)
+        return frozenset(found - self._whole - self._judged)
 
     def indices(self, run: int) -> tuple[int, ...]:
         """Return the row of a run in each factor."""
@@ -155,7 +161,7 @@ class Runs(Sequence[Scene]):
     def numbers(self, runs: ArrayLike) -> dict[str, NDArray[np.float64]]:
         """Return the numbers of :attr:`moved` in SI of chosen runs, each of shape (len(runs),)."""
         if self._plain:
-            return self.columns(runs)
+            return {k: column for k, column in self.columns(runs).items() if k in self.moved}
         found = [self[int(run)].numbers() for run in np.asarray(runs)]
         return {key: np.array([numbers[key] for numbers in found]) for key in sorted(self.moved)}
 

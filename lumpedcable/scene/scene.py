@@ -98,8 +98,8 @@ class Scene(Part):
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.
 
-        Left out are counts, texts, references, what pictures alone read, and data read from files
-        (see :meth:`skeleton`).
+        Left out are counts, texts, references, what pictures alone read, what results are compared
+        with, and data read from files (see :meth:`skeleton`).
         """
         return dict(_floats(self, ""))
 
@@ -124,7 +124,7 @@ class Scene(Part):
         return _replaced(self, tree, "")
 
     def skeleton(self) -> str:
-        """Return a JSON text of everything but the values of :meth:`numbers`, which become null.
+        """Return a JSON text of all structure, with the values of :meth:`numbers` as null.
 
         Two scenes with equal skeletons have the same structure: one compiled program does for
         both. Data read from a file stand as a digest of their values.
@@ -136,7 +136,7 @@ def _below(part: Any) -> Iterator[tuple[str, Any]]:
     """Yield the structural (key, value) pairs below a part, keys as text."""
     left_out: tuple[str, ...] = ()
     if isinstance(part, Part):
-        left_out = part.DRAWN + (part.FILE if part.from_file() else ())
+        left_out = part.DRAWN + part.JUDGED + (part.FILE if part.from_file() else ())
     for key, value in children(part):
         if key in left_out or (isinstance(part, Scene) and key in _NOT_STRUCTURE):
             continue

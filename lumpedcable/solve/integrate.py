@@ -26,13 +26,12 @@ from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
+from lumpedcable.solve.largest import so_far
 from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
 from lumpedcable.solve.observe import (
     Recoil,
     Sample,
     Watch,
-    largest_tension,
-    pulls,
     sample,
     tips,
     watch,
@@ -87,6 +86,7 @@ class Plan:
     Of the ends `tips` place and velocity are sampled.
     `outputs` is the most that one call of `advance` returns, `fields_after` from how many of them to how
     many there are fields again. With `watch_peaks` leapfrog keeps the largest tensions of all segments.
+    Of the lines `borne` the largest tension is sampled.
     `sloped` asks that Runge-Kutta methods of fixed steps have derivatives in both modes, which takes a
     little longer, and a run that stops ends at the instant of it.
     """
@@ -103,6 +103,7 @@ class Plan:
     tips: tuple[Recoil, ...] = ()
     fields_after: int = 1
     watch_peaks: bool = False
+    borne: tuple[str, ...] = ()
 
     @property
     def energy(self) -> bool:
@@ -186,7 +187,8 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
     standing = upright(model, y)
     ends = tips(model, zero, y, plan.tips)
-    first = first._replace(largest=first.largest | watched(seen), upright=standing, tips=ends)
+    largest = so_far(model, first.largest, {}, plan.borne) | watched(seen)
+    first = first._replace(largest=largest, upright=standing, tips=ends)
     return Progress(y, solver_state, seen, going, moving, y.tension, never, standing), first
 
 
@@ -355,12 +357,8 @@ def advance(
 
     def sample_at(run: Progress, t) -> Any:
         found = sample(model, t, run.y, plan.quantities, dt, run.stuck)
-        largest = found.largest | watched(run.seen)
-        watched_peaks = peaks_of(plan, run)
-        largest |= pulls(model, watched_peaks)
-        peaks = [largest_tension(model.lines[n], p) for n, p in watched_peaks.items()]
-        if peaks:
-            largest["tension"] = jnp.max(jnp.stack([largest["tension"], *peaks]))
+        largest = so_far(model, found.largest, peaks_of(plan, run), plan.borne)
+        largest |= watched(run.seen)
         more = {"largest": largest, "upright": run.upright}
         more["tips"] = tips(model, t, run.y, plan.tips)
         found = found._replace(stopped=rests(model, plan, run), lost=run.lost, **more)

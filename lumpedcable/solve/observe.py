@@ -23,6 +23,7 @@ from lumpedcable.physics.vectors import dot
 from lumpedcable.physics.waves import Boundary
 from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.bound import courant_number
+from lumpedcable.solve.largest import stretches, tensions_of
 from lumpedcable.status import Status
 
 __all__ = [
@@ -32,11 +33,8 @@ __all__ = [
     "Sample",
     "Watch",
     "end_tension",
-    "largest_tension",
-    "pulls",
     "sample",
     "signs",
-    "stretches",
     "tension_at",
     "tips",
     "watch",
@@ -77,12 +75,11 @@ class Watch(NamedTuple):
 class Sample(NamedTuple):
     """One output time: fields by line and quantity, energies (J), end tensions (N) and checks.
 
-    `largest` has the largest tension of all segments (N), the kinetic energy (J), what `stretches`
-    finds, and what `pulls` and `watched` add; `bodies` the coordinates q and their rates of each body,
+    `largest` has the largest tension of all segments (N), the kinetic energy (J), what `solve.largest`
+    tells of each line, and what `watched` adds; `bodies` the coordinates q and their rates of each body,
     (2, m); `measures` the numbers that the scene asks for, NaN while they do not count; `stuck` is as of
-    a run; `upright` the
-    least |cos(pitch)| so far of bodies that turn in space; `tips` how far ends have moved (m) and their
-    velocities (m/s).
+    a run; `upright` the least |cos(pitch)| so far of bodies that turn in space; `tips` how far ends have
+    moved (m) and their velocities (m/s).
     """
 
     fields: dict[str, dict[str, Array]]
@@ -286,8 +283,7 @@ def sample(
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
     stored = energies(model, found, y.displacement, y.velocity)
     none = jnp.full((), jnp.nan)  # without a line that has nodes
-    most = [largest_tension(model.lines[name], whole) for name, whole in tensions.items()]
-    largest = {"tension": jnp.max(jnp.stack(most)) if most else none, "kinetic": stored["kinetic"]}
+    largest = {"tension": none, "kinetic": stored["kinetic"]} | tensions_of(model, tensions)
     largest |= stretches(model, {name: found[name].line.shape.strain for name in model.lines})
     energy = {}
     if y.work:
@@ -324,47 +320,6 @@ def signs(seen: Sample, limit: float = 1.0) -> dict[Status, Bool[Array, "..."]]:
         Status.NON_FINITE: ~seen.finite,
         Status.LINE_REVERSED: seen.reversed,
     }
-
-
-def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]:
-    """The largest tension (N) of all segments that there are."""
-    if line.seam is not None:
-        tension = jnp.where(line.seam.gap(line.segments), -jnp.inf, tension)
-    return jnp.max(tension)
-
-
-def stretches(model: Model, strains: dict[str, Float[Array, " n"]]) -> dict[str, Float[Array, ""]]:
-    """How far elastic lines are stretched: the largest strain over max_strain (-), and whose it is."""
-    lines = {n: model.lines[n] for n in strains if not model.lines[n].inextensible}
-    return _first_of(
-        "stretch", model, {n: jnp.max(strains[n]) / x.max_strain for n, x in lines.items()}
-    )
-
-
-def pulls(model: Model, peaks: dict[str, Float[Array, " n"]]) -> dict[str, Float[Array, ""]]:
-    """How hard elastic lines were pulled: largest tension over that at max_strain (-), and which.
-
-    Of lines whose tension is that of their law alone: damping adds to it.
-    """
-    shares = {}
-    for name, peak in peaks.items():
-        line = model.lines[name]
-        if not line.inextensible and line.damping is None:
-            most = line.law.tension(line.max_strain.astype(peak.dtype))
-            share = largest_tension(line, peak) / jnp.where(most > 0.0, most, 1.0)
-            shares[name] = jnp.where(most > 0.0, share, 0.0)
-    return _first_of("pull", model, shares)
-
-
-def _first_of(
-    what: str, model: Model, shares: dict[str, Float[Array, ""]]
-) -> dict[str, Float[Array, ""]]:
-    """The largest share, and the number of its line among the names of all in order; {} of none."""
-    if not shares:
-        return {}
-    names, every = sorted(model.lines), jnp.stack(list(shares.values()))
-    numbers = jnp.asarray([names.index(name) for name in shares], every.dtype)
-    return {what: jnp.max(every), f"{what} of": numbers[jnp.argmax(every)]}
 
 
 def parts(line: Line, fields: dict[str, Array]) -> tuple[dict[str, Array], dict[str, Array]]:

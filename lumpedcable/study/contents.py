@@ -41,7 +41,8 @@ from lumpedcable.study.laying import Laid
 from lumpedcable.study.places import Places, neighbours
 from lumpedcable.study.plan import courant_of, fields_of, peaked
 from lumpedcable.study.rest import rest_variables
-from lumpedcable.study.summary import EXACT, QUANTITIES, SUMMARIES, Table, recoil_names
+from lumpedcable.study.strength import strength_coordinates
+from lumpedcable.study.summary import EXACT, QUANTITIES, Table, recoil_names, summaries_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -182,7 +183,7 @@ class Contents:
         found += carried_variables(self.scene, self.histories)
         if self.scene.output.static:
             found += rest_variables(self.scene)
-        for name, (unit, text) in SUMMARIES.items():
+        for name, (unit, text) in summaries_of(self.scene).items():
             found.append(Variable(f"summary/{name}", ("run",), "f8", unit, text))
         text = "steps taken, or output times where the solver chooses its steps"
         found.append(Variable("summary/solver_steps", ("run",), "i8", "1", text))
@@ -207,6 +208,8 @@ class Contents:
             names = np.array([runs.name(int(run)) for run in self.runs], object)
             found["case"] = Coordinate(names, "1", "name of the case", ("run",))
         found |= self.places.coordinates(self.runs) if self.places else {}
+        if self.histories:
+            found |= strength_coordinates(self.study, self.runs, list(self.segments))
         for reference, part in self.scene.references.items():
             for quantity, values in part.values.items():
                 if self.ends:

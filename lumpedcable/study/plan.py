@@ -121,7 +121,15 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
         tips=recoils_of(layout) if scene.output.keep != "summaries" else (),
         fields_after=scene.output.fields_after,
         watch_peaks=peaked(scene),
+        borne=_borne(scene, layout),
     )
+
+
+def _borne(scene: Scene, layout: Layout) -> tuple[str, ...]:
+    """The pieces of lines that have a strength, unless there is but one: it has the largest tension."""
+    strong = {n for n, x in scene.materials.items() if x.breaking_strength is not None}
+    found = (p.name for p in layout.pieces if scene.lines[p.line].material in strong)
+    return tuple(found) if len(layout.pieces) > 1 else ()
 
 
 def peaked(scene: Scene) -> bool:

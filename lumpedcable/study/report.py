@@ -16,6 +16,7 @@ from lumpedcable.status import Status, remark_of
 from lumpedcable.study.compiling import heard
 from lumpedcable.study.progress import now_and_then
 from lumpedcable.study.run import run_study
+from lumpedcable.study.strength import has_strength
 from lumpedcable.study.summary import EXACT, Outcome
 from lumpedcable.study.tables import (
     MOST_ROWS,
@@ -149,6 +150,8 @@ def _table(
     numbers += [column(name, unit) for name, (_, unit) in measured.items()]
     if study.scene.output.stop is not None:
         numbers += [column("stops\nafter", "s"), column("gone by\nthen", "m")]
+    if has_strength(study.scene):
+        numbers.append(column("utili-\nsation", "-"))
     closure = column("energy\nclosure", "%")
     column("status", justify="left")
     table.spare = [closure, *reversed(numbers), *reversed(swept)]
@@ -212,6 +215,8 @@ def _row(
     if study.scene.output.stop is not None:
         cells.append(_cell(outcome.stop_time, 1.0, "{:.3f}"))
         cells.append(_cell(outcome.stop_distance, 1.0, "{:.3f}"))
+    if has_strength(study.scene):
+        cells.append(_cell(outcome.utilisation, 1.0, "{:.3f}"))
     cells.append(_cell(outcome.energy_closure, 100.0, "{:.3f}"))
     cells.append(outcome.status.name.lower().replace("_", " "))
     return [Text(cell) for cell in cells]

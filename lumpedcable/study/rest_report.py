@@ -14,7 +14,9 @@ from lumpedcable.results import ResultFile, open_result
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import OK
 from lumpedcable.scene import Study, format_quantity
+from lumpedcable.status import remark_of
 from lumpedcable.study.prescribed import MODELS
+from lumpedcable.study.strength import UTILISATION, has_strength
 from lumpedcable.study.tables import (
     MOST_ROWS,
     WholeTable,
@@ -66,8 +68,10 @@ def rest_table(study: Study, target: Path) -> None:
             console.print(table)
             for note in _notes(numbers, models, shown, result.runs):
                 console.print(Text(note, "dim"))
-        said = zip(result.status, result.status_message, strict=True)
-        print_told(console, ((k, why) for k, (state, why) in enumerate(said) if state != OK))
+        said = list(enumerate(zip(result.status, result.status_message, strict=True)))
+        print_told(console, ((k, why) for k, (state, why) in said if state != OK))
+        remarks = ((k, remark_of(why)) for k, (_, why) in said)
+        print_told(console, (one for one in remarks if one[1]), "with such a remark", "dim")
     console.print(f"written: {target}", soft_wrap=True)
 
 
@@ -105,6 +109,9 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
                 continue  # prescribed
             column(f"{model}{MARKS[model]}", STYLES[model])
             columns.append(_texts(told * factor))
+    if has_strength(study.scene):
+        column("utilisation\n(-)")
+        columns.append(_texts(result.summary()["run"][UTILISATION]))
     table.add_column(Text("status"), vertical="bottom", no_wrap=True)
     table.spare = [*(place[name] for name in SPARE if name in place), *reversed(swept)]
     for run in range(min(result.runs, MOST_ROWS)):

@@ -30,6 +30,7 @@ from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
 from lumpedcable.study.strains import strained
+from lumpedcable.study.strength import UTILISATION, has_strength, utilised
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -48,6 +49,7 @@ __all__ = [
     "outcomes_of",
     "recoil_name",
     "recoil_names",
+    "summaries_of",
     "summarise",
 ]
 
@@ -85,6 +87,7 @@ class Outcome:
     measures: Mapping[str, float] = field(default_factory=dict)
     stop_time: float = float("nan")
     stop_distance: float = float("nan")
+    utilisation: float = float("nan")
 
 
 def recoil_name(recoil: Recoil) -> str:
@@ -97,13 +100,19 @@ def recoil_names(layout: Layout) -> list[str]:
     return [recoil_name(recoil) for recoil in recoils_of(layout)]
 
 
+def summaries_of(scene: Scene) -> dict[str, tuple[str, str]]:
+    """Those of `SUMMARIES` that the runs of a scene have: utilisation where a line has a strength."""
+    strong = has_strength(scene)
+    return {name: told for name, told in SUMMARIES.items() if strong or name != UTILISATION}
+
+
 def empty_table(contents: Contents, runs: int) -> Table:
     """The table of runs of which nothing is known."""
     table: Table = {"status": np.full(runs, int(Status.INTERRUPTED))}
     table["status_time"] = np.full(runs, np.nan)
     table["status_message"] = np.full(runs, "", object)
     table["summary/solver_steps"] = np.zeros(runs, int)
-    names = [f"summary/{name}" for name in (*SUMMARIES, *contents.scene.measures)]
+    names = [f"summary/{n}" for n in (*summaries_of(contents.scene), *contents.scene.measures)]
     for end in contents.ends:
         names += [f"summary/{end}/{name}" for name in QUANTITIES]
         if contents.exact:
@@ -130,7 +139,8 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
     residual = table.get("energy/residual", nothing)
     found = []
     for k, run in enumerate(runs):
-        own = {name: float(table[f"summary/{name}"][k]) for name in SUMMARIES}
+        told = (name for name in SUMMARIES if f"summary/{name}" in table)
+        own = {name: float(table[f"summary/{name}"][k]) for name in told}
         recoils = {
             end: {name: float(table[f"summary/{end}/{name}"][k]) for name in names}
             for end, names in ends.items()
@@ -151,6 +161,7 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
             measures={name: float(table[f"summary/{name}"][k]) for name in measured},
             stop_time=own["stop_time"],
             stop_distance=own["stop_distance"],
+            utilisation=own.get(UTILISATION, float("nan")),
         )
         found.append(outcome)
     return found
@@ -218,13 +229,18 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     for name, history in measured.items():
         numbers[name] = measure_outcome(contents.scene, name, history)
     missed = missed_extremes(contents.scene, measured, lived)
+    used = utilised(contents.study, part, ready, account, good, sound, times)
+    if has_strength(contents.scene):
+        numbers[UTILISATION] = used.most
     step_given = contents.scene.solver.step is not None
-    table["status_message"][rows] = [
+    said = [
         beyond.message(k, float(when[k]))
         if s == Status.STRAIN_EXCEEDED
         else message_of(Status(int(s)), float(when[k]), missed[k], step_given=step_given)
         for k, s in enumerate(status)
     ]
+    remarks = zip(said, used.words, strict=True)
+    table["status_message"][rows] = ["; ".join(filter(None, words)) for words in remarks]
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
     for line in account.peaks.keys() & set(contents.peaked):

@@ -35,6 +35,7 @@ SHOWN = {
     "front_arrival": "earliest",
     "peak_kinetic_energy": "largest",
     "peak_tension": "largest",
+    "utilisation": "largest",
     "stop_time": "largest",
     "stop_distance": "largest",
 }

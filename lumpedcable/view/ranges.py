@@ -21,6 +21,8 @@ Array = NDArray[Any]
 
 _LARGEST: dict[str, Any] = {"color": style.COLOURS[0]}
 _SMALLEST: dict[str, Any] = {"color": style.COLOURS[1], "linestyle": style.DASHES[1]}
+_STRENGTH: dict[str, Any] = {"color": style.NEUTRAL, "linewidth": 0.8}
+_FAR = 3.0  # times the largest tension: a strength beyond it would leave the tensions no room
 _START: dict[str, Any] = {"color": style.NEUTRAL, "linestyle": style.DASHES[2]}
 
 
@@ -34,13 +36,14 @@ def range_figure(result: ResultFile, names: list[str], group: Group) -> Figure:
     """Range of tension over the unstretched place, a panel for each line.
 
     Of one run the largest tension of each segment, the smallest and that at the start; of several the
-    largest, a curve for each run. The largest is that of any step where the file knows it.
+    largest, a curve for each run. The largest is that of any step where the file knows it. A breaking
+    strength is drawn beside them, or told where it is more than three times as large.
     """
     shown = _foremost(result, names, group)
     largest = {name: [_largest(result.line(name), run) for run in group.runs] for name in shown}
     factor, unit = style.shared_unit([np.concatenate(found) for found in largest.values()], "N")
     alone = len(group.runs) == 1
-    titles = [_title(result.line(name), group.runs[0], largest[name], alone) for name in shown]
+    titles = [_title(result.line(name), group, largest[name]) for name in shown]
     figure, axes = style.panel_figure(titles, group.heading(result, "Range of tension"))
     for ax, name in zip(axes, shown, strict=True):
         line, drawn = result.line(name), largest[name]
@@ -49,11 +52,18 @@ def range_figure(result: ResultFile, names: list[str], group: Group) -> Figure:
         else:
             for index, (run, curve) in enumerate(zip(group.runs, drawn, strict=True)):
                 ax.plot(*_curve(line, run, curve * factor), **style.curve(index))
+        strength = _strength(line, group)
+        if _drawn(strength, largest[name]):
+            ax.axhline(strength * factor, **_STRENGTH)
+            drawn = [*drawn, np.array([strength])]
         ax.set_ylim(style.limits(np.concatenate(drawn) * factor, zero=True))
         if not np.isfinite(np.concatenate(drawn)).any():
             style.say_empty(ax)
     style.label_outer(axes, "unstretched position (m)", style.with_unit("tension", unit))
-    style.foot(figure, _note(result, names, shown, group), _entries(result, shown, group))
+    entries = _entries(result, shown, group)
+    if any(_drawn(_strength(result.line(name), group), largest[name]) for name in shown):
+        entries.append(Line2D([], [], label="breaking strength", **_STRENGTH))
+    style.foot(figure, _note(result, names, shown, group), entries)
     return figure
 
 
@@ -114,14 +124,29 @@ def _draw_one(ax: Axes, line: LineData, run: int, largest: Array, factor: float)
     return [largest, smallest, start]
 
 
-def _title(line: LineData, run: int, largest: list[Array], alone: bool) -> str:
-    """The line's name; of a single run also how much it bears at most, and where."""
-    if not alone or not np.isfinite(largest[0]).any():
-        return line.name
-    at = int(np.nanargmax(largest[0]))
-    most = quantity(float(largest[0][at]), "N", 4)
-    place = quantity(float(_middles(line, run)[at]), "m", 4)
-    return f"{line.name}: at most {most}, at {place}"
+def _strength(line: LineData, group: Group) -> float:
+    """Its strength in N, NaN where the file tells of none, or runs of the group have others."""
+    every = {line.breaking_strength(run) for run in group.runs}
+    return every.pop() if len(every) == 1 else float("nan")
+
+
+def _drawn(strength: float, largest: list[Array]) -> bool:
+    """Whether a strength is drawn beside these tensions; else the title tells of it."""
+    return bool(strength <= _FAR * style.largest(np.concatenate(largest)))
+
+
+def _title(line: LineData, group: Group, largest: list[Array]) -> str:
+    """The line's name; of a single run also how much it bears at most, and where; a strength far off."""
+    told = line.name
+    if len(group.runs) == 1 and np.isfinite(largest[0]).any():
+        at = int(np.nanargmax(largest[0]))
+        most = quantity(float(largest[0][at]), "N", 4)
+        place = quantity(float(_middles(line, group.runs[0])[at]), "m", 4)
+        told = f"{line.name}: at most {most}, at {place}"
+    strength = _strength(line, group)
+    if np.isnan(strength) or _drawn(strength, largest):
+        return told
+    return f"{told}; breaking strength {quantity(strength, 'N', 4)}"
 
 
 def _note(result: ResultFile, names: list[str], shown: list[str], group: Group) -> str:

@@ -113,7 +113,7 @@ def test_references_are_of_numbers_that_runs_have():
 
 
 def test_no_measure_can_take_the_name_of_a_number_in_the_summary():
-    bare = SimpleNamespace(measures={})
+    bare = SimpleNamespace(measures={}, lines={})
     table = empty_table(
         SimpleNamespace(scene=bare, ends=(), exact=False, peaked=(), energy=False), 1
     )

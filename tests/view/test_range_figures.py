@@ -12,8 +12,11 @@ ALONG = ("run", "time", "segment")
 EACH = ("run", "segment")
 
 
-def lines(path, tensions, peaks=None, status=(1,)):
-    """A file of lines of 10 m with tensions (N) by name, (run, time, segment), and what they bore."""
+def lines(path, tensions, peaks=None, status=(1,), strength=None):
+    """A file of lines of 10 m with tensions (N) by name, (run, time, segment), and what they bore.
+
+    `strength` is that of all lines in each run (N).
+    """
     times = next(iter(tensions.values())).shape[1]
     dims, places = {"run": len(status), "time": times}, {}
     meanings = {"flag_values": np.array([0, 1, 2], "i1"), "flag_meanings": "pending ok diverged"}
@@ -31,6 +34,8 @@ def lines(path, tensions, peaks=None, status=(1,)):
         for what, at in (("position", node), ("segment", (node[1:] + node[:-1]) / 2)):
             dim = "node" if what == "position" else "segment"
             places[f"lines/{name}/unstretched_{what}"] = Coordinate(at, "m", "", (dim,))
+        if strength:
+            places[f"lines/{name}/breaking_strength"] = Coordinate(strength, "N", "", ("run",))
     with ResultWriter(
         path,
         dims=dims,
@@ -117,6 +122,38 @@ def test_a_panel_for_each_line_or_for_those_that_bear_the_most(tmp_path, count):
     assert names == list(found)[-MOST_PANELS:]
     note = figure.legends[0].get_title().get_text()
     assert (f"{MOST_PANELS} of {count} lines" in note) == (count > MOST_PANELS)
+
+
+def test_a_strength_is_drawn_beside_the_tensions(tmp_path):
+    saved = np.array([[[1e3, 2e3], [3e3, 1e3]]])
+    figure = figures_of(lines(tmp_path / "a.h5", {"rope": saved}, strength=[9e3]))["tension_range"]
+    (ax,) = figure.axes
+    assert list(ax.lines[-1].get_xdata()) == [0, 1]  # across the whole axis
+    assert list(ax.lines[-1].get_ydata()) == [9, 9]
+    assert ax.get_ylim()[1] > 9
+    assert legend(figure)[-1] == "breaking strength"
+    assert ax.get_title() == "rope: at most 3 kN, at 2.5 m"
+
+
+def test_a_strength_far_above_the_tensions_is_told_in_the_title(tmp_path):
+    saved = np.array([[[1e3, 2e3], [3e3, 1e3]]])
+    figure = figures_of(lines(tmp_path / "a.h5", {"rope": saved}, strength=[9.1e3]))[
+        "tension_range"
+    ]
+    (ax,) = figure.axes
+    assert len(ax.lines) == 3
+    assert ax.get_ylim()[1] < 4
+    assert "breaking strength" not in legend(figure)
+    title = ax.get_title().replace("\n", " ")
+    assert title == "rope: at most 3 kN, at 2.5 m; breaking strength 9.1 kN"
+
+
+@pytest.mark.parametrize(("strength", "count"), [([2e3, 2e3], 3), ([2e3, 4e3], 2)])
+def test_of_several_runs_a_strength_that_all_have(tmp_path, strength, count):
+    saved = np.array([[[1e3], [2e3]], [[5e3], [1e3]]])
+    path = lines(tmp_path / "a.h5", {"rope": saved}, status=(1, 1), strength=strength)
+    (ax,) = figures_of(path)["tension_range"].axes
+    assert len(ax.lines) == count
 
 
 def test_lines_that_part_have_figures_of_their_own(tmp_path):

@@ -1,0 +1,78 @@
+"""The largest tension of each line, and how far those of all go through the range of their laws."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.line import Line
+from lumpedcable.model.model import Model
+
+__all__ = ["largest_tension", "so_far", "stretches", "tensions_of"]
+
+
+def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]:
+    """The largest tension (N) of all segments that there are."""
+    if line.seam is not None:
+        tension = jnp.where(line.seam.gap(line.segments), -jnp.inf, tension)
+    return jnp.max(tension)
+
+
+def tensions_of(model: Model, along: dict[str, Float[Array, " n"]]) -> dict[str, Float[Array, ""]]:
+    """The largest tension (N) of each line, "tension of NAME", and of all, "tension"."""
+    found = {_of(name): largest_tension(model.lines[name], t) for name, t in along.items()}
+    return found | ({"tension": jnp.max(jnp.stack(list(found.values())))} if found else {})
+
+
+def so_far(
+    model: Model,
+    now: dict[str, Float[Array, ""]],
+    peaks: dict[str, Float[Array, " n"]],
+    borne: tuple[str, ...],
+) -> dict[str, Float[Array, ""]]:
+    """`Sample.largest` with the largest tensions of any step, where there are `peaks` of segments (N).
+
+    Of single lines it keeps those of `borne`.
+    """
+    most = dict(now)
+    for name, value in tensions_of(model, peaks).items():
+        most[name] = jnp.maximum(now[name], value)
+    kept = {_of(name) for name in borne}
+    most = {n: v for n, v in most.items() if n in kept or not n.startswith(_of(""))}
+    return most | pulls(model, peaks)
+
+
+def _of(name: str) -> str:
+    return f"tension of {name}"
+
+
+def stretches(model: Model, strains: dict[str, Float[Array, " n"]]) -> dict[str, Float[Array, ""]]:
+    """How far elastic lines are stretched: the largest strain over max_strain (-), and whose it is."""
+    lines = {n: model.lines[n] for n in strains if not model.lines[n].inextensible}
+    return _first_of(
+        "stretch", model, {n: jnp.max(strains[n]) / x.max_strain for n, x in lines.items()}
+    )
+
+
+def pulls(model: Model, peaks: dict[str, Float[Array, " n"]]) -> dict[str, Float[Array, ""]]:
+    """How hard elastic lines were pulled: largest tension over that at max_strain (-), and which.
+
+    Of lines whose tension is that of their law alone: damping adds to it.
+    """
+    shares = {}
+    for name, peak in peaks.items():
+        line = model.lines[name]
+        if not line.inextensible and line.damping is None:
+            most = line.law.tension(line.max_strain.astype(peak.dtype))
+            share = largest_tension(line, peak) / jnp.where(most > 0.0, most, 1.0)
+            shares[name] = jnp.where(most > 0.0, share, 0.0)
+    return _first_of("pull", model, shares)
+
+
+def _first_of(
+    what: str, model: Model, shares: dict[str, Float[Array, ""]]
+) -> dict[str, Float[Array, ""]]:
+    """The largest share, and the number of its line among the names of all in order; {} of none."""
+    if not shares:
+        return {}
+    names, every = sorted(model.lines), jnp.stack(list(shares.values()))
+    numbers = jnp.asarray([names.index(name) for name in shares], every.dtype)
+    return {what: jnp.max(every), f"{what} of": numbers[jnp.argmax(every)]}
