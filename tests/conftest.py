@@ -39,8 +39,7 @@ counted = itertools.count(1)
 def _no_terminal():
     """All is printed as into a file, whatever terminal or service the tests are started from."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("COLUMNS", "80")
-        for name in ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
+        for name in ("COLUMNS", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
             patch.delenv(name, raising=False)
         yield
 
