@@ -58,7 +58,7 @@ class Solver(Part):
     """Fixed step over the largest stable step of the model (fixed-step methods). Not given, it is 0.8
     where waves are corrected and 0.75 where they are viscous."""
     step: PositiveTime | None = None
-    """Fixed step in s, instead of courant."""
+    """Fixed step in s, instead of courant; at most output.every."""
     rtol: PositiveNumber | None = None
     """Relative tolerance (adaptive methods)."""
     atol: PositiveNumber | None = None

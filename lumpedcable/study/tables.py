@@ -1,6 +1,5 @@
 """What all tables for a person have in common: a console, their look, what is left out of them."""
 
-import os
 import re
 from collections.abc import Collection, Iterable, Sequence
 
@@ -23,7 +22,7 @@ __all__ = [
 
 MOST_ROWS = 60  # of a table; the file holds them all
 MOST_TOLD = 10  # runs told one by one
-WIDE = 200  # columns where nobody says how many there are
+WIDE = 200  # columns where no terminal says how many there are
 BOUNDLESS = 10_000
 
 
@@ -96,9 +95,9 @@ def _words(column: Column) -> str:
 
 
 def console_of(wide: int | None = None) -> Console:
-    """A console as wide as the terminal, or as COLUMNS says, else `wide` or `WIDE`."""
+    """A console as wide as the terminal, or `wide`, else `WIDE`, where there is none."""
     console = Console(highlight=False, markup=False)
-    if console.is_terminal or os.environ.get("COLUMNS", "").isdigit():
+    if console.is_terminal:
         return console
     return Console(highlight=False, markup=False, width=WIDE if wide is None else wide)
 

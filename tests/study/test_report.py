@@ -101,11 +101,6 @@ def test_columns_of_text_are_broken_between_words_before_numbers_go(monkeypatch)
     assert "found and" in shown[20]
 
 
-def test_columns_are_as_many_as_the_environment_says(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "72")
-    assert tables.console_of().width == 72
-
-
 def test_references_are_of_numbers_that_runs_have():
     units = {name: unit for name, (unit, _) in (QUANTITIES | SUMMARIES).items()}
     assert {name: unit or "1" for name, unit in RESULTS.items()}.items() <= units.items()
