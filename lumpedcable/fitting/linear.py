@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ LINEAR = {
     "linear": ("EA",), "tanh": ("p1", "p4", "p5"), "polynomial": ("coefficients",),
 }  # fmt: skip
 """Keys of a law of which the tension is a sum of multiples."""
+MOST_LAWS = 5000
+"""Evaluations of laws at most, a second's worth: fewer places are tried where each needs many."""
 OFF_BOUND = 1e-3
 """Share of the way from a bound to the start that a number keeps from that bound."""
 LARGE = 50.0
@@ -56,7 +59,9 @@ def linear_start(problem: FitProblem, places: Iterable[Array]) -> Array | None:
             return None
     turned = np.array([-1.0 if _is_phase(problem, p) else 1.0 for p in problem.parameters])
     best, least = None, np.inf
-    for place in places:
+    # numbers that every table has of its own make many columns
+    few = max(MOST_LAWS // (len(problem.tables) * (int(np.sum(linear)) + 1)), 1)
+    for place in islice(places, few):
         for values in (place, place * turned) if np.any(turned < 0.0) else (place,):
             found, left = _solved(problem, values, linear, data)
             if left < least:

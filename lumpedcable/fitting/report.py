@@ -90,6 +90,7 @@ def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
         said = [] if f.converged else [status_of(f)]
         said += ["at a bound"] if any(f.at_bound) else []
         said += ["numbers not told by the data"] if untold(f) else []
+        said += ["a unit or a sign in doubt"] if start_faults(f.problem, f.began) else []
         said += [] if f.certainty.free else ["no more values than numbers"]
         table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
     console.print(table)

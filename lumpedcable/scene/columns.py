@@ -207,8 +207,8 @@ def _sheet(path: FilePath, wanted: Sequence[str]) -> _Sheet:
         header = []
     if other is not None and not all(places_of(name, header) for name in wanted):
         raise FileError(
-            f"expected the columns {', '.join(wanted)}, separated by commas, found {other} in "
-            f"{path.name}:{number}; write commas between columns, and numbers with a decimal point"
+            "expected columns separated by commas, and numbers with a decimal point, found "
+            f"{other} in {path.name}:{number}"
         )
     rows = [(n, row) for n, row in lines[first + 1 :] if not _is_comment(row, len(header))]
     return _Sheet(path.name, number, header, rows)

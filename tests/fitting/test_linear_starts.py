@@ -6,7 +6,7 @@ from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, free, write_
 from nylon_line import tension
 
 from lumpedcable.fitting.linear import linear_start, start_faults
-from lumpedcable.fitting.report import remarks_of
+from lumpedcable.fitting.report import print_ropes, remarks_of
 from lumpedcable.fitting.run import fit_problem
 
 KNOWN = 'noise = "1 %"\n'
@@ -62,7 +62,9 @@ def test_without_a_linear_number_there_is_no_such_start(tmp_path):
     assert linear_start(problem, [start_of(problem)]) is None
 
 
-def test_loads_a_thousand_times_too_large_end_at_the_law_a_thousand_times_as_large(tmp_path):
+def test_loads_a_thousand_times_too_large_end_at_the_law_a_thousand_times_as_large(
+    tmp_path, capsys
+):
     fitted = fit_problem(bench(tmp_path, STRAIN, noisy(STRAIN)))
     large = fit_problem(bench(tmp_path, STRAIN, 1e3 * noisy(STRAIN)))
     assert large.converged
@@ -72,6 +74,10 @@ def test_loads_a_thousand_times_too_large_end_at_the_law_a_thousand_times_as_lar
     said = " ".join(remarks_of(large))
     assert "bench: tension: the data are about " in said
     assert "times what the law gives at the start: check the units of the columns." in said
+    print_ropes({"one": fitted}, "ropes")
+    assert "in doubt" not in capsys.readouterr().out
+    print_ropes({"one": large}, "ropes")
+    assert "in doubt" in capsys.readouterr().out
 
 
 def test_strains_of_the_other_sign_end_at_the_law_turned_round(tmp_path):

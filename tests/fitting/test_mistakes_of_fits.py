@@ -82,10 +82,9 @@ MISTAKES = {
                              "numbers with a decimal point, without separators of thousands"),
     "decimal commas": (GOOD, TABLE.replace("2,3.5", "2,0,3,5"), "found 4 in bench.csv:3"),
     "semicolons": (GOOD, TABLE.replace(".", ",").replace(",l", ";l").replace("\n1,", "\n1;"),
-                   "experiments.bench.file: expected the columns strain (%), load, separated by "
-                   "commas, found semicolons in bench.csv:1; write commas between columns, and numbers "
-                   "with a decimal point"),
-    "tabs": (GOOD, TABLE.replace(",", "\t"), "separated by commas, found tabs in bench.csv:1"),
+                   "experiments.bench.file: expected columns separated by commas, and numbers with a "
+                   "decimal point, found semicolons in bench.csv:1"),
+    "tabs": (GOOD, TABLE.replace(",", "\t"), "decimal point, found tabs in bench.csv:1"),
     "an error of a spreadsheet": (GOOD, TABLE.replace("2,3.5", "#N/A,3.5"),
                                   'in column strain (%), found "#N/A" in bench.csv:3'),
     "a dead channel": (GOOD + 'noise = "1 %"\n', "strain (%),load\n1,0\n2,0\n3,0\n",

@@ -7,7 +7,7 @@ from good_scenes import BRIDLE
 from test_errors import faults_of
 from test_ship_scenes import study
 
-from lumpedcable.scene import load_study
+from lumpedcable.scene import SceneError, load_study
 from lumpedcable.scene.columns import factor_of, places_of
 from lumpedcable.scene.texts import FileError
 
@@ -76,9 +76,13 @@ def test_other_separators_are_named(tmp_path, text, said):
     fault = only_fault(tmp_path, tail=text)
     assert fault.key == "lines.tail.end.motion.file"
     assert fault.message == (
-        f"expected the columns t, x, y, z, separated by commas, {said}; write commas between "
-        "columns, and numbers with a decimal point"
+        f"expected columns separated by commas, and numbers with a decimal point, {said}"
     )
+
+
+def test_other_separators_are_named_of_a_ship_too(tmp_path):
+    with pytest.raises(SceneError, match=r"with a decimal point, found tabs in rao\.csv:1"):
+        study(tmp_path, rao="omega\theave\theave_phase\n0.4\t1\t0\n0.8\t1\t0\n")
 
 
 # --- units -----------------------------------------------------------------------------------------
