@@ -29,6 +29,7 @@ from lumpedcable.study.begins import begins_of, earliest, other_begins, source_o
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
+from lumpedcable.study.speeds import allowance, excess_words
 from lumpedcable.study.strains import strained
 from lumpedcable.study.strength import UTILISATION, has_strength, utilised
 
@@ -173,7 +174,7 @@ def message_of(status: Status, when: float, remark: str = "", *, step_given: boo
     `step_given` is whether the scene gives `solver.step`.
     """
     if status is Status.OK:
-        return "; ".join(filter(None, [MEANING[status], remark]))
+        return _joined(MEANING[status], remark)
     at = "" if not np.isfinite(when) else f" at {1e3 * when:.6g} ms"
     return f"{MEANING[status]}{at}; {advice_of(status, step_given)}"
 
@@ -232,15 +233,6 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     used = utilised(contents.study, part, ready, account, good, sound, times)
     if has_strength(contents.scene):
         numbers[UTILISATION] = used.most
-    step_given = contents.scene.solver.step is not None
-    said = [
-        beyond.message(k, float(when[k]))
-        if s == Status.STRAIN_EXCEEDED
-        else message_of(Status(int(s)), float(when[k]), missed[k], step_given=step_given)
-        for k, s in enumerate(status)
-    ]
-    remarks = zip(said, used.words, strict=True)
-    table["status_message"][rows] = ["; ".join(filter(None, words)) for words in remarks]
     for name, values in numbers.items():
         table[f"summary/{name}"][rows] = values
     for line in account.peaks.keys() & set(contents.peaked):
@@ -249,9 +241,23 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     if contents.energy:
         table["energy/residual"][rows] = energy.residual
     for index, recoil in enumerate(part.plan.recoils):
-        found = _recoil(contents, part, ready, account, recoil, index, status, when, good)
+        found, words = _recoil(contents, part, ready, account, recoil, index, status, when, good)
         for name, values in found.items():
             table[f"summary/{recoil_name(recoil)}/{name}"][rows] = values
+        missed = [_joined(*both) for both in zip(missed, words, strict=True)]
+    step_given = contents.scene.solver.step is not None
+    said = [
+        beyond.message(k, float(when[k]))
+        if s == Status.STRAIN_EXCEEDED
+        else message_of(Status(int(s)), float(when[k]), missed[k], step_given=step_given)
+        for k, s in enumerate(status)
+    ]
+    both = zip(said, used.words, strict=True)
+    table["status_message"][rows] = [_joined(*words) for words in both]
+
+
+def _joined(*words: str) -> str:
+    return "; ".join(filter(None, words))
 
 
 def _largest(history: NDArray[np.float64], good: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -263,8 +269,8 @@ def _largest(history: NDArray[np.float64], good: NDArray[np.bool_]) -> NDArray[n
 def _recoil(
     contents: Contents, part: Part, ready: Ready, account: Account, recoil: Recoil, index: int,
     status: NDArray[np.int64], when: NDArray[np.float64], good: NDArray[np.bool_],
-) -> dict[str, NDArray[np.float64]]:  # fmt: skip
-    """Numbers of one recoiling end of every run, measured and exact."""
+) -> tuple[dict[str, NDArray[np.float64]], list[str]]:  # fmt: skip
+    """Numbers of one recoiling end of every run, measured and exact, and remarks on them."""
     lived, study = len(part.runs), contents.laid.study
     line = jax.tree.map(lambda x: np.asarray(x)[:lived], ready.model.lines[recoil.line])
     strain = at_end(line, np.asarray(line.reference_strain, float), recoil.node)
@@ -296,6 +302,7 @@ def _recoil(
             moved = at_end(line, account.displacement[recoil.line], recoil.node)
             move = np.linalg.norm(moved - watch.place, axis=1)
         numbers["end_displacement"] = np.where((status == Status.OK) & breaks, move, nan)
+    said = [""] * lived
     if contents.exact:
         still = _still(account, index, begins, contents.laid.scene.output.every) & breaks
         waves = [
@@ -307,7 +314,11 @@ def _recoil(
         for name in EXACT:
             values = [wave.get(name, np.nan) for wave in waves]
             numbers[exact_name(name)] = np.array(values)
-    return numbers
+        for k, wave in enumerate(waves):
+            if status[k] == Status.OK and wave:
+                ends = float(numbers[END_SPEED][k]), wave[END_SPEED], wave["allowance"]
+                said[k] = excess_words(recoil_name(recoil), *ends)
+    return numbers, said
 
 
 def _still(
@@ -363,7 +374,10 @@ def _smooth(law: AbstractTensionLaw, strain: ArrayLike) -> jax.Array:
 def _exact(
     scene: Scene, line: Line, recoil: Recoil, k: int, tension: float, begins: float
 ) -> dict[str, float]:
-    """The exact release wave of a straight uniform line from the same tension (N), of run k."""
+    """The exact release wave of a straight uniform line from the same tension (N), of run k.
+
+    With the `allowance` for the end speed (m/s), inf where it is no bound.
+    """
     # after an earlier break the line is no longer at rest under this tension
     first = all(event.start >= begins for event in scene.events.values())
     if not tension > 0.0 or not first:
@@ -378,4 +392,5 @@ def _exact(
         "static_strain": wave.strain0,
         END_SPEED: wave.end_speed,
         "front_arrival": wave.front_arrival(length),
+        "allowance": allowance(scene, source, length, wave, begins),
     }

@@ -1,0 +1,102 @@
+"""A peak speed above the exact one comes from the mesh, and is told where that one is a bound."""
+
+import numpy as np
+import pytest
+from engine_runs import HOOKE, scene_of, study_of
+
+from lumpedcable.exact import release_wave
+from lumpedcable.study.run import run_study
+from lumpedcable.study.speeds import allowance, excess_words
+
+# 60 m in water that weigh 2.2 N/m and bear 45 kN: in 50 ms that makes 0.05 m/s
+LINE = """
+gravity = "9.81 m/s2"
+[water]
+density = "1025 kg/m3"
+[materials.nylon]
+law = "linear"
+EA = "1.5 MN"
+tension_only = true
+[lines.rope]
+material = "nylon"
+length = "60 m"
+segments = 20
+mass = "2.238 kg/m"
+diameter = "50 mm"
+drag = { normal = 1.5, tangential = 0.01 }
+start = { fixed = [0, 0, 0] }
+end = { held = { pretension = "45 kN", direction = [1, 0, 0] } }
+[events.break]
+breaks = "rope.end"
+time = "5 ms"
+[output]
+duration = "50 ms"
+every = "1 ms"
+"""
+
+
+@pytest.mark.parametrize(("segments", "told"), [(20, True), (50, False)])
+def test_too_few_segments_are_told_by_the_speed(tmp_path, segments, told):
+    study = study_of(tmp_path, LINE, f"rope.segments={segments}")
+    (outcome,) = run_study(study, tmp_path / "result.h5")
+    numbers = outcome.recoils["rope.end"]
+    exact = 45e3 / np.sqrt(1.5e6 * 2.238)  # T / sqrt(EA m)
+    assert numbers["exact_peak_end_speed"] == pytest.approx(exact, rel=1e-6)
+    more = numbers["peak_end_speed"] / exact - 1.0
+    assert (more > 0.05 + 0.05 / exact) == told
+    words = f"peak end speed of rope.end is {100 * more:.0f} % above the exact bound: take more segments"
+    assert outcome.message == (f"ok; {words}" if told else "ok")
+
+
+def allowed(folder, text, *overrides):
+    scene = scene_of(folder, text, *overrides)
+    material, own = scene.materials["hooke"], scene.lines["rope"]
+    cut = (
+        (lambda e: np.maximum(material.curve(e), 0.0)) if material.tension_only else material.curve
+    )
+    wave = release_wave(cut, own.mass, tension0=50e3)
+    return allowance(scene, "rope", own.length, wave, 0.0)
+
+
+POLYNOMIAL = HOOKE.replace(
+    'law = "linear"\nEA = "1 MN"', 'law = "polynomial"\ncoefficients = ["1 MN", "2 MN"]'
+)
+
+
+FLOATING = "gravity = 9.81\n[water]\ndensity = 1000\n" + HOOKE.replace(
+    "mass =", f"diameter = {np.sqrt(4.0 * 3e-3 / np.pi)}\nmass ="
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "expected"),
+    [
+        (HOOKE, (), 0.0),
+        ("gravity = 9.81\n" + HOOKE, (), 0.981),  # in 100 ms
+        ("gravity = 9.81\n" + HOOKE, ("output.duration=1 s",), np.inf),
+        # in water whose push is three times its weight it goes up with twice the acceleration
+        (FLOATING, (), 2 * 0.981),
+        ("gravity = 9.81\n" + HOOKE, ("lines.rope.mass=3",), np.inf),  # 2943 N beside 50 kN
+        (
+            HOOKE.replace("fixed = [0", "motion = { position = [0", 1).replace("0] }", "0] } }", 1),
+            (),
+            np.inf,
+        ),
+        (HOOKE.replace("{ fixed = [0, 0, 0] }", '"free"'), (), np.inf),
+        (HOOKE + '[solver]\nwaves = "plain"\n', (), np.inf),
+        # a law that is no straight line may do more once the front is back, after some 0.2 s
+        (POLYNOMIAL, (), 0.0),
+        (POLYNOMIAL, ("output.duration=300 ms",), np.inf),
+        (POLYNOMIAL, ("output.duration=300 ms", "materials.hooke.tension_only=true"), 0.0),
+    ],
+)
+def test_where_the_exact_speed_is_a_bound(tmp_path, text, more, expected):
+    assert allowed(tmp_path, text, *more) == pytest.approx(expected)
+
+
+def test_a_twentieth_more_and_what_weight_adds_is_not_told():
+    assert excess_words("rope.end", 21.0, 20.0, 0.0) == ""
+    assert excess_words("rope.end", 21.4, 20.0, 0.5) == ""
+    assert excess_words("rope.end", 99.0, 20.0, np.inf) == ""
+    assert excess_words("rope.end", np.nan, 20.0, 0.0) == ""
+    assert "is 12 % above" in excess_words("rope.end", 22.4, 20.0, 0.5)
