@@ -89,6 +89,12 @@ def test_water_that_touches_nothing_is_not_there(tmp_path):
     assert operations(tmp_path, WATER + BARE) == operations(tmp_path, BARE)
 
 
+def test_a_breaking_strength_is_in_no_program(tmp_path):
+    strong = ROPE.replace("p1 =", "breaking_strength = '300 kN'\np1 =")
+    assert scene_of(tmp_path, strong).materials["nylon"].breaking_strength == 300e3
+    assert program(tmp_path, strong).as_text() == program(tmp_path, ROPE).as_text()
+
+
 def test_a_straight_line_needs_no_norms(tmp_path):
     # in one dimension a strain has a sign; in two it takes the root of a square
     straight = program(tmp_path, PLAIN).as_text().count("stablehlo.sqrt")

@@ -162,3 +162,19 @@ def test_a_strength_is_no_part_of_the_program(tmp_path):
     assert structure_of(strong) == structure_of(bare)
     one, other = (plan_of(scene, structure_of(scene).layout) for scene in (bare, strong))
     assert one == other
+
+
+# the top one of four rods bears the lumps below it: 8.75 of 10 kg
+HANGS = "gravity = 9.81\n" + "\n".join(
+    [
+        "[materials.chain]\nlaw = 'inextensible'\nbreaking_strength = 50",
+        line_text("chain", "chain", 10.0, 4, 1.0, fixed(0, 0, 0), '"free"'),
+        "[solver]\nstep = '1 ms'\n[output]\nduration = '10 ms'\nevery = '5 ms'\n",
+    ]
+)
+
+
+def test_of_inextensible_lines_too(tmp_path):
+    _, (outcome,) = run(tmp_path, HANGS)
+    assert outcome.utilisation == pytest.approx(8.75 * 9.81 / 50, rel=1e-6)
+    assert 'line "chain" bears 85.84 N at 1.25 m' in outcome.message
