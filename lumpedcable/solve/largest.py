@@ -73,6 +73,9 @@ def _first_of(
     """The largest share, and the number of its line among the names of all in order; {} of none."""
     if not shares:
         return {}
-    names, every = sorted(model.lines), jnp.stack(list(shares.values()))
-    numbers = jnp.asarray([names.index(name) for name in shares], every.dtype)
-    return {what: jnp.max(every), f"{what} of": numbers[jnp.argmax(every)]}
+    names, every = sorted(model.lines), list(shares.values())
+    numbers = jnp.asarray([names.index(name) for name in shares], every[0].dtype)
+    if len(every) == 1:
+        return {what: every[0], f"{what} of": numbers[0]}
+    stacked = jnp.stack(every)
+    return {what: jnp.max(stacked), f"{what} of": numbers[jnp.argmax(stacked)]}
