@@ -15,7 +15,7 @@ from lumpedcable.scene.labels import label_of
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.sweep import swept_number
-from lumpedcable.scene.tree import Spot, is_open_list, numeric, spot_at
+from lumpedcable.scene.tree import Absent, Spot, is_open_list, numeric, spot_at
 
 __all__ = ["Number", "Parameter", "numbers_of", "read_parameters"]
 
@@ -82,6 +82,12 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
             numeric(spot_at(root, tuple(one.split("."))) or root), Quantity
         ):
             return [], f'expected a number that varies smoothly, found "{one}", a whole number'
+        here = spot_at(root, tuple(one.split(".")))
+        if one not in given and here is not None and here.value is not Absent:
+            return (
+                [],
+                f'expected a number that moves something, found "{one}", which runs are judged by',
+            )
         if one not in given:
             return [], (
                 f'expected a number that the scene gives, found "{one}", which it does not: '

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path as FilePath
 
 from lumpedcable.scene.part import did_you_mean
@@ -16,14 +17,14 @@ class FileError(Exception):
 
 
 def named_file(folder: FilePath, name: str) -> FilePath:
-    """Return the path of a file that is named relative to a folder.
+    """Return the path of a file that is named relative to a folder, or from "~", the user's home, on.
 
     Raises:
         FileError: the name is empty, and would mean the folder itself.
     """
     if not name.strip():
         raise FileError(f'expected the name of a file, found "{name}"')
-    return folder / name
+    return folder / os.path.expanduser(name)
 
 
 def read_text(path: FilePath) -> str:

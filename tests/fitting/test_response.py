@@ -17,7 +17,7 @@ SHORT = {"rope.segments": 20, "output.duration": "50 ms"}
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("response") / "hooke.toml"
-    path.write_text(HOOKE)
+    path.write_text(HOOKE.replace('EA = "1 MN"', 'EA = "1 MN"\nbreaking_strength = "90 kN"'))
     return path
 
 
@@ -80,6 +80,7 @@ def test_waves_too_fast_for_its_steps_give_no_number(scene):
     [
         (["hooke.EB"], None, 'found "hooke.EB"; did you mean "materials.hooke.EA"?'),
         (["rope.segments"], None, "a number that varies smoothly"),
+        (["hooke.breaking_strength"], None, "which runs are judged by"),
         (["EA", "materials.hooke.EA"], None, "every number once"),
         ("EA", None, "in a list"),
         ([], None, "one key or more"),

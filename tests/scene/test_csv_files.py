@@ -1,5 +1,7 @@
 """CSV files as spreadsheets write them: units in headers, other separators, errors for numbers."""
 
+from pathlib import Path
+
 import good_scenes
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from test_ship_scenes import study
 
 from lumpedcable.scene import SceneError, load_study
 from lumpedcable.scene.columns import factor_of, places_of
-from lumpedcable.scene.texts import FileError
+from lumpedcable.scene.texts import FileError, named_file
 
 
 def bridle(folder, **files):
@@ -161,3 +163,10 @@ def test_a_file_without_a_name_is_one_fault(tmp_path):
 def test_other_encodings_are_told_what_to_do(tmp_path, content, byte):
     fault = only_fault(tmp_path, tail=content)
     assert fault.message == f"expected UTF-8 text, found byte {byte}; save it as UTF-8"
+
+
+def test_a_file_may_lie_below_the_user_s_home(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    assert named_file(Path("elsewhere"), "~/m.csv") == tmp_path / "m.csv"
+    assert named_file(Path("here"), "m.csv") == Path("here/m.csv")

@@ -212,6 +212,7 @@ def test_two_breaks_at_one_node_are_named(tmp_path):
         run_text(tmp_path, text, "rope.segments=10")
 
 
+@pytest.mark.slow  # that of another line is among the quick ones
 def test_the_far_end_feels_no_break_of_its_own(tmp_path):
     # waves of 1000 m/s along 20 m; the part between the breaks is 6 m long
     ran = run_text(

@@ -130,7 +130,7 @@ def test_what_is_made_of_a_folder_has_its_whole_name(whole, tmp_path, monkeypatc
     for name in ("map.1", "map.2"):
         shutil.copytree(whole.path, tmp_path / name)
 
-    def drawn(path, folder, formats):
+    def drawn(path, folder, formats, run):
         return [folder / "a.png"]  # where pictures go, not what they show
 
     monkeypatch.setattr("lumpedcable.view.plot_result", drawn)
