@@ -74,7 +74,7 @@ def of_motion(shorter: tuple[int, ...], segments: int = 100) -> list[dict[str, A
     structure, coordinates = structure_of(scene), coordinates_of([scene])
     base = {key: number(value) for key, value in scene.numbers().items()}
     numbers = runner.numbers(OUTPUTS * runner.every, OUTPUTS * runner.steps)
-    plan = dataclasses.replace(runner.plan, outputs=1, recoils=(), peaks=False)
+    plan = dataclasses.replace(runner.plan, outputs=1, recoils=(), watch_peaks=False)
     x = jnp.stack([base[name] for name in PARAMETERS])
 
     def at_rest(x):
