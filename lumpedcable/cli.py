@@ -15,6 +15,9 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 import lumpedcable
 from lumpedcable.commands import fit, show
 from lumpedcable.commands.console import (
+    Formats,
+    OneRun,
+    Output,
     Set,
     Timed,
     at_home,
@@ -45,7 +48,7 @@ def run(
     scene: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     set_: Set = None,
     pictures: Annotated[bool, Parameter(name="--plot", negative="")] = False,
     timings: Timed = False,
@@ -122,7 +125,7 @@ def study(
     scene: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     set_: Set = None,
     shard: int | None = None,
     part: str = "1/1",
@@ -212,10 +215,10 @@ def modes(
     /,
     *,
     count: Annotated[int, Parameter(name=["--count", "-n"])] = 10,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     set_: Set = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+    run_: OneRun = 0,
+    format_: Formats = None,
     timings: Timed = False,
 ) -> None:
     """Find the natural modes of a scene about its static equilibrium.

@@ -325,9 +325,7 @@ def sensitivity(
         SceneError: the scene or a change is wrong, or the scene has no such scalar.
         ValueError: the scene has no such run.
     """
-    study = changed_study(scene, changes, more)
-    if not 0 <= run < len(study.runs):
-        raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run}")
+    study = _study_with(scene, changes, more, run)
     return study_sensitivity(study, of, run)
 
 
@@ -366,10 +364,18 @@ def response(
     """
     from lumpedcable.fitting.response import Response
 
+    study = _study_with(scene, changes, more, run)
+    return Response(study, of, by, run, spare)
+
+
+def _study_with(
+    scene: str | Path, changes: Mapping[str, Any] | None, more: Mapping[str, Any], run: int
+) -> Study:
+    """A changed scene that has a run of this number."""
     study = changed_study(scene, changes, more)
     if not 0 <= run < len(study.runs):
         raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run}")
-    return Response(study, of, by, run, spare)
+    return study
 
 
 def study_sensitivity(study: Study, of: str | None, run: int) -> Sensitivity:

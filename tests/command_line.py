@@ -74,6 +74,16 @@ def python(*arguments, **options):
             child.kill()
 
 
+def let_go(children):
+    """Let processes that say "ready" and wait for a line go on at once; what each has to complain of."""
+    for one in children:
+        assert one.stdout.readline() == "ready\n"
+    for one in children:
+        one.stdin.write("go\n")
+        one.stdin.flush()
+    return [one.communicate(timeout=60)[1] for one in children]
+
+
 def process(folder, *arguments):
     """A command in a process of its own, which does not outlive the block."""
     return python("-m", "lumpedcable", *arguments, cwd=folder)

@@ -16,7 +16,11 @@ from cyclopts import Parameter
 from lumpedcable.commands.interrupts import ended_by
 
 __all__ = [
+    "Formats",
+    "OneRun",
+    "Output",
     "Set",
+    "SomeRun",
     "Timed",
     "at_home",
     "bare_name",
@@ -36,6 +40,10 @@ Timed = Annotated[
         negative="",
     ),
 ]
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Formats = Annotated[list[str] | None, Parameter(name="--format", negative="")]
+OneRun = Annotated[int, Parameter(name="--run")]
+SomeRun = Annotated[int | None, Parameter(name="--run")]
 Set = Annotated[
     list[str] | None,
     Parameter(

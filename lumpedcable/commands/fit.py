@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from lumpedcable.commands.console import Set, Timed, fail, study_of, told
+from lumpedcable.commands.console import Formats, OneRun, Output, Set, Timed, fail, study_of, told
 from lumpedcable.timings import Timings, command_timings
 
 __all__ = ["fit", "sensitivity"]
@@ -17,8 +14,8 @@ def fit(
     file: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+    output: Output = None,
+    format_: Formats = None,
     timings: Timed = False,
 ) -> None:
     """Find numbers of a scene from measurements, and say how sure they are.
@@ -111,10 +108,10 @@ def sensitivity(
     /,
     *,
     of: str | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     set_: Set = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+    run_: OneRun = 0,
+    format_: Formats = None,
 ) -> None:
     """Tell what a result depends on: its derivative by every number of the scene.
 

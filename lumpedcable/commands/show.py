@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from lumpedcable.commands.console import Set, bare_name, fail, study_of, told
+from lumpedcable.commands.console import (
+    Formats,
+    OneRun,
+    Output,
+    Set,
+    SomeRun,
+    bare_name,
+    fail,
+    study_of,
+    told,
+)
 
 __all__ = ["animate", "export", "plot", "view"]
 
@@ -16,9 +23,9 @@ def plot(
     result: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    run_: Annotated[int | None, Parameter(name="--run")] = None,
-    format_: Annotated[list[str] | None, Parameter(name="--format", negative="")] = None,
+    output: Output = None,
+    run_: SomeRun = None,
+    format_: Formats = None,
 ) -> None:
     """Draw the pictures of a results file.
 
@@ -45,9 +52,9 @@ def view(
     file: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     set_: Set = None,
-    run_: Annotated[int | None, Parameter(name="--run")] = None,
+    run_: SomeRun = None,
     port: int = 0,
     browser: bool = True,
 ) -> None:
@@ -93,8 +100,8 @@ def animate(
     result: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    run_: Annotated[int, Parameter(name="--run")] = 0,
+    output: Output = None,
+    run_: OneRun = 0,
     seconds: float = 8.0,
     fps: int = 15,
 ) -> None:
@@ -126,8 +133,8 @@ def export(
     /,
     *,
     to: str,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    run_: Annotated[int | None, Parameter(name="--run")] = None,
+    output: Output = None,
+    run_: SomeRun = None,
 ) -> None:
     """Write a results file in the format of other programs.
 

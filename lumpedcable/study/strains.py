@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import brentq
 
 from lumpedcable.scene import Scene
 from lumpedcable.status import MEANING, Status, advice_of
@@ -103,18 +104,16 @@ def strain_under(
 
     None where it gives that much below already, or nowhere.
     """
+
+    def under(strain: float) -> float:
+        return float(law(np.asarray([strain]))[0]) - tension
+
     tension = share * float(law(np.asarray([most]))[0])
     if np.max(law(np.linspace(0.0, most, SAMPLES))) * (1.0 + MORE) >= tension:
         return None
     low, high = most, 2.0 * most
-    while float(law(np.asarray([high]))[0]) < tension:
+    while under(high) < 0.0:
         low, high = high, 2.0 * high
         if not np.isfinite(high):
             return None
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if float(law(np.asarray([middle]))[0]) < tension:
-            low = middle
-        else:
-            high = middle
-    return high
+    return float(brentq(under, low, high))  # type: ignore[arg-type]

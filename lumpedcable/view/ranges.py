@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.human import quantity
 from lumpedcable.results.lines import LineData
-from lumpedcable.results.reader import OK, ResultFile
+from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.schema import PEAK_TENSION
 from lumpedcable.view import style
 from lumpedcable.view.groups import MOST_PANELS, Group
@@ -32,6 +32,29 @@ def has_range(line: LineData) -> bool:
     return bears and line.has("unstretched_position")
 
 
+class _Borne(NamedTuple):
+    """A line and what it bears in the runs of a group, all in N.
+
+    `largest` of each segment, (segment,), and `stepwise` whether that is of any step, by run;
+    `strength` is NaN where the file tells of none, or the runs have others.
+    """
+
+    line: LineData
+    largest: list[Array]
+    stepwise: list[bool]
+    strength: float
+
+    @property
+    def peak(self) -> float:
+        """The largest of all."""
+        return max(map(style.largest, self.largest))
+
+    @property
+    def drawn(self) -> bool:
+        """Whether its strength is drawn beside its tensions; else the title tells of it."""
+        return bool(self.strength <= _FAR * self.peak)
+
+
 def range_figure(result: ResultFile, names: list[str], group: Group) -> Figure:
     """Range of tension over the unstretched place, a panel for each line.
 
@@ -39,54 +62,48 @@ def range_figure(result: ResultFile, names: list[str], group: Group) -> Figure:
     largest, a curve for each run. The largest is that of any step where the file knows it. A breaking
     strength is drawn beside them, or told where it is more than three times as large.
     """
-    shown = _foremost(result, names, group)
-    largest = {name: [_largest(result.line(name), run) for run in group.runs] for name in shown}
-    factor, unit = style.shared_unit([np.concatenate(found) for found in largest.values()], "N")
-    alone = len(group.runs) == 1
-    titles = [_title(result.line(name), group, largest[name]) for name in shown]
+    every = [_borne(result.line(name), group) for name in names]
+    # those that bear the most, as many as there is room for, in the order of the file
+    first = sorted(range(len(every)), key=lambda k: -every[k].peak)[:MOST_PANELS]
+    shown = [every[k] for k in sorted(first)]
+    factor, unit = style.shared_unit([np.concatenate(one.largest) for one in shown], "N")
+    titles = [_title(one, group) for one in shown]
     figure, axes = style.panel_figure(titles, group.heading(result, "Range of tension"))
-    for ax, name in zip(axes, shown, strict=True):
-        line, drawn = result.line(name), largest[name]
-        if alone:
-            drawn = _draw_one(ax, line, group.runs[0], drawn[0], factor)
+    for ax, one in zip(axes, shown, strict=True):
+        drawn = one.largest
+        if len(group.runs) == 1:
+            drawn = _draw_one(ax, one, group.runs[0], factor)
         else:
             for index, (run, curve) in enumerate(zip(group.runs, drawn, strict=True)):
-                ax.plot(*_curve(line, run, curve * factor), **style.curve(index))
-        strength = _strength(line, group)
-        if _drawn(strength, largest[name]):
-            ax.axhline(strength * factor, **_STRENGTH)
-            drawn = [*drawn, np.array([strength])]
+                ax.plot(*_curve(one.line, run, curve * factor), **style.curve(index))
+        if one.drawn:
+            ax.axhline(one.strength * factor, **_STRENGTH)
+            drawn = [*drawn, np.array([one.strength])]
         ax.set_ylim(style.limits(np.concatenate(drawn) * factor, zero=True))
         if not np.isfinite(np.concatenate(drawn)).any():
             style.say_empty(ax)
     style.label_outer(axes, "unstretched position (m)", style.with_unit("tension", unit))
-    entries = _entries(result, shown, group)
-    if any(_drawn(_strength(result.line(name), group), largest[name]) for name in shown):
-        entries.append(Line2D([], [], label="breaking strength", **_STRENGTH))
-    style.foot(figure, _note(result, names, shown, group), entries)
+    style.foot(figure, _note(shown, len(names), group), _entries(shown, group))
     return figure
 
 
-def _foremost(result: ResultFile, names: list[str], group: Group) -> list[str]:
-    """The lines that bear the most, as many as there is room for, in the order of the file."""
-    peak = {
-        name: max(style.largest(_largest(result.line(name), run)) for run in group.runs)
-        for name in names
-    }
-    first = sorted(names, key=lambda name: -peak[name])[:MOST_PANELS]
-    return [name for name in names if name in first]
+def _borne(line: LineData, group: Group) -> _Borne:
+    found = [_largest(line, run) for run in group.runs]
+    strengths = {line.breaking_strength(run) for run in group.runs}
+    strength = strengths.pop() if len(strengths) == 1 else float("nan")
+    return _Borne(line, [most for most, _ in found], [step for _, step in found], strength)
 
 
-def _largest(line: LineData, run: int) -> Array:
-    """The largest tension of each segment in N, shape (segment,).
+def _largest(line: LineData, run: int) -> tuple[Array, bool]:
+    """The largest tension of each segment in N, shape (segment,), and whether it is that of any step.
 
-    That of any step is not told of a run that went wrong: what comes after it would count.
+    That is not told of a run that went wrong: what comes after it would count.
     """
     if line.has(PEAK_TENSION):
         peak = line.field(PEAK_TENSION, run)[: _segments(line, run)]
         if np.isfinite(peak).any() or not line.has("tension"):
-            return peak
-    return _extreme(np.fmax, line, run)
+            return peak, True
+    return _extreme(np.fmax, line, run), False
 
 
 def _extreme(which: np.ufunc, line: LineData, run: int) -> Array:
@@ -109,8 +126,9 @@ def _curve(line: LineData, run: int, values: Array) -> tuple[Array, Array]:
     return place, np.concatenate([values[:1], values, values[-1:]])
 
 
-def _draw_one(ax: Axes, line: LineData, run: int, largest: Array, factor: float) -> list[Array]:
+def _draw_one(ax: Axes, one: _Borne, run: int, factor: float) -> list[Array]:
     """The range of one run; returns what was drawn, in N."""
+    line, (largest,) = one.line, one.largest
     place, most = _curve(line, run, largest * factor)
     ax.plot(place, most, **_LARGEST)
     if not line.has("tension"):
@@ -124,50 +142,41 @@ def _draw_one(ax: Axes, line: LineData, run: int, largest: Array, factor: float)
     return [largest, smallest, start]
 
 
-def _strength(line: LineData, group: Group) -> float:
-    """Its strength in N, NaN where the file tells of none, or runs of the group have others."""
-    every = {line.breaking_strength(run) for run in group.runs}
-    return every.pop() if len(every) == 1 else float("nan")
-
-
-def _drawn(strength: float, largest: list[Array]) -> bool:
-    """Whether a strength is drawn beside these tensions; else the title tells of it."""
-    return bool(strength <= _FAR * style.largest(np.concatenate(largest)))
-
-
-def _title(line: LineData, group: Group, largest: list[Array]) -> str:
+def _title(one: _Borne, group: Group) -> str:
     """The line's name; of a single run also how much it bears at most, and where; a strength far off."""
-    told = line.name
-    if len(group.runs) == 1 and np.isfinite(largest[0]).any():
-        at = int(np.nanargmax(largest[0]))
-        most = quantity(float(largest[0][at]), "N", 4)
-        place = quantity(float(_middles(line, group.runs[0])[at]), "m", 4)
-        told = f"{line.name}: at most {most}, at {place}"
-    strength = _strength(line, group)
-    if np.isnan(strength) or _drawn(strength, largest):
+    told, largest = one.line.name, one.largest[0]
+    if len(group.runs) == 1 and np.isfinite(largest).any():
+        at = int(np.nanargmax(largest))
+        most = quantity(float(largest[at]), "N", 4)
+        place = quantity(float(_middles(one.line, group.runs[0])[at]), "m", 4)
+        told = f"{told}: at most {most}, at {place}"
+    if np.isnan(one.strength) or one.drawn:
         return told
-    return f"{told}; breaking strength {quantity(strength, 'N', 4)}"
+    return f"{told}; breaking strength {quantity(one.strength, 'N', 4)}"
 
 
-def _note(result: ResultFile, names: list[str], shown: list[str], group: Group) -> str:
-    stepwise = all(result.line(name).has(PEAK_TENSION) for name in shown)
-    when = "at any step" if stepwise else "at the saved times"
-    if stepwise and any(result.status[run] not in (OK, "still_moving") for run in group.runs):
+def _note(shown: list[_Borne], lines: int, group: Group) -> str:
+    stepwise = [step for one in shown for step in one.stepwise]
+    known = all(one.line.has(PEAK_TENSION) for one in shown)
+    when = "at any step" if known else "at the saved times"
+    if known and not all(stepwise):
         when += ", of runs that went wrong at the saved times until then"
     told = [f"Largest tension of each segment {when}."]
-    if len(shown) < len(names):
-        told.append(f"The {len(shown)} of {len(names)} lines that bear the most.")
+    if len(shown) < lines:
+        told.append(f"The {len(shown)} of {lines} lines that bear the most.")
     return " ".join([*told, group.note]).strip()
 
 
-def _entries(result: ResultFile, shown: list[str], group: Group) -> list[Line2D]:
-    if len(group.runs) == 1:
-        entries = [Line2D([], [], label="largest", **_LARGEST)]
-        if any(result.line(name).has("tension") for name in shown):
-            entries.append(Line2D([], [], label="smallest at the saved times", **_SMALLEST))
-            entries.append(Line2D([], [], label="at the start", **_START))
-        return entries
-    return [
+def _entries(shown: list[_Borne], group: Group) -> list[Line2D]:
+    entries = [
         Line2D([], [], label=title.replace("\n", ": "), **style.curve(index))
         for index, title in enumerate(group.titles)
     ]
+    if len(group.runs) == 1:
+        entries = [Line2D([], [], label="largest", **_LARGEST)]
+        if any(one.line.has("tension") for one in shown):
+            entries.append(Line2D([], [], label="smallest at the saved times", **_SMALLEST))
+            entries.append(Line2D([], [], label="at the start", **_START))
+    if any(one.drawn for one in shown):
+        entries.append(Line2D([], [], label="breaking strength", **_STRENGTH))
+    return entries

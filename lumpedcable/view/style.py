@@ -274,10 +274,10 @@ def ready(folder: Path, formats: Sequence[str]) -> None:
         if kind not in FORMATS:
             known = ", ".join(FORMATS)
             raise OutputError(f"cannot draw in the format {kind!r}, expected one of {known}")
-    if os.path.exists(folder) and not os.path.isdir(folder):
-        raise OutputError(f"expected a folder for the pictures, found the file {folder}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise OutputError(f"expected a folder for the pictures, found the file {folder}") from None
     except OSError as error:
         reason = os.strerror(error.errno or 0)
         raise OutputError(f"cannot make the folder {folder}: {reason}") from error

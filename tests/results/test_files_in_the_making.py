@@ -4,30 +4,15 @@ import os
 import subprocess
 import sys
 import time
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from command_line import let_go, python
 
 from lumpedcable.results import OutputError, ResultWriter, Variable, disk
 from lumpedcable.results.errors import BusyError, first_line
 from lumpedcable.results.target import is_draft, whole
-
-ROOT = Path(__file__).parents[2]
-
-
-@contextmanager
-def child(folder, code, *arguments):
-    """A process that does not outlive the test."""
-    with subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], cwd=folder, text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    ) as process:  # fmt: skip
-        try:
-            yield process
-        finally:
-            process.kill()
 
 
 @pytest.fixture
@@ -139,15 +124,11 @@ for _ in range(200):
 
 def test_processes_may_write_one_file_at_once(tmp_path):
     with ExitStack() as ended:
-        writers = [ended.enter_context(child(tmp_path, WRITE, letter)) for letter in "ABC"]
-        for one in writers:
-            one.stdout.readline()
-        for one in writers:
-            one.stdin.write("go\n")
-            one.stdin.flush()
-        for one in writers:
-            _, err = one.communicate(timeout=60)
-            assert err == ""
+        writers = [
+            ended.enter_context(python("-c", WRITE, letter, cwd=tmp_path, stdin=subprocess.PIPE))
+            for letter in "ABC"
+        ]
+        assert let_go(writers) == [""] * 3
     (file,) = tmp_path.iterdir()
     text = file.read_text()
     assert len(text) == 10000

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import good_scenes
 import pytest
-from command_line import python, say
+from command_line import let_go, python, say
 
 from lumpedcable.results import ResultError, StudyFolder, disk, errors
 from lumpedcable.scene import load_study
@@ -60,15 +60,8 @@ def racer(folder):
 def test_processes_may_make_a_folder_at_once(tmp_path):
     with ExitStack() as ended:
         racers = [ended.enter_context(racer(tmp_path)) for _ in range(4)]
-        for one in racers:
-            assert one.stdout.readline() == "ready\n"
-        for one in racers:
-            one.stdin.write("go\n")
-            one.stdin.flush()
-        for one in racers:
-            _, err = one.communicate(timeout=60)
-            assert err == ""
-            assert one.returncode == 0
+        assert let_go(racers) == [""] * 4
+        assert [one.returncode for one in racers] == [0] * 4
     for k in range(40):
         folder = StudyFolder.open(tmp_path / f"s{k}")
         assert sorted(p.name for p in folder.path.iterdir()) == [
