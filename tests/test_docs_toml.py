@@ -55,6 +55,15 @@ mass = "4 kg/m"
 start = "cargo"
 end = { fixed = [60, 0, -16] }
 """
+HAWSER = """
+[lines.hawser]
+material = "wire"
+length = "60.1 m"
+segments = 4
+mass = "4 kg/m"
+start = { motion = { position = [0, 0, 0], velocity = [-1, 0, 0] } }
+end = { fixed = [60, 0, 2] }
+"""
 
 
 def blocks(name):
@@ -69,12 +78,13 @@ def transfer_with(block):
     return text
 
 
-SHIP, WAVES, CARGO, TARGETS, *SWEEPS = blocks("scene-language.md")
+SHIP, WAVES, CARGO, OVERLOAD, TARGETS, *SWEEPS = blocks("scene-language.md")
 # the scene of each part, and its runs
 WITHIN = {
     "a ship": (f"{WIRE}{SHIP}{FLOATING}", 1),
     "waves": (f"{WIRE}{SHIP}{FLOATING}{WAVES}", 1),
     "cargo": (transfer_with(CARGO), 175),
+    "an overload": (f"{WIRE}{HAWSER}{OVERLOAD}{END}", 1),
     "targets": (f"{WIRE}{HIGHLINES}{TARGETS}[output]\n", 1),
     "lists": (f"{SNAPBACK}{SWEEPS[0]}{END}", 4),
     "ranges": (f"{SWEPT}{SWEEPS[1]}{END}", 25),

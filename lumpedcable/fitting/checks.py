@@ -10,7 +10,7 @@ from lumpedcable.fitting.columns import Columns
 from lumpedcable.fitting.data import FitProblem, Smooth
 from lumpedcable.fitting.language import FitFile, Free, RecordExperiment, TableExperiment
 from lumpedcable.fitting.parameters import Parameter
-from lumpedcable.scene import Study, TableMaterial
+from lumpedcable.scene import Scene, Study, TableMaterial
 from lumpedcable.scene.part import Path, Problem, did_you_mean, dotted
 from lumpedcable.scene.record_checks import record_problems
 from lumpedcable.scene.units import format_quantity
@@ -20,6 +20,7 @@ __all__ = [
     "length_problems",
     "smooth_tables",
     "uncovered_problems",
+    "unknown_start",
     "whole_problems",
 ]
 
@@ -69,6 +70,20 @@ def uncovered_problems(study: Study, last: float, path: Path) -> list[Problem]:
         Problem((*path, "time"), f"{dotted(problem.path)}: {problem.message}")
         for problem in record_problems(scene.lines, scene.bodies, last, "the data end")
     ]
+
+
+def unknown_start(scene: Scene) -> str | None:
+    """What is wrong with a scene of which derivatives are wanted, where a break begins at a tension.
+
+    Its beginning is found as the run goes, and no number of the program.
+    """
+    for name, event in scene.events.items():
+        if event.tension is not None:
+            return (
+                f"expected breaks that begin at a time (start), found events.{name}, which begins at "
+                f"{format_quantity(event.tension, 'N')}"
+            )
+    return None
 
 
 def length_problems(

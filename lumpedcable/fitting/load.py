@@ -16,6 +16,7 @@ from lumpedcable.fitting.checks import (
     length_problems,
     smooth_tables,
     uncovered_problems,
+    unknown_start,
     whole_problems,
 )
 from lumpedcable.fitting.columns import check_times, noise_of, read_data
@@ -302,6 +303,8 @@ class _Reader:
             message = f"expected one run, found a sweep of {len(study.runs)}: set {keys}"
             self.tell([Problem(path, message)])
             return []
+        if (wrong := unknown_start(study.runs[0])) is not None:
+            self.tell([Problem(path, wrong)])
         places, distances, series = [], [], []
         try:
             layout = make_layout(study.runs[0])

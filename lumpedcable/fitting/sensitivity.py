@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
 from lumpedcable.fitting.axes import axes_seen
+from lumpedcable.fitting.checks import unknown_start
 from lumpedcable.fitting.difference import Check, checked
 from lumpedcable.fitting.observe import MEASURE, STOP, Watched, watched
 from lumpedcable.fitting.parameters import numbers_of
@@ -165,8 +166,11 @@ def setting_of(
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
-        AskedError: there is no such place, or no coordinates for the scene.
+        AskedError: there is no such place, no coordinates for the scene, or a break in it begins at a
+            tension.
     """
+    if (wrong := unknown_start(scene)) is not None:
+        raise AskedError(wrong)
     layout = make_layout(scene)
     what, place = Watched(scalar.quantity, scalar.at, None, None), 0.0
     measure = scene.measures.get(scalar.at) if scalar.quantity == MEASURE else None

@@ -280,7 +280,10 @@ def release_of(scene: Scene, event: str | None) -> Release | None:
     """The break of an event, None for none."""
     if event is None:
         return None
-    return Release(number(scene.events[event].start), number(scene.events[event].time))
+    own = scene.events[event]
+    if own.tension is None:
+        return Release(number(own.start), number(own.time))
+    return Release(number(jnp.inf), number(own.time), number(own.tension))
 
 
 def _own_end(scene: Scene, layout: Layout, name: str, node: int):

@@ -30,10 +30,14 @@ def end_name(line: str, node: int) -> str:
 
 
 class Release(eqx.Module):
-    """A break: from `start` on (s) the force at the end decays to zero over `time` (s)."""
+    """A break: from `start` on (s) the force at the end decays to zero over `time` (s).
+
+    One that begins at a `tension` (N) has a start that nobody knows before, inf until then.
+    """
 
     start: Float[Array, ""]
     time: Float[Array, ""]
+    tension: Float[Array, ""] | None = None
 
     def begun(self, t: Float[Array, ""]) -> Bool[Array, ""]:
         """Whether the break has begun at t (s)."""

@@ -7,16 +7,16 @@ so that one mistake is told once.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import isfinite
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.carried_checks import carried_problems
 from lumpedcable.scene.environment import Fluid, Seabed
+from lumpedcable.scene.event_checks import event_problems
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
     FixedEnd,
@@ -24,12 +24,20 @@ from lumpedcable.scene.lines import (
     JoinedEnd,
     Line,
     held_force,
-    tie_of,
 )
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.motions import SeaBody, SeaWaves
 from lumpedcable.scene.moved import MovedBody
-from lumpedcable.scene.part import SIDES, Part, Path, Problem, children, did_you_mean, dotted
+from lumpedcable.scene.part import (
+    SIDES,
+    Part,
+    Path,
+    Problem,
+    children,
+    did_you_mean,
+    dotted,
+    unknown,
+)
 from lumpedcable.scene.placing_checks import below_problems, joined_problems, lying_problems
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
@@ -134,7 +142,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     if isinstance(seabed, Seabed) and next(inside(seabed, (), draft.sound), None) is None:
         yield from below_problems(draft.lines, draft.bodies, seabed)
         yield from lying_problems(draft.bodies, seabed)
-    yield from _events(draft)
+    yield from event_problems(draft.events, draft.lines, draft.others)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
     yield from reach_problems(
         draft.targets, draft.lines, draft.bodies, draft.materials, draft.others
@@ -182,7 +190,7 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
     if line.material not in draft.materials:
         yield Problem(
             (*path, "material"),
-            f"expected the name of a material, found {_unknown(line.material, draft.materials)}",
+            f"expected the name of a material, found {unknown(line.material, draft.materials)}",
         )
     yield from _water(draft, path, line)
     for side in SIDES:
@@ -203,14 +211,6 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
 def _moved(draft: Draft, path: Path, body: MovedBody) -> Iterator[Problem]:
     if isinstance(body.motion, SeaBody) and "sea" not in draft.named:
         yield Problem((*path, "rao"), "expected [sea] for a motion in waves, found none")
-
-
-def _unknown(name: str, known: Mapping[str, Any]) -> str:
-    return f"{found(name)}{did_you_mean(name, known) or _known(known)}"
-
-
-def _known(known: Mapping[str, Any]) -> str:
-    return f"; known: {', '.join(known)}" if known else "; there is none"
 
 
 def _points(draft: Draft) -> list[str]:
@@ -277,7 +277,7 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
         elif isinstance(body, CarriedBody) or (body is not None and point not in body.points):
             known = body.points if isinstance(body, Body) else {}
             yield Problem(
-                path, f'expected a point of the body "{name}", found {_unknown(point, known)}'
+                path, f'expected a point of the body "{name}", found {unknown(point, known)}'
             )
         return
     ends = [f"{line}.{side}" for line in draft.lines for side in SIDES]
@@ -326,68 +326,3 @@ def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterat
 
 def _clamped(end: Any) -> bool:
     return isinstance(end, FixedEnd) and end.direction is not None
-
-
-def _events(draft: Draft) -> Iterator[Problem]:
-    if not draft.lines:
-        return  # told already
-    broken: dict[tuple[str, str | float | None], str] = {}
-    output = draft.others.get("output")
-    last = output.duration if isinstance(output, Output) and not output.static else inf
-    for name, event in draft.events.items():
-        if event is None or next(event.problems(), None) is not None:
-            continue
-        if event.start >= last:
-            yield Problem(
-                ("events", name, "start"),
-                f"expected a time before the run ends at {format_quantity(last, 's')}, "
-                f"found {format_quantity(event.start, 's')}",
-            )
-        path: Path = ("events", name, "breaks")
-        target, side, place = event.target()
-        if target not in draft.lines:
-            yield Problem(
-                path,
-                f"expected the name of a line, found {_unknown(target, draft.lines)}",
-            )
-            continue
-        where = (target, side if side is not None else place)
-        if where in broken:
-            yield Problem(
-                path, f'expected one event per place, found the place of "{broken[where]}" again'
-            )
-            continue
-        broken[where] = name
-        line = draft.lines[target]
-        if line is None or line.model == "ideal":
-            continue  # told already
-        if place is not None and not 0 < place < line.unstretched:
-            yield Problem(
-                ("events", name, "place"),
-                f"expected a place inside the line, between 0 m and "
-                f"{format_quantity(line.unstretched, 'm')}, found {format_quantity(place, 'm')}",
-            )
-        if side is not None and _clamped(getattr(line, side)):
-            yield Problem(
-                path,
-                f'expected an end that is free to turn, found "{event.breaks}", which keeps a '
-                "direction",
-            )
-        if side is not None and getattr(line, side) == "free" and not _tied(draft, event.breaks):
-            yield Problem(
-                path, f'expected an end that is held, found "{event.breaks}", which is free'
-            )
-    cuts = Counter(line for line, place in broken if not isinstance(place, str))
-    for whole, count in cuts.items():
-        for name in (f"{whole}-{k + 1}" for k in range(count + 1)):
-            if name in draft.lines:
-                message = (
-                    f'expected another name, found "{name}", a part of "{whole}" when that breaks'
-                )
-                yield Problem(("lines", name), message)
-
-
-def _tied(draft: Draft, end: str) -> bool:
-    """Return whether the end of some line is joined to ``end``, or may be."""
-    ties = [[tie_of(x) for x in (line.start, line.end)] for line in draft.lines.values() if line]
-    return None in draft.lines.values() or any(end in pair for pair in ties)

@@ -9,7 +9,14 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, model_validator
 
 from lumpedcable.scene.part import Part, Path, Problem, Text
-from lumpedcable.scene.quantities import NAME_PATTERN, Length, NonNegativeTime, fault, found
+from lumpedcable.scene.quantities import (
+    NAME_PATTERN,
+    Length,
+    NonNegativeTime,
+    PositiveForce,
+    fault,
+    found,
+)
 
 _TARGET = re.compile(rf"({NAME_PATTERN})(?:\.(start|end)|@(.+))?", re.DOTALL)
 
@@ -92,6 +99,8 @@ class Event(Part):
     """How long the break takes in s; 0 is instantaneous."""
     start: NonNegativeTime = 0.0
     """When it begins, in s; before the run ends."""
+    tension: PositiveForce | None = None
+    """Instead of a time: it begins when what holds the line there first pulls with this, in N."""
 
     @model_validator(mode="before")
     @classmethod
@@ -103,5 +112,10 @@ class Event(Part):
         return target_of(self.breaks, self.place)
 
     def problems(self) -> Iterator[Problem]:
-        """Yield a fault where the place is missing or given twice."""
+        """Yield a fault where the place is missing or given twice, or when it begins is given twice."""
         yield from place_problems("breaks", self.breaks, self.place)
+        if self.tension is not None and "start" in self.model_fields_set:
+            yield Problem(
+                ("start",),
+                "expected one beginning, at a time or at a tension, found start and tension",
+            )

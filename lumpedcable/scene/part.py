@@ -150,6 +150,13 @@ def did_you_mean(word: Any, known: Iterable[str]) -> str:
     return f'; did you mean "{guess}"?' if guess else ""
 
 
+def unknown(name: str, known: Iterable[str]) -> str:
+    """Return an unknown name as an error tells it: with the nearest known one, or all that there are."""
+    known = list(known)
+    others = f"; known: {', '.join(known)}" if known else "; there is none"
+    return f"{found(name)}{did_you_mean(name, known) or others}"
+
+
 def did_you_mean_key(table: dict[str, Any], known: Iterable[str]) -> str:
     """Return '; did you mean "x"?' for the first key of a table that resembles a known one."""
     known = list(known)

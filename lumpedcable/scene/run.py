@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, ConfigDict, Field
 
@@ -45,6 +45,9 @@ Method = Literal[
     "kvaerno4",
     "kvaerno5",
 ]
+FIXED: tuple[Method, ...] = ("leapfrog", "rk4", "euler")
+"""Methods that have no estimate of their error."""
+ADAPTIVE = frozenset(get_args(Method)) - frozenset(FIXED)
 FieldQuantity = Literal["position", "velocity", "tension", "strain", "energy"]
 Precision = Literal["float64", "float32"]
 
@@ -71,11 +74,17 @@ class Solver(Part):
     """Treatment of fronts. Absent: corrected where an event breaks a line, else viscous where a law
     is not linear or is tension_only, else plain."""
 
+    @property
+    def adaptive(self) -> bool:
+        """Whether the method chooses its steps itself."""
+        given = self.step is not None or "courant" in self.model_fields_set
+        return self.method in ADAPTIVE and not given
+
     def problems(self) -> Iterator[Problem]:
         """Yield settings that exclude each other."""
         if self.step is not None and "courant" in self.model_fields_set:
             yield Problem(("step",), "expected step or courant, found both")
-        if self.method in ("leapfrog", "rk4", "euler"):
+        if self.method in FIXED:
             reasons = {"rtol": "it has no error estimate", "atol": "it has no error estimate",
                        "max_steps": "its steps are fixed"}  # fmt: skip
             for key, reason in reasons.items():

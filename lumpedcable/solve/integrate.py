@@ -41,6 +41,7 @@ from lumpedcable.solve.observe import (
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, held, rests
+from lumpedcable.solve.trips import Trip, tripped, trips
 from lumpedcable.solve.upright import upright, uprightest
 from lumpedcable.solve.watching import Watching
 from lumpedcable.status import Status
@@ -117,7 +118,8 @@ class Progress(NamedTuple):
     `solver_state` is a `HalfStep` of leapfrog, a `RodHalfStep` of rods, and of adaptive methods the mean
     step (s) of the last interval. `stopped` is when its body came to rest (s), NaN before; `rod_peaks`
     the largest tensions so far of the segments of inextensible lines (N), of others see `peaks_of`;
-    `upright` the least |cos(pitch)| so far of bodies that turn in space. `stuck` is 0 while steps are
+    `upright` the least |cos(pitch)| so far of bodies that turn in space; `trips` tell when ends that
+    break at a tension have to carry it, whether or not they break then. `stuck` is 0 while steps are
     found, else the `Status` of why there was none, and time stands still; a run whose rods have `lost`
     their lengths stays as it was before that step.
     """
@@ -130,6 +132,7 @@ class Progress(NamedTuple):
     rod_peaks: dict[str, Float[Array, " n"]]
     lost: Bool[Array, ""]
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (as in `Numbers`)
+    trips: dict[str, Trip] = {}  # noqa: RUF012
 
 
 class Numbers(NamedTuple):
@@ -189,7 +192,8 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     ends = tips(model, zero, y, plan.tips)
     largest = so_far(model, first.largest, {}, plan.borne) | watched(seen)
     first = first._replace(largest=largest, upright=standing, tips=ends)
-    return Progress(y, solver_state, seen, going, moving, y.tension, never, standing), first
+    trip = trips(model, y)
+    return Progress(y, solver_state, seen, going, moving, y.tension, never, standing, trip), first
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
@@ -228,7 +232,8 @@ def _fixed(
             stuck = _first(stuck, result != diffrax.RESULTS.successful, Status.STEP_NOT_FOUND)
         peaks = {name: jnp.maximum(p, y.tension[name]) for name, p in run.rod_peaks.items()}
         standing = uprightest(model, y, run.upright)
-        after = Progress(y, state, seen, stuck, run.stopped, peaks, run.lost, standing)
+        trip = tripped(model, y, run.trips, t1, dt)
+        after = Progress(y, state, seen, stuck, run.stopped, peaks, run.lost, standing, trip)
         if isinstance(solver, Constrained):
             after = held(run, after, result != diffrax.RESULTS.successful)
         return after if plan.stop is None else halted(model, plan, run, after, t0, dt)
@@ -282,7 +287,7 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
         found, _ = part(found, own.every)
     _, y, seen, taken, stuck = found
     dt, standing = numbers.every / jnp.maximum(taken, 1), uprightest(model, y, run.upright)
-    return Progress(y, dt, seen, stuck, run.stopped, run.rod_peaks, run.lost, standing)
+    return Progress(y, dt, seen, stuck, run.stopped, run.rod_peaks, run.lost, standing, run.trips)
 
 
 def peaks_of(plan: Plan, run: Progress) -> dict[str, Float[Array, " n"]]:

@@ -43,6 +43,8 @@ class Account:
         self.displacement: dict[str, NDArray[np.float64]] = {}
         self.stopped: NDArray[np.float64] = np.full(len(part.runs), np.nan)
         self.peaks: dict[str, NDArray[np.float64]] = {}
+        # by event that begins at a tension, when it did in each run (s), inf where it has not
+        self.starts: dict[str, NDArray[np.float64]] = {}
         self._start: dict[str, NDArray[np.float64]] | None = None
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,21 +18,30 @@ from lumpedcable.study.plan import recoil_event
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lumpedcable.study.account import Account
     from lumpedcable.study.run import Part
 
-__all__ = ["begins_of", "earliest", "other_begins", "source_of"]
+__all__ = ["begins_of", "earliest", "other_begins", "source_of", "starts_of"]
+
+Starts = Mapping[str, "NDArray[np.float64]"]
 
 
-def begins_of(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64]:
+def starts_of(study: Study, part: Part, account: Account) -> Starts:
+    """By event, when it begins in each run (s), inf where it never does, shape (runs,)."""
+    moved, runs = study.runs.numbers(part.runs), len(part.runs)
+    given = {
+        name: np.broadcast_to(moved.get(f"events.{name}.start", event.start), runs).astype(float)
+        for name, event in part.structure.scene.events.items()
+    }
+    return given | account.starts
+
+
+def begins_of(part: Part, starts: Starts, recoil: Recoil) -> NDArray[np.float64]:
     """When the break of a recoiling end begins in each run (s): its own, or its partner's."""
-    event = recoil_event(part.structure.layout, recoil)
-    start = study.runs.numbers(part.runs).get(
-        f"events.{event}.start", part.structure.scene.events[event].start
-    )
-    return np.broadcast_to(start, len(part.runs)).astype(float)
+    return starts[recoil_event(part.structure.layout, recoil)]
 
 
-def other_begins(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64]:
+def other_begins(part: Part, starts: Starts, recoil: Recoil) -> NDArray[np.float64]:
     """When another break whose waves the far end of a recoiling one may feel begins in each run (s).
 
     Any before its own, of its line or of one that waves reach it from, and what breaks at the far end;
@@ -43,12 +53,11 @@ def other_begins(study: Study, part: Part, recoil: Recoil) -> NDArray[np.float64
     if recoil.node in (0, -1):
         far.add(piece.seam)  # which lies on the way
     lines = _connected(scene, layout, piece.line)
-    begins = begins_of(study, part, recoil)
+    begins = begins_of(part, starts, recoil)
     first = np.full(len(part.runs), np.inf)
-    moved = study.runs.numbers(part.runs)
     for name, event in scene.events.items():
         if event.target()[0] in lines:
-            start = moved.get(f"events.{name}.start", np.asarray(event.start))
+            start = starts[name]
             first = np.where((name in far) | (start < begins), np.fmin(first, start), first)
     return first
 

@@ -238,7 +238,10 @@ class Contents:
             "versions": json.dumps(versions()),
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "events": json.dumps(
-                {name: [e.breaks, e.place, e.start, e.time] for name, e in scene.events.items()}
+                {
+                    name: [e.breaks, e.place, e.start, e.time, e.tension]
+                    for name, e in scene.events.items()
+                }
             ),
         }
 

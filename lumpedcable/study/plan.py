@@ -39,8 +39,6 @@ STEEP_START = (
 )
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 COURANT = {"corrected": 0.8, "viscous": 0.75}  # by the treatment of waves
-ADAPTIVE = {"heun", "midpoint", "ralston", "bosh3", "tsit5", "dopri5", "dopri8",
-            "kvaerno3", "kvaerno4", "kvaerno5"}  # fmt: skip
 
 
 def structure_of(scene: Scene) -> Structure:
@@ -108,10 +106,9 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
     """The plan of `runs` runs: fixed steps for leapfrog and Euler or where a step is asked for."""
     solver = scene.solver
     rigid, fields = _rods(scene), fields_of(scene)
-    fixed = solver.step is not None or "courant" in solver.model_fields_set
     return Plan(
         method="constrained" if rigid else solver.method,
-        adaptive=not rigid and solver.method in ADAPTIVE and not fixed,
+        adaptive=not rigid and solver.adaptive,
         quantities=fields + ("energy",) * ("energy" in scene.output.quantities),
         recoils=recoils_of(layout),
         dtype=solver.dtype,

@@ -38,6 +38,7 @@ HEADS = {
     "end_displacement": ("end dis-\nplacement", "m", 1.0, "{:.3f}"),
     "front_arrival": ("far end\nfeels it", "ms", 1e3, "{:.2f}"),
 }
+BEGINS = {"break_start": ("breaks\nafter", "s", 1.0, "{:.4f}")}
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
 MOST_NAMED = 4  # swept numbers with a column beside the name of their case
@@ -140,7 +141,7 @@ def _table(
         swept.append(column(axis.label.replace(" ", "\n")))
     if len(ends) > 1:
         column("end", justify="left")
-    for quantity, (words, unit, _, _) in HEADS.items() if ends else ():
+    for quantity, (words, unit, _, _) in _heads(study).items() if ends else ():
         numbers.append(column(words, unit))
         for name in _told(study, quantity) if "references" in beside else ():
             numbers.append(column(name, style="dim"))
@@ -181,6 +182,12 @@ def _shown_axes(study: Study) -> list[Axis]:
     ]
 
 
+def _heads(study: Study) -> dict[str, tuple[str, str, float, str]]:
+    """The columns of an end that recoils: with when it breaks, where nobody knew before."""
+    found = any(event.tension is not None for event in study.scene.events.values())
+    return BEGINS | HEADS if found else HEADS
+
+
 def _told(study: Study, quantity: str) -> list[str]:
     """The references that have a number for a quantity."""
     return [name for name, r in study.scene.references.items() if quantity in r.values]
@@ -202,7 +209,7 @@ def _row(
     if len(ends) > 1:
         cells.append(end)
     numbers = outcome.recoils.get(end, {})
-    for quantity, (_, _, factor, form) in HEADS.items() if ends else ():
+    for quantity, (_, _, factor, form) in _heads(study).items() if ends else ():
         cells.append(_cell(numbers.get(quantity), factor, form))
         for name in _told(study, quantity) if "references" in beside else ():
             told = study.scene.references[name].values[quantity][outcome.run]

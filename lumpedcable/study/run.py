@@ -21,7 +21,7 @@ from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
-from lumpedcable.study.compiled import Ready, Structure, begin_batch
+from lumpedcable.study.compiled import Ready, Structure
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
 from lumpedcable.study.laying import Laid, equal_rows, lay_out
@@ -32,6 +32,7 @@ from lumpedcable.study.rest import write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
+from lumpedcable.study.triggers import Triggers, begin_with
 from lumpedcable.timings import Timings
 
 __all__ = ["BLOCK", "Part", "run_runs", "run_study"]
@@ -248,8 +249,10 @@ def _run_part(
     """All outputs of the runs of a part: to their rows of the file as they come, and to the account."""
     contents, tell, timings = outlet.contents, outlet.tell, outlet.timings
     lived, stops = len(part.runs), part.plan.stop is not None
-    run, start = _write_start(outlet, part, ready, rows, account)
-    batch = Batch(part, ready, run)
+    triggers = Triggers(part, ready)
+    account.starts = triggers.starts
+    ready, run, start = _write_start(outlet, part, ready, rows, account, triggers)
+    batch = Batch(part, ready, run, triggers)
 
     def keep(samples: Any, done: int, count: int) -> None:
         """`count` outputs after number `done`."""
@@ -281,16 +284,18 @@ def _run_part(
 
 
 def _write_start(
-    outlet: _Outlet, part: Part, ready: Ready, rows: NDArray[np.int64], account: Account
-) -> tuple[Packed, dict[str, NDArray[np.float64]]]:
+    outlet: _Outlet, part: Part, ready: Ready, rows: NDArray[np.int64], account: Account,
+    triggers: Triggers,
+) -> tuple[Ready, Packed, dict[str, NDArray[np.float64]]]:  # fmt: skip
     """The start of a part's runs, to the file and to the account.
 
     Returns:
-        The state of each lane, and where the lines are (m), where outputs to come are asked for that.
+        The model and the state of each lane, and where the lines are (m), where outputs to come are
+        asked for that.
     """
     contents, writer = outlet.contents, outlet.writer
     scene, lived = contents.laid.scene, len(part.runs)
-    run, sample = begin_batch(ready.packed, part.plan, part.numbers)
+    ready, run, sample = begin_with(triggers, part, ready)
     sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample).tree()
     keeps = contents.fields or contents.tips or scene.output.static
     start = account.start_positions(ready) if keeps else {}
@@ -304,4 +309,4 @@ def _write_start(
         lengths = found_lengths(contents.places, rows_of(ready, np.arange(lived)), sample, scene)
         contents.places.write(writer, part.runs, rows, lengths)
     outlet.timings.mark("begin")
-    return run, start
+    return ready, run, start

@@ -17,6 +17,7 @@ from lumpedcable.study.compiled import Ready, advance_batch
 from lumpedcable.study.packed import Packed, unpacked
 from lumpedcable.study.plan import plan_of
 from lumpedcable.study.starts import filled, rows_of
+from lumpedcable.study.triggers import Triggers
 
 if TYPE_CHECKING:
     from lumpedcable.study.run import Part
@@ -33,8 +34,8 @@ class Batch:
     would not hold the others, or would have too little left to do to pay for its program.
     """
 
-    def __init__(self, part: Part, ready: Ready, run: Packed):
-        self.part, self.ready, self.run = part, ready, run
+    def __init__(self, part: Part, ready: Ready, run: Packed, triggers: Triggers):
+        self.part, self.ready, self.run, self.triggers = part, ready, run, triggers
         self.plan, self.size = part.plan, part.size
         self.rows = np.arange(len(part.runs))  # of the part's runs, those that have a lane
         self._last: Any = None
@@ -47,6 +48,35 @@ class Batch:
         Nobody can interrupt a call, so that an interval of many steps is gone through in several;
         `between` is called after each.
         """
+        found = self._called(done, count, between)
+        lived, after = len(self.rows), self.plan.fields_after
+        found = jax.tree.map(lambda x: np.asarray(x)[:lived], found)
+        reached = 1 + fields_done(done, count - 1, after)  # with those of the last output
+        found = _first(unpacked(found), count, reached)
+        if lived < len(self.part.runs):
+            found = jax.tree.map(self._among_all, self._last, found)
+        self._last = jax.tree.map(lambda x: x[:, -1:], found)
+        return _first(found, count, fields_done(done, count, after))
+
+    def _called(self, done: int, count: int, between: Callable[[], None]) -> Any:
+        """What `advance_batch` tells, made again for breaks that were found to begin meanwhile."""
+        # a call writes over the state that it is given
+        before = Packed(np.array(self.run.numbers), self.run.form) if self.triggers else None
+        found = self._advanced(done, count, between)
+        while before is not None:
+            begun = self.triggers.begun(self.ready.packed, self.run, self.rows)
+            if not begun:
+                break
+            self.ready = self.ready._replace(
+                packed=self.triggers.in_models(self.ready.packed, begun)
+            )
+            before = self.triggers.in_runs(before, begun)
+            self.run = before
+            found = self._advanced(done, count, between)
+        return found
+
+    def _advanced(self, done: int, count: int, between: Callable[[], None]) -> Any:
+        """`count` outputs after number `done`, once; the state goes on."""
         steps, most = self.part.steps, self.steps_at_once
         cuts = [*range(0, steps, most), steps]
         found: Any = None
@@ -57,14 +87,7 @@ class Batch:
                 np.asarray(done), np.asarray(count), ends,
             )  # fmt: skip
             between()
-        lived, after = len(self.rows), self.plan.fields_after
-        found = jax.tree.map(lambda x: np.asarray(x)[:lived], found)
-        reached = 1 + fields_done(done, count - 1, after)  # with those of the last output
-        found = _first(unpacked(found), count, reached)
-        if lived < len(self.part.runs):
-            found = jax.tree.map(self._among_all, self._last, found)
-        self._last = jax.tree.map(lambda x: x[:, -1:], found)
-        return _first(found, count, fields_done(done, count, after))
+        return found
 
     @property
     def steps_at_once(self) -> int:

@@ -25,7 +25,7 @@ from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
 from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
 from lumpedcable.status import MEANING, Status, advice_of
 from lumpedcable.study.account import Account, balance, statuses
-from lumpedcable.study.begins import begins_of, earliest, other_begins, source_of
+from lumpedcable.study.begins import begins_of, earliest, other_begins, source_of, starts_of
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.plan import recoils_of
@@ -276,9 +276,12 @@ def _recoil(
     strain = at_end(line, np.asarray(line.reference_strain, float), recoil.node)
     source = source_of(part.structure.scene, recoil.line)
     tension = _tensions(study, part, source, strain)
-    begins = begins_of(study, part, recoil)
+    starts = starts_of(study, part, account)
+    begins = begins_of(part, starts, recoil)
+    first = np.min(list(starts.values()), axis=0)
     nan = np.full(lived, np.nan)
-    numbers = dict.fromkeys(QUANTITIES, nan) | {"break_start": begins}
+    numbers = dict.fromkeys(QUANTITIES, nan)
+    numbers["break_start"] = np.where(np.isfinite(begins), begins, nan)
     begun = status != Status.STATICS_NOT_CONVERGED
     numbers["static_strain"] = np.where(begun, strain, nan)
     numbers["static_tension"] = np.where(begun, tension, nan)
@@ -293,7 +296,7 @@ def _recoil(
         # a far end that lost tension before the break lost it to something else
         rest = np.asarray(watch.rest, float)
         full = np.asarray(watch.loaded, float) >= (1.0 - ARRIVAL_DROP) * rest
-        full &= ~(other_begins(study, part, recoil) < arrival)
+        full &= ~(other_begins(part, starts, recoil) < arrival)
         felt = np.where(begun & full & ~(arrival >= when), arrival, nan) - begins
         # and so did one that lost it before anything can come from there
         soonest = np.maximum(earliest(ready, recoil)[:lived], 0.0)
@@ -307,7 +310,8 @@ def _recoil(
         still = _still(account, index, begins, contents.laid.scene.output.every) & breaks
         waves = [
             _exact(study.runs[int(run)], line, recoil, k, float(tension[k]), float(begins[k]))
-            if begun[k] and still[k]
+            # after an earlier break the line is no longer at rest under this tension
+            if begun[k] and still[k] and begins[k] == first[k]
             else {}
             for k, run in enumerate(part.runs)
         ]
@@ -378,9 +382,7 @@ def _exact(
 
     With the `allowance` for the end speed (m/s), inf where it is no bound.
     """
-    # after an earlier break the line is no longer at rest under this tension
-    first = all(event.start >= begins for event in scene.events.values())
-    if not tension > 0.0 or not first:
+    if not tension > 0.0:
         return {}
     source = source_of(scene, recoil.line)
     length = part_length(line, k, recoil.node)

@@ -7,8 +7,7 @@ import motion_cases
 import release_cases
 from case import Case
 
-from lumpedcable.scene.run import Method
-from lumpedcable.study.plan import ADAPTIVE
+from lumpedcable.scene.run import ADAPTIVE, Method
 
 CASES: dict[str, Case] = {**mode_cases.CASES, **motion_cases.CASES, **release_cases.CASES}
 
