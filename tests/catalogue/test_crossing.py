@@ -139,7 +139,13 @@ def step_errors(method, steps, changes=("output.duration=0.32", "output.every=0.
     return [relative_error(case.seen(r.seen), of_lumps(r.seen), SWING) for r in runs]
 
 
-@pytest.mark.parametrize("method", FIXED)
+# kin of tsit5 and dopri8, of kvaerno5, which are among the quick ones
+LONGER = ("bosh3", "dopri5", "kvaerno3", "kvaerno4")
+
+
+@pytest.mark.parametrize(
+    "method", [pytest.param(m, marks=pytest.mark.slow if m in LONGER else ()) for m in FIXED]
+)
 def test_fixed_steps_have_the_order_of_their_method(method):
     # a tenth for what higher orders leave; dopri8, near rounding, may be better than its name
     order, steps = FIXED[method]

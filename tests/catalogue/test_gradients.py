@@ -74,6 +74,7 @@ def test_a_plateau_by_its_pretension():
     assert exact[0] == pytest.approx(6.7923e-4, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_end_behind_a_shock_by_its_pretension():
     # where the tension jumps it has no derivative; the end's speed has
     case = CASES["shock"]
@@ -139,9 +140,8 @@ def exact_slope(key):
     return whole / (60.0 * h)
 
 
-@pytest.mark.parametrize(
-    "key", [k if k.endswith("EA") else pytest.param(k, marks=pytest.mark.slow) for k in BY]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("key", BY)
 def test_sag(key):
     exact = exact_slope(key)
     errors = [abs(slope_of_sag(n, key) / exact - 1.0) for n in (8, 16)]

@@ -16,7 +16,7 @@ from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.uncertainty import Profile, certainty_of
 from lumpedcable.fitting.write import pictures_of
 from lumpedcable.view import plot_fit
-from lumpedcable.view.fit import pictures_from
+from lumpedcable.view.fit import fit_figures, pictures_from
 
 STRAIN, LOAD = np.array([0.05, 0.1, 0.15, 0.2]), np.array([26e3, 50.4e3, 74.2e3, 98.6e3])
 KNOWN = 'noise = "1 kN"\n'
@@ -190,8 +190,7 @@ def test_a_profile_of_the_best_value_alone_is_not_drawn(tmp_path):
     # points that are no numbers, or coincide, or are too small to have others between them
     for x in ([best[0], best[0]], [best[0], np.inf], [1e-310, 2e-310]):
         odd = replace(fitted, profiles=(alone._replace(x=np.array(x), root=np.array([0.0, 1.0])),))
-        made = plot_fit(pictures_from(pictures_of(odd)), tmp_path, ("svg",))
-        assert "profiles.svg" not in [path.name for path in made]
+        assert "profiles" not in fit_figures(pictures_from(pictures_of(odd)))
     assert sum("Runs fail with nylon EA" in words for words in remarks_of(fitted)) == 2
 
 

@@ -23,13 +23,14 @@ def test_its_force_is_the_slope_of_its_energy():
     hertz = Hertz(jnp.asarray(4e6), jnp.asarray(1.5))
     nodes = jnp.stack([jnp.linspace(0.0, 2.0, 21), 0.01 * jnp.cos(jnp.linspace(0.0, 3.0, 21))])
 
+    @jax.jit
     def energy(place):
         touch = contact(nodes, place, jnp.asarray(5e3), jnp.asarray(0.1), hertz)
         return touch.kink_energy + hertz.energy(touch.depth)
 
     for place in ([0.53, -0.02], [0.55, 0.1], [1.234, 0.03]):
         at = jnp.asarray(place)
-        touch = contact(nodes, at, jnp.asarray(5e3), jnp.asarray(0.1), hertz)
+        touch = jax.jit(contact)(nodes, at, jnp.asarray(5e3), jnp.asarray(0.1), hertz)
         # at the foot the energy does not change along the line: differences see the push alone
         h = 1e-6
         slope = [float(energy(at + h * e) - energy(at - h * e)) / (2 * h) for e in jnp.eye(2)]

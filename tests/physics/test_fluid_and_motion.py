@@ -125,6 +125,7 @@ def test_a_kick_s_derivative_is_its_differences(d):
     rng = np.random.default_rng(d)
     force, before = (jnp.asarray(rng.normal(size=(d, 2)) * s) for s in (50.0, 5.0))
 
+    @jax.jit
     def of(force, before, mass, drag):
         nodes = frame(d)._replace(mass_t=mass, drag_t=drag)
         return inertia.kick(nodes, force, before, num(0.1))

@@ -1,5 +1,6 @@
 """Motions of ships and of points on them: rotations, records, and seas of known spectra."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -74,7 +75,11 @@ def sea(period=9.0, gamma=1.0, components=4000, way=0.0, seed=1, phase=0.0, heig
     table = jnp.asarray([0.01, 10.0])
     response = {HEAVE: jnp.asarray([[2.0, phase], [2.0, phase]])}
     numbers = [number(v) for v in (height, period, gamma)]
-    return SeaBody.of(*numbers, seed, components, number(way), table, response)
+    return sea_of(*numbers, seed, components, number(way), table, response)
+
+
+# one program instead of one an operation
+sea_of = jax.jit(SeaBody.of, static_argnums=(3, 4))
 
 
 def test_a_sea_carries_the_energy_of_its_height():

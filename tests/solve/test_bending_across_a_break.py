@@ -59,7 +59,9 @@ def nodes_at_rest(folder, text):
 CUTS = [((1.0,), ""), ((0.8,), "grading = 4"), ((0.1,), ""), ((1.9,), ""), ((0.5, 0.6, 1.5), "")]
 
 
-@pytest.mark.parametrize(("cuts", "more"), CUTS)
+@pytest.mark.parametrize(
+    ("cuts", "more"), [pytest.param(*CUTS[0], marks=pytest.mark.slow), *CUTS[1:]]
+)
 def test_a_cantilever_that_is_to_break_rests_as_one_that_is_not(tmp_path, cuts, more):
     whole = nodes_at_rest(tmp_path, cantilever(more=more))
     cut = nodes_at_rest(tmp_path, cantilever(*cuts, more=more))
@@ -85,7 +87,7 @@ def test_until_it_breaks_it_moves_as_one_that_does_not(tmp_path, cuts, more):
     )
 
 
-@pytest.mark.parametrize("time", [0.004, 0])
+@pytest.mark.parametrize("time", [0.004, pytest.param(0, marks=pytest.mark.slow)])
 def test_the_account_closes_over_the_break(tmp_path, time):
     closures = []
     for courant in (0.5, 0.25):

@@ -16,8 +16,6 @@ EA = {EA}
 [bodies.cargo]
 mass = "200 kg"
 on = {{ line = "highline", place = "10 m" }}
-[bodies.lamp]
-mass = "5 kg"
 [lines.highline]
 model = "ideal"
 material = "steel"
@@ -40,28 +38,32 @@ segments = 5
 mass = "1 kg/m"
 start = "a.end"
 end = {{ fixed = [30, 0, 30] }}
+[output]
+duration = "0.1 s"
+every = "0.05 s"
+"""
+MORE = """
+[bodies.lamp]
+mass = "5 kg"
 [lines.c]
 material = "steel"
 length = "16 m"
 segments = 5
 mass = "1 kg/m"
-start = {{ fixed = [40, 0, 30] }}
+start = { fixed = [40, 0, 30] }
 end = "lamp"
 [lines.pulled]
 material = "steel"
 length = "30 m"
 segments = 4
 mass = "1 kg/m"
-start = {{ fixed = [0, 0, 0] }}
-end = {{ winch = {{ at = [30, 0, 0], tension = "20 kN" }} }}
-[output]
-duration = "0.1 s"
-every = "0.05 s"
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = [30, 0, 0], tension = "20 kN" } }
 """
 
 
 def test_cargo_joint_and_point_mass_are_where_each_would_be_alone(tmp_path):
-    found, coordinates = equilibrium_of(scene_of(tmp_path, SCENE))
+    found, coordinates = equilibrium_of(scene_of(tmp_path, SCENE + MORE))
     assert bool(found.converged)
     assert float(found.imbalance) < 1e-6
     places = {name: nodes_in_space(found, coordinates, name) for name in "abc"}

@@ -135,6 +135,7 @@ def shock_errors(folder, meshes):
     return np.array(errors)
 
 
+@pytest.mark.slow
 def test_a_shock_converges_with_the_mesh(tmp_path):
     # a jump that is a few segments wide costs the first power of the mesh in the mean, at best
     errors = shock_errors(tmp_path, (100, 400))

@@ -40,7 +40,13 @@ def test_adaptive_solvers_come_as_close_as_they_are_asked_to(tmp_path, truth, me
 
 
 @pytest.mark.parametrize(
-    ("method", "order"), [("leapfrog", 2), ("heun", 2), ("midpoint", 2), ("euler", 1)]
+    ("method", "order"),
+    [
+        ("leapfrog", 2),
+        pytest.param("heun", 2, marks=pytest.mark.slow),
+        pytest.param("midpoint", 2, marks=pytest.mark.slow),
+        pytest.param("euler", 1, marks=pytest.mark.slow),
+    ],
 )
 def test_fixed_steps_converge_with_their_order(tmp_path, truth, method, order):
     errors = []

@@ -1,8 +1,9 @@
 """Cases that other programs are known by, from configs/peers: statics and a pendulum."""
 
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from lumpedcable.exact import (
 )
 from lumpedcable.scene import load_study
 from lumpedcable.solve.observe import end_tension
+from lumpedcable.study.compiled import RUN_ONCE
 
 PEERS = Path(__file__).parents[2] / "configs" / "peers"
 G = 9.80665
@@ -32,13 +34,20 @@ def at_rest(file, *overrides):
     assert bool(found.converged)
     name = next(iter(scene.lines))
     line = found.model.lines[name]
-    shape = line.shape(jnp.zeros_like(line.reference))
-    tension = line.law.tension(shape.strain)
-    ends = np.array([end_tension(line, tension, node, shape) for node in (0, -1)])
-    pull = coordinates.expand(np.asarray(tension * shape.tangent), 0)[:, [0, -1]]
+    ends, along = map(np.asarray, pulls_of(line))
+    pull = coordinates.expand(along, 0)[:, [0, -1]]
     half = scene.lines[name].mass * G * scene.lines[name].length / line.segments / 2
     forces = np.array([pull[[0, 2], 0] - [0, half], -pull[[0, 2], 1] - [0, half]])
     return forces, ends, nodes_in_space(found, coordinates, name)
+
+
+@partial(jax.jit, compiler_options=RUN_ONCE)
+def pulls_of(line):
+    """End tensions (2,) and the tension of each segment along it (d, n), N."""
+    shape = line.shape(jnp.zeros_like(line.reference))
+    tension = line.law.tension(shape.strain)
+    ends = [end_tension(line, tension, node, shape) for node in (0, -1)]
+    return jnp.stack(ends), tension * shape.tangent
 
 
 # --- MoorPy's catenary ----------------------------------------------------------------------------
@@ -164,6 +173,7 @@ def test_cantilever():
     assert -at_rest("cantilever.toml")[2][2, -1] == pytest.approx(exact, rel=0.01)
 
 
+@pytest.mark.slow
 def test_simply_supported():
     exact = float(simply_supported_deflection(5.0, 10.0, Q, 1e7))
     assert exact == pytest.approx(0.01277, abs=5e-6)

@@ -3,6 +3,7 @@
 import os
 import re
 from contextlib import contextmanager
+from functools import cache, partial
 from types import SimpleNamespace
 
 import jax
@@ -50,7 +51,8 @@ def program(folder, text):
     return advance_batch.lower(ready.packed, plan, numbers, state, jnp.asarray(0), jnp.asarray(16))
 
 
-def operations(folder, text):
+@cache
+def operations_of(folder, text):
     """Floating-point operations that XLA counts in one pass through the program's loops.
 
     Counted before fusion, which may compute a value twice to save a trip to memory.
@@ -59,34 +61,40 @@ def operations(folder, text):
     return analysis["flops"] + analysis.get("transcendentals", 0.0)
 
 
+@pytest.fixture(scope="module")
+def operations(tmp_path_factory):
+    """`operations_of` a scene text, each of which is lowered once."""
+    return partial(operations_of, tmp_path_factory.mktemp("programs"))
+
+
 @pytest.mark.parametrize("more", [WET, PLANAR, DAMPED], ids=["drag", "second dimension", "damping"])
-def test_what_a_scene_names_is_what_is_computed(tmp_path, more):
-    assert operations(tmp_path, BARE) < operations(tmp_path, more)
+def test_what_a_scene_names_is_what_is_computed(operations, more):
+    assert operations(BARE) < operations(more)
 
 
-def test_bending_costs_only_where_it_is(tmp_path):
-    assert operations(tmp_path, PLANAR) < operations(tmp_path, BENT)
+def test_bending_costs_only_where_it_is(operations):
+    assert operations(PLANAR) < operations(BENT)
 
 
-def test_waves_cost_only_where_they_are(tmp_path):
-    assert operations(tmp_path, PLAIN) < operations(tmp_path, BARE)
+def test_waves_cost_only_where_they_are(operations):
+    assert operations(PLAIN) < operations(BARE)
 
 
-def test_energy_costs_only_where_it_is_asked_for(tmp_path):
-    assert operations(tmp_path, BARE) < operations(tmp_path, ROPE)
+def test_energy_costs_only_where_it_is_asked_for(operations):
+    assert operations(BARE) < operations(ROPE)
 
 
-def test_a_third_dimension_costs_only_where_it_is(tmp_path):
+def test_a_third_dimension_costs_only_where_it_is(operations):
     bent = PLANAR.replace("direction = [1, 0, 0]", "direction = [1, 1, 0]")
     moved = PLANAR.replace("start = { fixed = [0, 0, 0] }", "start = { fixed = [5, 7, 9] }")
-    assert operations(tmp_path, moved) == operations(tmp_path, PLANAR)
+    assert operations(moved) == operations(PLANAR)
     # a direction out of the axes is still a plane, once turned; only the start adds a rotation
-    assert operations(tmp_path, bent) == pytest.approx(operations(tmp_path, PLANAR), rel=1e-3)
+    assert operations(bent) == pytest.approx(operations(PLANAR), rel=1e-3)
 
 
-def test_water_that_touches_nothing_is_not_there(tmp_path):
+def test_water_that_touches_nothing_is_not_there(operations):
     # density alone, without gravity, drag or added mass, acts on nothing
-    assert operations(tmp_path, WATER + BARE) == operations(tmp_path, BARE)
+    assert operations(WATER + BARE) == operations(BARE)
 
 
 def test_a_breaking_strength_is_in_no_program(tmp_path):

@@ -38,7 +38,7 @@ WAVES = HOOKE.replace("segments = 50", "segments = 12").replace("time = 0", 'tim
 WAVES = WAVES.replace('"100 ms"', '"240 ms"') + '[solver]\nstep = "2 ms"\n'
 STEPS, SELDOM = "output.every=2 ms", "output.every=60 ms"
 DAMPED = "materials.hooke.damping=20 kN s"
-PARTED = ("events.break.breaks=rope", "events.break.place=[35 m, 52 m, 90 m]")
+PARTED = ("events.break.breaks=rope", "events.break.place=[35 m, 90 m]")
 
 
 def peaks_of(folder, name, text, *overrides):
