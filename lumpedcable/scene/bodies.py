@@ -128,10 +128,14 @@ class Body(Part):
     hull: Hull | None = None
     """It floats. Absent: it has its weight, less the buoyancy of volume."""
 
+    settle: bool = False
+    """Whether a rigid body starts at rest: where its lines, weight, water and thrust balance. Its
+    position and attitude are a first guess then."""
+
     @property
     def rigid(self) -> bool:
         """Whether it is more than a point mass."""
-        return any(getattr(self, key) not in (None, {}) for key in _RIGID)
+        return self.settle or any(getattr(self, key) not in (None, {}) for key in _RIGID)
 
     @property
     def turns(self) -> bool:

@@ -38,7 +38,12 @@ from lumpedcable.scene.part import (
     dotted,
     unknown,
 )
-from lumpedcable.scene.placing_checks import below_problems, joined_problems, lying_problems
+from lumpedcable.scene.placing_checks import (
+    below_problems,
+    joined_problems,
+    lying_problems,
+    settling_problems,
+)
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.reach import reach_problems
 from lumpedcable.scene.record_checks import record_problems
@@ -138,6 +143,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     output = draft.others.get("output")
     yield from record_problems(draft.lines, draft.bodies, output.duration if output else None)
     yield from joined_problems(draft.lines)
+    yield from settling_problems(draft.bodies, draft.lines, draft.materials, draft.targets)
     seabed = draft.others.get("seabed")
     if isinstance(seabed, Seabed) and next(inside(seabed, (), draft.sound), None) is None:
         yield from below_problems(draft.lines, draft.bodies, seabed)

@@ -7,7 +7,7 @@ from math import dist, hypot
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import WinchEnd
+from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.environment import Seabed
 from lumpedcable.scene.lines import (
     FixedEnd,
@@ -23,7 +23,7 @@ from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["below_problems", "joined_problems", "lying_problems"]
+__all__ = ["below_problems", "joined_problems", "lying_problems", "settling_problems"]
 
 SAME = 1e-9  # share of a place by which it may differ from itself, by rounding
 LIES = 0.1  # share of its height that a body on the bed may be above or in it
@@ -125,3 +125,36 @@ def _place(end: Any) -> tuple[Path, tuple[float, ...] | None]:
     if isinstance(end, JoinedEnd):
         return ("at",), end.at
     return (), None
+
+
+def settling_problems(
+    bodies: Mapping[str, Any],
+    lines: Mapping[str, Line | None],
+    materials: Mapping[str, Any],
+    targets: Mapping[str, Any],
+) -> Iterator[Problem]:
+    """Yield what stands in the way of statics that finds where bodies are at rest."""
+    told = None
+    rods = [n for n, x in lines.items() if x and _law(materials.get(x.material)) == "inextensible"]
+    hauled = [n for n, x in lines.items() if x and {type(x.start), type(x.end)} & {WinchEnd}]
+    hauled += [n for n, body in bodies.items() if isinstance(body, CarriedBody)]
+    if rods:
+        told = f'expected lines with a law of tension, found the inextensible "{rods[0]}"'
+    elif hauled:
+        told = f'expected neither winches nor bodies on lines, found "{hauled[0]}"'
+    elif targets:
+        told = f'expected no targets, found "{next(iter(targets))}"'
+    for name, body in bodies.items():
+        if not isinstance(body, Body) or not body.settle:
+            continue
+        if told is not None:
+            yield Problem(("bodies", name, "settle"), f"{told}, where a body settles")
+        elif body.friction is not None:
+            yield Problem(
+                ("bodies", name, "settle"),
+                "expected a body without friction, found one that friction can hold anywhere",
+            )
+
+
+def _law(material: Any) -> str | None:
+    return getattr(material, "law", None)

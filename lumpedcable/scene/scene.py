@@ -91,6 +91,11 @@ class Scene(Part):
         return self.point_of(end) is not None or self.body_point(end) is not None
 
     @property
+    def settling(self) -> list[str]:
+        """The rigid bodies that statics brings to rest."""
+        return [n for n, body in self.bodies.items() if isinstance(body, Body) and body.settle]
+
+    @property
     def steep(self) -> list[str]:
         """The bodies that start with a pitch that is none in space."""
         return [n for n, body in self.bodies.items() if isinstance(body, Body) and body.steep]

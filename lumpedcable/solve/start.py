@@ -33,17 +33,30 @@ from lumpedcable.solve.resting import (
 from lumpedcable.solve.statics import Equilibrium, held_position
 from lumpedcable.solve.stiffening import stiffening
 
-__all__ = ["start_of"]
+__all__ = ["at_places", "start_of"]
+
+Places = dict[str, Float[Array, " m"]]
 
 
-def start_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
+def at_places(model: Model, places: Places | None) -> Model:
+    """The model with some of its bodies at other coordinates (m, rad)."""
+    if not places:
+        return model
+    bodies = {n: eqx.tree_at(lambda b: b.reference, model.bodies[n], q) for n, q in places.items()}
+    return eqx.tree_at(lambda m: m.bodies, model, model.bodies | bodies)
+
+
+def start_of(
+    scene: Scene, layout: Layout, coordinates: Coordinates, places: Places | None = None
+) -> Equilibrium:
     """The scene's model at static equilibrium before anything breaks or moves.
 
+    `places` are coordinates (m, rad) of rigid bodies that are elsewhere than the scene puts them.
     Each line of the scene, cut or not, is first laid out by itself between its two ends; then
     Newton's method on all of them together finishes the work. Lines on winches and bodies on cables are
     found apart from the others, none of which they touch.
     """
-    model = assemble(scene, layout, coordinates)
+    model = at_places(assemble(scene, layout, coordinates), places)
     joints = _joint_places(scene, layout, model, coordinates)
     given = _given_places(scene, layout, model, coordinates)
     joints = [given.get(k, place) for k, place in enumerate(joints)]

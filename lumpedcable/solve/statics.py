@@ -28,8 +28,10 @@ from lumpedcable.solve.hanging import nodal_weight
 
 __all__ = [
     "Equilibrium",
+    "eased",
     "equilibrium",
     "force_scale",
+    "forces_at_rest",
     "held_position",
     "laid_out_exactly",
     "rounding_force",
@@ -52,6 +54,14 @@ class Equilibrium(NamedTuple):
 
 def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Array, "places d"]:
     """Net force (N) on every node of the net at rest, all breaks still ahead; 0 where held."""
+    total = net.gather(forces_at_rest(model, displacement))
+    extra = junction_forces(model, net)
+    total = total if extra is None else total + extra
+    return jnp.where(net.fixed[:, None], 0.0, total)
+
+
+def forces_at_rest(model: Model, displacement: Vectors) -> Vectors:
+    """Net force (N) on every node of each line at rest, without what holds its ends."""
     whole, shapes = {}, {}
     t = jnp.full((), -jnp.inf)
     for name, line in model.lines.items():
@@ -66,10 +76,7 @@ def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Arra
         whole[name], shapes[name] = force, forces.shape
     for splice in splices(model, t, shapes):
         whole |= {name: whole[name] + force for name, force in splice.forces.items()}
-    total = net.gather(whole)
-    extra = junction_forces(model, net)
-    total = total if extra is None else total + extra
-    return jnp.where(net.fixed[:, None], 0.0, total)
+    return whole
 
 
 def _drag_at_rest(model: Model, line: Line, shape: Shape) -> Float[Array, "d nodes"]:
@@ -226,10 +233,7 @@ def _searched(
         after = balance.frozen(trial)
         usable = jnp.isfinite(_norm(after))
         ratio = jnp.where(usable, _norm(after) / jnp.maximum(_norm(force), 1e-300), 10.0)
-        free = jnp.where(ratio <= 1.0, jnp.minimum(0.3, ratio), jnp.minimum(ratio, 4.0))
-        factor = jnp.where(share < 1.0, jnp.clip(ratio, 0.5, 4.0), free)
-        mu = jnp.clip(mu * factor, 0.0, 1e6)
-        mu = jnp.where((mu < 1e-7) & (share == 1.0), 0.0, jnp.maximum(mu, 1e-9))
+        mu = eased(mu, ratio, share)
         return jnp.where(usable, trial, x), jnp.where(usable, after, force), mu, count + 1
 
     x = jnp.zeros(balance.blocks)
@@ -239,6 +243,16 @@ def _searched(
     carry = (x, start, jax.lax.stop_gradient(first), jnp.zeros((), int))
     x, force, _, count = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
     return x, force, count
+
+
+def eased(
+    mu: Float[Array, ""], ratio: Float[Array, ""], share: Float[Array, ""]
+) -> Float[Array, ""]:
+    """mu after a step of pseudo-time that left a `ratio` of the residual, cut to a `share` of itself."""
+    free = jnp.where(ratio <= 1.0, jnp.minimum(0.3, ratio), jnp.minimum(ratio, 4.0))
+    factor = jnp.where(share < 1.0, jnp.clip(ratio, 0.5, 4.0), free)
+    mu = jnp.clip(mu * factor, 0.0, 1e6)
+    return jnp.where((mu < 1e-7) & (share == 1.0), 0.0, jnp.maximum(mu, 1e-9))
 
 
 def _polished(

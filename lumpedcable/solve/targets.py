@@ -7,33 +7,21 @@ that from a line that is too short no step goes too far; a step never changes a 
 a half. Whether the conditions are met is judged like the forces of statics.
 """
 
-from typing import Any
-
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.assemble import assemble
 from lumpedcable.model.balance import balanced
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.seams import opened
-from lumpedcable.physics.place import place_at_end
 from lumpedcable.scene import Scene, Target
-from lumpedcable.scene.part import Part, children
+from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.observe import tension_at
+from lumpedcable.solve.settling import settled
 from lumpedcable.solve.start import start_of
-from lumpedcable.solve.statics import (
-    Equilibrium,
-    equilibrium,
-    force_scale,
-    held_position,
-    laid_out_exactly,
-    rounding_force,
-)
+from lumpedcable.solve.statics import Equilibrium, force_scale, rounding_force
 
 __all__ = ["rest_of", "sag_of"]
 
@@ -57,13 +45,15 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
 
 
 def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
+    if scene.settling:
+        return settled(scene, layout, coordinates)
     if not scene.targets:
         return start_of(scene, layout, coordinates)
 
     def at(mine: Scene, lengths: Float[Array, " n"], nodes: Vectors):
         """Misses over their sizes (-), and the same with the state of rest, for lengths (m)."""
         changed = _with_lengths(mine, lengths)
-        found = _rest_near(changed, layout, coordinates, nodes)
+        found = rest_near(changed, layout, coordinates, nodes)
         miss = jnp.stack(
             [
                 _miss(changed, layout, coordinates, found.model, target)
@@ -72,40 +62,31 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
         )
         return miss, (miss, found)
 
-    frozen = _frozen(scene)
+    still = frozen(scene)
 
     def unfinished(carry):
         worst, change, count = carry[3:]
-        return (worst > frozen.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
+        return (worst > still.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
 
     def step(carry):
         lengths, nodes, _, _, _, count = carry
-        slope, (miss, found) = jax.jacfwd(lambda x: at(frozen, x, nodes), has_aux=True)(lengths)
+        slope, (miss, found) = jax.jacfwd(lambda x: at(still, x, nodes), has_aux=True)(lengths)
         change = jnp.linalg.solve(slope, -miss)
         usable = jnp.all(jnp.isfinite(change))
         change = jnp.where(usable, jnp.clip(change, -0.5 * lengths, 0.5 * lengths), 0.0)
         worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
         moved = jnp.max(jnp.abs(change / lengths))
-        nodes = {name: _nodes(found.model)[name] for name in nodes}
+        nodes = {name: nodes_of(found.model)[name] for name in nodes}
         return lengths + change, nodes, slope, worst, moved, count + 1
 
-    guess = jnp.stack([jnp.asarray(frozen.lines[t.line].length) for t in frozen.targets.values()])
+    guess = jnp.stack([jnp.asarray(still.lines[t.line].length) for t in still.targets.values()])
     # lines without joints are laid out anew each time, and need no shape to begin from
-    first = _nodes(start_of(frozen, layout, coordinates).model) if layout.joints else {}
+    first = nodes_of(start_of(still, layout, coordinates).model) if layout.joints else {}
     far = jnp.full((), jnp.inf)
     carry = (guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
     lengths, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
 
-    def finish(lengths, _):
-        """The step that carries the derivative; where it is more than rounding, Newton did not end."""
-        miss, (_, found) = at(scene, lengths, nodes)
-        change = jnp.linalg.solve(slope, -miss)
-        near = jnp.all(jnp.abs(change) <= 1e-6 * lengths)
-        return lengths + jnp.where(near, change, 0.0), (miss, found)
-
-    # twice in one loop, for the lengths and for the state that goes with them: half as much to compile
-    _, every = jax.lax.scan(finish, lengths, None, length=2)
-    miss, found = jax.tree.map(lambda x: x[-1], every)
+    miss, found = finished(lambda x: at(scene, x, nodes)[1], lengths, slope, lengths)
     left = jnp.max(jnp.abs(miss))
     goal = scene.statics.tolerance + rounding_force(found.model) / force_scale(found.model)
     return found._replace(
@@ -117,44 +98,6 @@ def _with_lengths(scene: Scene, lengths: Float[Array, " n"]) -> Scene:
     """The scene with the lengths (m) that its targets choose."""
     keys = [target.change for target in scene.targets.values()]
     return scene.with_numbers(dict(zip(keys, lengths, strict=True)))
-
-
-def _nodes(model: Model) -> Vectors:
-    return {name: line.reference for name, line in model.lines.items()}
-
-
-def _rest_near(
-    scene: Scene, layout: Layout, coordinates: Coordinates, nodes: Vectors
-) -> Equilibrium:
-    """The state of rest, looked for from nodes (m) that are near it.
-
-    Lines without joints between them are laid out from nothing: that is sure, and stays so where a
-    line from before hangs slack because it has become longer. Rods go through their stages each time.
-    """
-    model = assemble(scene, layout, coordinates)
-    rods = any(line.inextensible for line in model.lines.values())
-    if rods or not model.junctions or laid_out_exactly(model):
-        return start_of(scene, layout, coordinates)
-    near = dict(jax.lax.stop_gradient(nodes))
-    for name, node, end in model.outer_ends():
-        held = held_position(model, end)
-        if held is not None:  # a place of the scene's own, which has its derivatives
-            near[name] = place_at_end(near[name], node, held)
-    lines = {name: placed(line, near[name]) for name, line in model.lines.items()}
-    model = eqx.tree_at(lambda m: m.lines, model, lines)
-    tolerance = jnp.asarray(scene.statics.tolerance, float)
-    return equilibrium(model, tolerance, scene.statics.max_iterations)
-
-
-def _frozen(value: Any) -> Any:
-    """A part of a scene whose numbers carry no derivatives."""
-    if isinstance(value, Part):
-        return value.model_copy(update={str(key): _frozen(v) for key, v in children(value)})
-    if isinstance(value, dict):
-        return {key: _frozen(v) for key, v in value.items()}
-    if isinstance(value, tuple):
-        return tuple(map(_frozen, value))
-    return jax.lax.stop_gradient(value) if isinstance(value, jax.Array) else value
 
 
 def _miss(

@@ -14,6 +14,7 @@ from lumpedcable.results import ResultFile, open_result
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import OK
 from lumpedcable.scene import Study, format_quantity
+from lumpedcable.scene.bodies import ANGLES
 from lumpedcable.status import remark_of
 from lumpedcable.study.prescribed import MODELS
 from lumpedcable.study.strength import UTILISATION, has_strength
@@ -68,6 +69,9 @@ def rest_table(study: Study, target: Path) -> None:
             console.print(table)
             for note in _notes(numbers, models, shown, result.runs):
                 console.print(Text(note, "dim"))
+        for body in study.scene.settling:
+            console.print(Text(body))
+            console.print(_settled(study, result, body))
         said = list(enumerate(zip(result.status, result.status_message, strict=True)))
         print_told(console, ((k, why) for k, (state, why) in said if state != OK))
         remarks = ((k, remark_of(why)) for k, (_, why) in said)
@@ -119,6 +123,23 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
         cells = [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
         cells += [texts[run] for texts in columns]
         table.add_row(*(Text(cell) for cell in (*cells, result.status[run].replace("_", " "))))
+    return table
+
+
+def _settled(study: Study, result: ResultFile, body: str) -> WholeTable:
+    """Where a body that settles is at rest."""
+    place, turn = (result.body(body, key)[:, 0] for key in ("position", "attitude"))
+    table = new_table()
+    heads = [axis.label.replace(" ", "\n") for axis in study.axes]
+    heads += [f"{name}\n(m)" for name in "xyz"] + [f"{name}\n(deg)" for name in ANGLES]
+    for words in ("run", *heads):
+        table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
+    # rounding has no sign to show
+    columns = [_texts(np.round(v, 9) + 0.0) for v in (*place.T, *np.degrees(turn).T)]
+    for run in range(min(result.runs, MOST_ROWS)):
+        values = study.runs.values(run) if study.axes else {}  # type: ignore[attr-defined]
+        cells = [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
+        table.add_row(*(Text(cell) for cell in (*cells, *(texts[run] for texts in columns))))
     return table
 
 

@@ -1,0 +1,163 @@
+"""Rigid bodies that start at rest: where their lines, weight, water and thrust balance.
+
+With the lines at equilibrium between them, the generalised forces R (N, N m) on the bodies are
+functions of their coordinates q. Implicit steps in a pseudo-time, (K + mu k I) dq = R with K = -dR/dq by
+the implicit function theorem, end as Newton's method, as those of the lines do (`solve.statics`).
+Forces are measured by the largest of the scene, S, moves by the longest line, L, turns by 1 rad and
+moments by S times the arm of the farthest point; k is then S / L.
+"""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.attached import attached_ends
+from lumpedcable.model.bodies import RigidBody
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.layout import Layout
+from lumpedcable.model.model import Model, Vectors
+from lumpedcable.scene import Scene
+from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
+from lumpedcable.solve.start import Places, start_of
+from lumpedcable.solve.statics import (
+    Equilibrium,
+    eased,
+    force_scale,
+    forces_at_rest,
+    rounding_force,
+)
+
+__all__ = ["settled"]
+
+ITERATIONS = 200
+FARTHEST = 0.05  # of the longest line that a body is moved in a step, and rad that it is turned
+SMALLEST = 1e-14  # relative move that is rounding
+LOOSER = 10.0  # times the tolerance of a node's force, for the sum of many
+
+
+def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
+    """The scene's model at static equilibrium, with the bodies that settle where they are at rest.
+
+    Its result has derivatives with respect to every number of the scene.
+    """
+    still, names = frozen(scene), scene.settling
+    first = start_of(still, layout, coordinates)
+    sizes = {name: first.model.bodies[name].reference.size for name in names}
+    length = jnp.max(jnp.stack([jnp.asarray(x.unstretched, float) for x in still.lines.values()]))
+    scale = jax.lax.stop_gradient(_scale(first.model, names))
+    free = jnp.concatenate([_free(first.model, name) for name in names])
+    reach = jnp.concatenate([_reach(first.model, name, length) for name in names])
+    most = jnp.concatenate([_most(first.model, name, scale) for name in names])
+
+    def places(x: Float[Array, " q"]) -> Places:
+        found, at = {}, 0
+        for name, size in sizes.items():
+            found[name] = x[at : at + size] * reach[at : at + size]
+            at += size
+        return found
+
+    def at(mine: Scene, x: Float[Array, " q"], nodes: Vectors):
+        """Forces over their sizes (-) where the bodies are at x, and the state of rest of the lines."""
+        found = rest_near(mine, layout, coordinates, nodes, places(x))
+        force = jnp.concatenate([_force(found.model, name) for name in names])
+        return free * force / most, found
+
+    def sloped(x, nodes):
+        def both(x):
+            miss, found = at(still, x, nodes)
+            return miss, (miss, found)
+
+        slope, (miss, found) = jax.jacfwd(both, has_aux=True)(x)
+        held = jnp.diag(1.0 - free)
+        slope = slope * jnp.outer(free, free) - held
+        return slope, miss, nodes_of(found.model), found.converged
+
+    goal = LOOSER * (still.statics.tolerance + rounding_force(first.model) / scale)
+
+    def unfinished(carry):
+        _, _, _, miss, _, moved, count = carry
+        return (jnp.max(jnp.abs(miss)) > goal) & (moved > SMALLEST) & (count < ITERATIONS)
+
+    def step(carry):
+        x, nodes, slope, miss, mu, _, count = carry
+        change = jnp.linalg.solve(mu * jnp.eye(x.size) - slope, miss)
+        change = jnp.where(jnp.isfinite(change), change, 0.0) * free
+        share = jnp.minimum(1.0, FARTHEST / jnp.maximum(jnp.max(jnp.abs(change)), 1e-300))
+        new_slope, new_miss, new_nodes, good = sloped(x + share * change, nodes)
+        usable = good & jnp.all(jnp.isfinite(new_slope)) & jnp.all(jnp.isfinite(new_miss))
+        ratio = jnp.linalg.norm(new_miss) / jnp.maximum(jnp.linalg.norm(miss), 1e-300)
+        ratio = jnp.where(jnp.all(jnp.isfinite(miss)), ratio, 1.0)
+        mu = eased(mu, jnp.where(usable, ratio, 10.0), share)
+        known = usable & jnp.all(jnp.isfinite(miss))
+        moved = jnp.where(known, jnp.max(jnp.abs(share * change)), 1.0)
+        after = x + share * change, new_nodes, new_slope, new_miss
+        kept = jax.tree.map(
+            lambda new, old: jnp.where(usable, new, old), after, (x, nodes, slope, miss)
+        )
+        return *kept, mu, moved, count + 1
+
+    start = jnp.concatenate([first.model.bodies[name].reference for name in names]) / reach
+    # what is not known moves nothing: the first step looks at the start itself
+    slope, miss, one = -jnp.eye(start.size), jnp.full(start.shape, jnp.inf), jnp.ones(())
+    carry = (start, nodes_of(first.model), slope, miss, one, one, jnp.zeros((), int))
+    found = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
+    x, nodes, slope, *_ = found
+    miss, rest = finished(lambda x: at(scene, x, nodes), x, slope, jnp.ones_like(x))
+    left = jnp.max(jnp.abs(miss))
+    return rest._replace(
+        imbalance=jnp.maximum(rest.imbalance, left), converged=rest.converged & (left <= goal)
+    )
+
+
+def _body(model: Model, name: str) -> RigidBody:
+    body = model.bodies[name]
+    assert isinstance(body, RigidBody)  # no other settles
+    return body
+
+
+def _scale(model: Model, names: list[str]) -> Float[Array, ""]:
+    """The largest force (N) on lines and bodies, those of the water on a hull left out."""
+    sizes = [force_scale(model)]
+    for body in (_body(model, name) for name in names):
+        d = body.translation.size
+        still = body.force(body.reference, jnp.zeros_like(body.reference))
+        free = jnp.ones_like(still) if body.free is None else body.free
+        sizes.append(jnp.linalg.norm((free * still)[:d]))
+    return jnp.max(jnp.stack(sizes))
+
+
+def _free(model: Model, name: str) -> Float[Array, " m"]:
+    """1 for coordinates that can change, 0 for those that are held."""
+    body = _body(model, name)
+    return jnp.ones_like(body.reference) if body.free is None else body.free
+
+
+def _arm(model: Model, name: str) -> Float[Array, ""]:
+    """Distance (m) of a body's farthest point that a line ends at."""
+    points = [jnp.linalg.norm(end.point) for _, _, end in attached_ends(model, name)]
+    return jnp.maximum(jnp.max(jnp.stack([jnp.zeros(()), *points])), 1e-3)
+
+
+def _reach(model: Model, name: str, length: Float[Array, ""]) -> Float[Array, " m"]:
+    """What a body's coordinates are measured by: a length (m), and 1 rad."""
+    body = _body(model, name)
+    d = body.translation.size
+    return jnp.where(jnp.arange(body.reference.size) < d, length, 1.0)
+
+
+def _most(model: Model, name: str, scale: Float[Array, ""]) -> Float[Array, " m"]:
+    """What the forces on a body are measured by: a force (N), and a moment (N m)."""
+    body = _body(model, name)
+    d = body.translation.size
+    return jnp.where(jnp.arange(body.reference.size) < d, scale, scale * _arm(model, name))
+
+
+def _force(model: Model, name: str) -> Float[Array, " m"]:
+    """Generalised force on a body at rest (N, N m), its lines at equilibrium with it where it is."""
+    body = _body(model, name)
+    q, v = body.reference, jnp.zeros_like(body.reference)
+    still = {line: jnp.zeros_like(own.reference) for line, own in model.lines.items()}
+    pulls, force = forces_at_rest(model, still), body.force(q, v)
+    for line, node, end in attached_ends(model, name):
+        force = force + body.rate(q, v, end.point)[0].T @ pulls[line][:, node]
+    return force
