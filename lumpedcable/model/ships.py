@@ -66,7 +66,7 @@ def _law(
     }
     return ships.SeaBody.of(
         number(sea.height), number(sea.period), number(sea.gamma), sea.seed, sea.components,
-        way, vector(motion.omega), response,
+        way, vector(motion.omega), response, if_given(motion.ramp),
     )  # fmt: skip
 
 

@@ -127,10 +127,11 @@ def _of_equal_energy(share, gamma: Float[Array, ""]) -> Float[Array, " N"]:
 class SeaBody(AbstractBodyMotion):
     """A body in long-crested waves: sum over components of wave amplitude times response.
 
-    q_k(t) = sum_i a_i R_k(w_i) cos(w_i t - k_i d . x + e_i + p_k(w_i)), with wave amplitudes
+    q_k(t) = r(t) sum_i a_i R_k(w_i) cos(w_i t - k_i d . x + e_i + p_k(w_i)), with wave amplitudes
     a_i (m), phases e_i (rad) drawn once, deep-water wave numbers k_i = w_i^2 / g (1/m), the way x (m)
     of the body along the waves' direction, and the response R (m/m or rad/m) with its phase p (rad),
-    linear between the frequencies of its table and nothing beyond them.
+    linear between the frequencies of its table and nothing beyond them. r as in `grown`, 1 where
+    `ramp` is None.
     """
 
     omega: Float[Array, " N"]
@@ -138,6 +139,7 @@ class SeaBody(AbstractBodyMotion):
     phase: Float[Array, " N"]
     cosine: Float[Array, "6 N"]
     sine: Float[Array, "6 N"]
+    ramp: Float[Array, ""] | None = None
 
     @classmethod
     def of(
@@ -150,6 +152,7 @@ class SeaBody(AbstractBodyMotion):
         way: Float[Array, ""],
         table: Float[Array, " K"],
         response: dict[int, Float[Array, "K 2"]],
+        ramp: Float[Array, ""] | None = None,
     ) -> "SeaBody":
         """The motion from significant height (m), peak period (s), gamma and a response table.
 
@@ -175,13 +178,13 @@ class SeaBody(AbstractBodyMotion):
             both = [jnp.interp(omega, table, v, left=0.0, right=0.0) for v in (real, imaginary)]
             cosine, sine = cosine.at[freedom].set(both[0]), sine.at[freedom].set(both[1])
         phase = jnp.asarray(angle) - omega**2 / GRAVITY * way
-        return cls(omega, amplitude, phase, cosine, sine)
+        return cls(omega, amplitude, phase, cosine, sine, ramp)
 
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
         """The six numbers (m, rad) at t (s)."""
         angle = self.omega * t + self.phase
         wave, turned = self.amplitude * jnp.cos(angle), self.amplitude * jnp.sin(angle)
-        return self.cosine @ wave - self.sine @ turned
+        return grown(self.cosine @ wave - self.sine @ turned, t, self.ramp)
 
 
 class PointOfBody(AbstractMotion):

@@ -138,6 +138,8 @@ class SeaBody(Part):
     """Angular frequencies of the table in rad/s, increasing."""
     response: dict[Name, tuple[tuple[Number, Number], ...]] = Field(default_factory=dict)
     """By freedom: amplitude (m or rad per m of wave) and phase (rad) at those frequencies."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the motion grows from rest. Absent: at once."""
 
     def names(self) -> tuple[str, ...]:
         """Return the freedoms that it names."""

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import lumpedcable.study.compiled  # noqa: F401  (double precision)
 from lumpedcable.physics.motion import Recorded, velocity_of
+from lumpedcable.physics.ramp import growth
 from lumpedcable.physics.rigid import rotation
 from lumpedcable.physics.ships import (
     GRAVITY,
@@ -58,6 +59,48 @@ def test_a_ramp_starts_at_rest_and_ends_in_the_full_motion():
     assert np.all(np.asarray(path.position(number(0.0))) == 0.0)
     assert np.all(np.asarray(velocity_of(path, number(0.0))) == 0.0)
     np.testing.assert_allclose(eased.freedoms(number(6.0)), full.freedoms(number(6.0)))
+
+
+def eased_sea(ramp=12.0):
+    """Heave and roll in the same sea, at once and growing over `ramp` (s)."""
+    table = jnp.asarray([0.01, 10.0])
+    response = {HEAVE: jnp.asarray([[2.0, 0.3]] * 2), ROLL: jnp.asarray([[0.05, -0.4]] * 2)}
+    numbers = (*map(number, (3.0, 9.0, 3.3)), 5, 40, number(20.0), table, response)
+    return SeaBody.of(*numbers), SeaBody.of(*numbers, ramp=number(ramp))
+
+
+def test_a_motion_in_a_sea_starts_at_rest_where_it_has_a_ramp():
+    full, eased = eased_sea()
+    where = (jnp.asarray([1.0, 2.0, 3.0]), jnp.asarray([4.0, 5.0, 6.0]), EYE, ORIGIN)
+    at_once, path = PointOfBody(full, *where), PointOfBody(eased, *where)
+    zero = number(0.0)
+    assert float(jnp.linalg.norm(velocity_of(at_once, zero))) > 0.1
+    np.testing.assert_array_equal(velocity_of(path, zero), 0.0)
+    np.testing.assert_array_equal(path.position(zero), [5.0, 7.0, 9.0])
+
+
+def test_a_motion_in_a_sea_grows_as_a_swing_does():
+    full, eased = eased_sea()
+    swings = HarmonicBody((swing(HEAVE, 1.0, 7.0, 1.0),))
+    grown = HarmonicBody(swings.swings, number(12.0))
+    for t in map(number, (0.5, 3.0, 6.0, 11.0)):
+        share = float(grown.freedoms(t)[HEAVE] / swings.freedoms(t)[HEAVE])
+        assert share == pytest.approx(np.sin(0.5 * np.pi * float(t) / 12.0) ** 2, rel=1e-12)
+        assert share == pytest.approx(float(growth(t, number(12.0))), rel=1e-12)
+        np.testing.assert_allclose(eased.freedoms(t), share * full.freedoms(t), rtol=1e-12)
+    for t in map(number, (12.0, 12.5, 90.0)):
+        np.testing.assert_array_equal(eased.freedoms(t), full.freedoms(t))
+
+
+@pytest.mark.parametrize("t", [0.0, 0.7, 6.0, 11.9, 12.0, 30.0])
+def test_the_speed_of_a_growing_motion_is_that_of_its_places(t):
+    path = PointOfBody(eased_sea()[1], ORIGIN, jnp.asarray([4.0, 5.0, 6.0]), EYE, ORIGIN)
+    h = 1e-4
+    before, after = (path.position(number(t + s)) for s in (-h, h))
+    # differences are off by h^2 / 6 of the third derivative, below 100 m/s3 with w up to 4 wp = 2.8 /s,
+    # and by rounding over h; the acceleration has no jump at either end of the ramp but r'' a / 2
+    rate = np.asarray(velocity_of(path, number(t)))
+    np.testing.assert_allclose((after - before) / (2 * h), rate, rtol=0, atol=2e-5)
 
 
 def test_a_record_goes_through_its_values():

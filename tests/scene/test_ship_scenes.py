@@ -85,6 +85,19 @@ def test_the_record_of_a_run_stands_alone(tmp_path):
     assert again.bodies["third"].motion.response == {"heave": ((1.0, 0.0), (0.5, 0.3))}
 
 
+def test_a_motion_in_waves_may_grow(tmp_path):
+    plain = study(tmp_path).scene
+    grown = study(tmp_path, ('{ rao = "rao.csv" }', '{ rao = "rao.csv", ramp = "20 s" }'))
+    assert plain.bodies["third"].motion.ramp is None
+    assert grown.scene.bodies["third"].motion.ramp == 20.0
+    assert grown.scene.numbers()["bodies.third.motion.ramp"] == 20.0
+    assert grown.scene.skeleton() != plain.skeleton()
+    (tmp_path / "copy").mkdir()
+    (tmp_path / "copy" / "scene.toml").write_text(grown.effective_text)
+    again = load_study(tmp_path / "copy" / "scene.toml").scene
+    assert again.bodies["third"].motion.ramp == 20.0
+
+
 def test_a_record_may_rest_before_and_after(tmp_path):
     record = "t,heave,roll\n0.5,0,0\n0.6,0,0\n1,0.5,0.01\n1.2,0.1,0.02\n1.3,0.1,0.02\n"
     assert study(tmp_path, record=record).scene.bodies["receiver"].motion.time[-1] == 1.3
@@ -126,6 +139,8 @@ def test_another_record_is_another_structure(tmp_path):
          "lines.highline.start.motion.file", "found none between 0.5 s and 2.5 s"),
         ([], {"record": "t,x,y\n0,0,0\n"}, "bodies.receiver.motion.file",
          "expected the columns t and any of surge, sway, heave"),
+        ([('{ rao = "rao.csv" }', '{ rao = "rao.csv", ramp = "20 m" }')], {}, "bodies.third.motion.ramp",
+         'expected a positive time (s), found a length (m), "20 m"'),
         ([], {"rao": "omega,heave\n0.4,1\n"}, "bodies.third.motion.rao", "heave_phase"),
         ([], {"rao": RAO.replace("0.8", "0.3")}, "bodies.third.motion.rao",
          "expected frequencies that increase"),
