@@ -202,7 +202,7 @@ def grouped(problem: FitProblem) -> list[list[Member]]:
     """Records that share their structure, their steps, what is observed and their parameters."""
     groups: dict[object, list[Member]] = {}
     for record in problem.records:
-        scene = record.study.runs[0]
+        scene = _lasting(record)
         structure = Structure(scene.skeleton(), make_layout(scene), scene)
         plan = plan_of(scene, structure.layout)
         plan = seen_plan(plan)
@@ -210,6 +210,15 @@ def grouped(problem: FitProblem) -> list[list[Member]]:
         key = (structure, plan, scene.solver, record.watched, owned)
         groups.setdefault(key, []).append(Member(record, scene, structure, plan))
     return list(groups.values())
+
+
+def _lasting(record: Record) -> Scene:
+    """A record's scene; one without a duration, which would stay at rest, lasts as long as the data."""
+    scene = record.study.runs[0]
+    if not scene.output.static:
+        return scene
+    last = float(record.series[0].x[-1])
+    return scene.with_numbers({"output.duration": last, "output.every": last})
 
 
 def seen_plan(plan: Plan) -> Plan:

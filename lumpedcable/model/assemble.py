@@ -4,6 +4,7 @@ The scene's numbers may be traced: the same function serves one run, a batch und
 derivative with respect to any number of the scene file.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import jax.numpy as jnp
@@ -26,7 +27,7 @@ from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import STANDARD_GRAVITY, law_of, rod_law
 from lumpedcable.model.model import Model
-from lumpedcable.model.numbers import if_given, number, vector
+from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
@@ -323,7 +324,7 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
         return Driven(path, release)
     if own is None or isinstance(own, str | JoinedEnd):
         return Loaded()
-    return Driven(_motion(own, coordinates), release)
+    return Driven(_motion(scene, own, coordinates), release)
 
 
 def _force(held: HeldForce, coordinates: Coordinates) -> Float[Array, " d"]:
@@ -331,16 +332,19 @@ def _force(held: HeldForce, coordinates: Coordinates) -> Float[Array, " d"]:
     return number(held.pretension) * coordinates.vector(held.direction)
 
 
-def _motion(end, coordinates: Coordinates) -> AbstractMotion:
+def _motion(scene: Scene, end, coordinates: Coordinates) -> AbstractMotion:
     if (place := held_place(end)) is not None:
         return Still(coordinates.point(place))
-    motion = end.motion
+    motion, share = end.motion, moving(scene)
     if isinstance(motion, RecordedMotion):
         record = jnp.stack([coordinates.point(place) for place in motion.position])
-        return Recorded(vector(motion.time), record)
+        path = Recorded(vector(motion.time), record)
+        # a record has no mean place: at rest the end is where it is at t = 0
+        begins = path.position(jnp.zeros(()))
+        return replace(path, record=jnp.where(share > 0.0, record, begins))
     absent = {
-        "velocity": if_given(motion.velocity, coordinates.vector),
-        "amplitude": if_given(motion.amplitude, coordinates.vector),
+        "velocity": if_given(motion.velocity, lambda v: share * coordinates.vector(v)),
+        "amplitude": if_given(motion.amplitude, lambda v: share * coordinates.vector(v)),
         "period": if_given(motion.period),
         "phase": None if motion.amplitude is None else number(motion.phase),
         "ramp": if_given(motion.ramp),

@@ -13,7 +13,7 @@ from lumpedcable.model.couple import Coupled, winch_name
 from lumpedcable.model.floating import reference_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
-from lumpedcable.model.numbers import if_given, number, vector
+from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.places import PlaceMeasured, Seen, place_measured
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.ships import motion_of, point_of_body
@@ -230,7 +230,8 @@ def _rider(scene: Scene, body: CarriedBody, coordinates: Coordinates) -> Rider:
         # hauled along a coordinate axis: the scene was checked
         free = jnp.concatenate([1.0 - jnp.round(along**2), jnp.ones_like(angles)])
         travel = span - number(body.on.place) - number(body.on.stop)
-        direction = jnp.concatenate([along, jnp.zeros_like(angles)])
+        # no way at all in a scene at rest
+        direction = moving(scene) * jnp.concatenate([along, jnp.zeros_like(angles)])
         path = Hauled(q, direction, number(body.on.speed), travel, number(body.on.ease))
     weight = None
     if scene.gravity is not None:

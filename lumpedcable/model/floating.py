@@ -5,7 +5,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.numbers import if_given, number, vector
+from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.ships import waves_of
 from lumpedcable.physics.body import (
     AbstractBodyLoad,
@@ -41,7 +41,8 @@ def make_body(
     angles = reference[d:]
     start = None
     if body.velocity is not None:
-        start = jnp.concatenate([coordinates.vector(body.velocity), jnp.zeros_like(angles)])
+        velocity = moving(scene) * coordinates.vector(body.velocity)
+        start = jnp.concatenate([velocity, jnp.zeros_like(angles)])
     return RigidBody(
         reference=reference,
         translation=jnp.full((d,), mass),

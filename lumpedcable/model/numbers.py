@@ -1,12 +1,15 @@
 """Numbers of a scene as arrays; any of them may be traced."""
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["if_given", "number", "vector"]
+if TYPE_CHECKING:
+    from lumpedcable.scene import Scene
+
+__all__ = ["if_given", "moving", "number", "vector"]
 
 
 def number(value: Any) -> Float[Array, ""]:
@@ -17,6 +20,14 @@ def number(value: Any) -> Float[Array, ""]:
 def vector(values: Iterable[Any]) -> Float[Array, " n"]:
     """Several numbers."""
     return jnp.stack([number(value) for value in values])
+
+
+def moving(scene: "Scene") -> Float[Array, ""]:
+    """1 where a scene goes through time and 0 where it is at rest (-): a share of what moves its parts.
+
+    A number like its duration, which is no part of its structure: both share their programs.
+    """
+    return jnp.where(number(scene.output.duration) > 0.0, 1.0, 0.0)
 
 
 def if_given(value: Any, read: Callable[[Any], Any] = number) -> Any:

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.numbers import if_given, number, vector
+from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.physics import ships
 from lumpedcable.physics.motion import Recorded
 from lumpedcable.physics.rigid import rotation
@@ -18,7 +18,10 @@ __all__ = ["motion_of", "point_of_body", "waves_of"]
 
 
 def motion_of(scene: Scene, body: MovedBody) -> AbstractBodyMotion:
-    """The motion of a moved body of the scene, whose numbers may be traced."""
+    """The motion of a moved body of the scene, whose numbers may be traced.
+
+    In a scene at rest it is none: the body is at its mean place.
+    """
     return _law(scene, body.motion, body.position)
 
 
@@ -44,18 +47,20 @@ def _law(
     scene: Scene, motion: HarmonicBody | HarmonicWaves | RecordedBody | SeaBody, position
 ) -> AbstractBodyMotion:
     """Six numbers over time: motions of a body at a place (m), or forces on it."""
+    share = moving(scene)
     if isinstance(motion, HarmonicBody | HarmonicWaves):
         swings = []
         for name in motion.names():
             part = getattr(motion, name)
-            numbers = (number(part.amplitude), number(part.period), number(part.phase))
+            amplitude = share * number(part.amplitude)
+            numbers = (amplitude, number(part.period), number(part.phase))
             swings.append(Swing(FREEDOMS.index(name), *numbers))
         return ships.HarmonicBody(tuple(swings), if_given(motion.ramp))
     if isinstance(motion, RecordedBody):
         time = vector(motion.time)
         columns = [getattr(motion, name) for name in FREEDOMS]
         table = [jnp.zeros_like(time) if c is None else vector(c) for c in columns]
-        return ships.RecordedBody(Recorded(time, jnp.stack(table, axis=1)))
+        return ships.RecordedBody(Recorded(time, share * jnp.stack(table, axis=1)))
     sea = scene.sea
     assert sea is not None  # the scene was checked
     place, direction = vector(position), number(sea.direction)
@@ -65,7 +70,7 @@ def _law(
         for name in motion.names()
     }
     return ships.SeaBody.of(
-        number(sea.height), number(sea.period), number(sea.gamma), sea.seed, sea.components,
+        share * number(sea.height), number(sea.period), number(sea.gamma), sea.seed, sea.components,
         way, vector(motion.omega), response, if_given(motion.ramp),
     )  # fmt: skip
 

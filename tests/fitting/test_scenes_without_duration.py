@@ -1,0 +1,69 @@
+"""Records of a scene that has no duration of its own: it moves all the same, while its data last."""
+
+import jax
+import numpy as np
+from fit_files import fit_of
+
+from lumpedcable.fitting.arrays import arrays_of
+from lumpedcable.fitting.residual import predict
+from lumpedcable.status import Status
+
+HUNG = """\
+gravity = "9.81 m/s2"
+
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+damping = "20 kN s"
+
+[lines.rope]
+material = "wire"
+length = "10 m"
+segments = 4
+mass = "1 kg/m"
+start = { fixed = [0, 0, 0] }
+end = "ship.bow"
+
+[bodies.ship]
+position = ["10.2 m", 0, 0]
+points = { bow = [0, 0, 0] }
+motion = { surge = { amplitude = "10 cm", period = "1 s" } }
+"""
+OUTPUT = "\n[output]\n"
+LASTS = OUTPUT + 'duration = "90 ms"\nevery = "10 ms"\n'
+FIT = """
+scene = "scene.toml"
+
+[free]
+"materials.wire.EA" = { start = "1 MN" }
+
+[experiments.pull]
+file = "pull.csv"
+time = { column = "t", unit = "ms" }
+observe = [{ quantity = "tension", at = "rope.end", column = "T", noise = "1 N" }]
+"""
+
+
+def predicted(folder, text, stepping=""):
+    folder.mkdir()
+    (folder / "pull.csv").write_text("t,T\n" + "".join(f"{t},1\n" for t in (30, 60, 90)))
+    spec, arrays = arrays_of(fit_of(folder, FIT, text + stepping).problem)
+    found = jax.jit(predict, static_argnums=0)(spec, arrays, np.array([1e6]))
+    assert Status(int(found.status[0][0])) == Status.OK
+    return np.asarray(found.groups[0])[0, 0]
+
+
+def test_a_ship_moves_along_with_its_data(tmp_path):
+    with_it, without = (
+        predicted(tmp_path / "a", HUNG + LASTS),
+        predicted(tmp_path / "b", HUNG + OUTPUT),
+    )
+    np.testing.assert_array_equal(without, with_it)
+    # sin(2 pi t / P) rises by 0.35 from 30 to 90 ms: 3.5 cm over 10 m of EA
+    assert without[-1] - without[0] > 0.9 * 0.0035 * 1e6
+
+
+def test_a_step_that_is_asked_for_is_taken(tmp_path):
+    step = '\n[solver]\nstep = "100 us"\n'
+    with_it = predicted(tmp_path / "a", HUNG + LASTS, step)
+    np.testing.assert_array_equal(predicted(tmp_path / "b", HUNG + OUTPUT, step), with_it)

@@ -1,0 +1,152 @@
+"""Scenes at rest with what would move: everything at its mean place, and nothing has a speed."""
+
+import numpy as np
+import pytest
+
+from lumpedcable.results import open_result
+from lumpedcable.scene import load_study
+from lumpedcable.study.moved import moved_ships
+from lumpedcable.study.resting import Resting
+from lumpedcable.study.run import run_study
+
+# a mooring line of a damped material up to a ship, without a seabed
+MOORED = """\
+gravity = "9.81 m/s2"
+
+[sea]
+height = "4 m"
+period = "10 s"
+
+[materials.chain]
+law = "linear"
+EA = "600 MN"
+damping = "5 MN s"
+breaking_strength = "6 MN"
+
+[lines.leg]
+material = "chain"
+length = "200 m"
+segments = 10
+mass = "145 kg/m"
+start = { fixed = [0, 0, "-100 m"] }
+end = END
+
+[bodies.ship]
+position = ["160 m", 0, 0]
+points = { fairlead = ["-20 m", 0, "-5 m"] }
+motion = MOTION
+
+[output]
+TIMES
+"""
+SHIP = '"ship.fairlead"'
+LASTS = 'duration = "1 s"\nevery = "0.1 s"'
+STILL = '{ heave = { amplitude = 0, period = "10 s" } }'
+RAO = (
+    "{ omega = [0.1, 3], response.heave = [[1, 0], [1, 0]], response.surge = [[0.9, -1.5], [0.9, -1.5]],"
+    " response.pitch = [[0.02, 1], [0.02, 1]] }"
+)
+SWING = '{ heave = { amplitude = "2 m", period = "9 s", phase = "60 deg" } }'
+RECORD = '{ time = [0, 1, 2], heave = ["1 m", "2 m", "1.5 m"], pitch = [0.02, 0.03, 0.01] }'
+MOTIONS = {"in waves": RAO, "a swing": SWING, "a record": RECORD}
+
+
+def scene_of(folder, motion, times="", end=SHIP):
+    text = MOORED.replace("MOTION", motion).replace("TIMES", times).replace("END", end)
+    (folder / "scene.toml").write_text(text)
+    return load_study(folder / "scene.toml")
+
+
+def seen(folder, *args, **kwargs):
+    """The leg at t = 0: places (m), velocities (m/s), tensions (N), and its numbers at rest."""
+    (outcome,) = run_study(scene_of(folder, *args, **kwargs), folder / "r.h5")
+    assert outcome.status.name == "OK"
+    with open_result(folder / "r.h5") as result:
+        line = result.line("leg")
+        fields = [line.field(key)[0, 0] for key in ("position", "velocity", "tension")]
+        return fields, result.rest("leg") if result.cables else {}, result.summary()["run"]
+
+
+@pytest.fixture(scope="module")
+def at_rest(tmp_path_factory):
+    return seen(tmp_path_factory.mktemp("rest"), STILL)
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=list(MOTIONS))
+def test_a_ship_is_at_its_position_without_speed(tmp_path, at_rest, motion):
+    (place, speed, tension), numbers, summary = seen(tmp_path, motion)
+    (still, _, pull), expected, alike = at_rest
+    np.testing.assert_allclose(place[-1], [140.0, 0.0, -5.0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(place, still, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(speed, 0.0)
+    np.testing.assert_allclose(tension, pull, rtol=1e-9)
+    assert numbers.keys() == expected.keys()
+    for key, value in numbers.items():
+        assert value == pytest.approx(expected[key], rel=1e-9, nan_ok=True), key
+    assert summary["utilisation"] == pytest.approx(alike["utilisation"], rel=1e-9)
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=list(MOTIONS))
+def test_a_run_starts_where_the_motion_is_at_t_0(tmp_path, at_rest, motion):
+    (place, speed, _), _, _ = seen(tmp_path, motion, LASTS)
+    study = scene_of(tmp_path, motion, LASTS)
+    ship = moved_ships(study.scene, np.array([0.0, 1e-5]))["ship"]
+    assert np.linalg.norm(ship.position[0] - [160.0, 0.0, 0.0]) > 0.1
+    pitch = ship.attitude[0, 1]
+    arm = [-20.0 * np.cos(pitch) - 5.0 * np.sin(pitch), 20.0 * np.sin(pitch) - 5.0 * np.cos(pitch)]
+    at = ship.position[0] + [arm[0], 0.0, arm[1]]
+    np.testing.assert_allclose(place[-1], at, rtol=0, atol=1e-9)
+    assert np.linalg.norm(speed[-1]) > 0.1
+
+
+def test_a_ramp_starts_a_run_as_the_scene_at_rest(tmp_path, at_rest):
+    (place, speed, tension), _, _ = seen(tmp_path, RAO.replace(" }", ', ramp = "5 s" }'), LASTS)
+    np.testing.assert_allclose(place, at_rest[0][0], rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(speed, 0.0)
+    np.testing.assert_allclose(tension, at_rest[0][2], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        'position = ["140 m", 0, "-5 m"], velocity = ["1 m/s", 0, "1 m/s"]',
+        'position = ["140 m", 0, "-5 m"], amplitude = [0, 0, "2 m"], period = "9 s", phase = 1',
+        # a record has no mean place: where it is at t = 0
+        'time = [0, 1], position = [["140 m", 0, "-5 m"], ["141 m", 0, "-3 m"]]',
+    ],
+    ids=["a steady velocity", "an oscillation", "a record"],
+)
+def test_an_end_that_is_moved_rests_too(tmp_path, at_rest, path):
+    (place, speed, tension), numbers, _ = seen(tmp_path, STILL, end=f"{{ motion = {{ {path} }} }}")
+    np.testing.assert_allclose(place, at_rest[0][0], rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(speed, 0.0)
+    np.testing.assert_allclose(tension, at_rest[0][2], rtol=1e-9)
+    assert numbers["end_tension"] == pytest.approx(at_rest[1]["end_tension"], rel=1e-9)
+
+
+def test_a_body_that_is_let_go_with_a_velocity_rests_too(tmp_path):
+    def free(velocity):
+        body = f'mass = "9 t"\ninertia = ["1 t m2", "1 t m2", "1 t m2"]\n{velocity}points'
+        text = MOORED.replace("motion = MOTION\n", "").replace("points", body, 1)
+        (tmp_path / "scene.toml").write_text(text.replace("END", SHIP).replace("TIMES", ""))
+        run_study(load_study(tmp_path / "scene.toml"), tmp_path / "r.h5")
+        with open_result(tmp_path / "r.h5") as result:
+            assert not np.any(result.body("ship", "velocity", 0))
+            return result.line("leg").field("tension")[0, 0]
+
+    moving = free('velocity = ["1 m/s", 0, 0]\n')
+    np.testing.assert_allclose(moving, free(""), rtol=1e-12)
+
+
+@pytest.mark.parametrize("times", ["", LASTS], ids=["at rest", "a run"])
+def test_pictures_have_the_ship_where_the_line_ends(tmp_path, times):
+    study = scene_of(tmp_path, RAO, times)
+    line = Resting(study).solve({}).lines["leg"].position[-1]
+    ship = moved_ships(study.scene, np.zeros(1))["ship"]
+    pitch = ship.attitude[0, 1]
+    x, z = ship.position[0, 0], ship.position[0, 2]
+    expected = [
+        x - 20.0 * np.cos(pitch) - 5.0 * np.sin(pitch), z + 20.0 * np.sin(pitch) - 5.0 * np.cos(pitch)
+    ]  # fmt: skip
+    np.testing.assert_allclose(line[[0, 2]], expected, rtol=0, atol=1e-9)
+    assert (abs(x - 160.0) > 0.1) == bool(times)
