@@ -43,9 +43,11 @@ class Cable:
 
 
 def cables(scene: Scene) -> list[Cable]:
-    """The cables of a scene, each line in one of them."""
+    """The cables of a scene, each line in one of them but ideal ones, which have no nodes."""
     found: list[Cable] = []
     for name, line in scene.lines.items():
+        if line.model == "ideal":
+            continue
         if any(name in cable.lines for cable in found) or _follows(scene, name):
             continue
         after = _next(scene, name)

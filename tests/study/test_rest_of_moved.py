@@ -150,3 +150,44 @@ def test_pictures_have_the_ship_where_the_line_ends(tmp_path, times):
     ]  # fmt: skip
     np.testing.assert_allclose(line[[0, 2]], expected, rtol=0, atol=1e-9)
     assert (abs(x - 160.0) > 0.1) == bool(times)
+
+
+HAULED = """\
+gravity = "9.81 m/s2"
+
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+damping = "10 kN s"
+
+[lines.highline]
+MODEL
+material = "wire"
+length = "60 m"
+segments = 12
+mass = "1 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = ["60 m", 0, 0], tension = "10 kN" } }
+
+[bodies.cargo]
+mass = "100 kg"
+on = { line = "highline", place = "20 m"SPEED }
+
+[output]
+"""
+
+
+@pytest.mark.parametrize("model", ["", 'model = "ideal"'], ids=["lumped", "ideal"])
+def test_cargo_that_would_be_hauled_rests_too(tmp_path, model):
+    def found(speed):
+        text = HAULED.replace("MODEL", model).replace("SPEED", speed)
+        (tmp_path / "scene.toml").write_text(text)
+        (outcome,) = run_study(load_study(tmp_path / "scene.toml"), tmp_path / "r.h5")
+        assert outcome.status.name == "OK"
+        with open_result(tmp_path / "r.h5") as result:
+            assert not np.any(result.body("cargo", "velocity", 0))
+            return result.body("cargo", "position", 0)[0]
+
+    place = found(', speed = "1 m/s", stop = "2 m"')
+    assert place[0] == pytest.approx(20.0)
+    np.testing.assert_allclose(place, found(""), rtol=0, atol=1e-9)
