@@ -31,7 +31,8 @@ class Response:
     """y = f(x), a number y of a run by numbers x of its scene, all in SI.
 
     `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. A run
-    that fails at x, or whose waves become too fast there for the steps that `values` ask for, is NaN.
+    that fails at x, or whose waves become too fast there for the steps that `values` ask for, is NaN, and so are its
+    derivatives.
 
     Attributes:
         of: y in words, "max velocity at rope.end"; over the output times.
@@ -110,12 +111,22 @@ def _numbers(study: Study, by: Sequence[str]) -> tuple[tuple[str, ...], tuple[st
 
 def _history_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"]):
     found, status, _, _ = run_group(spec, arrays, x)
-    return jnp.where(status[0] == int(Status.OK), found[0, 0], jnp.nan)
+    return _unless_failed(found[0, 0], status[0], x)
 
 
 def _value_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"], reduction: str):
     found, status, _, _ = run_group(spec, arrays, x)
-    return jnp.where(status[0] == int(Status.OK), picked(found[0, 0], reduction), jnp.nan)
+    return _unless_failed(picked(found[0, 0], reduction), status[0], x)
+
+
+def _unless_failed(y: Array, status: Array, x: Float[Array, " n"]) -> Array:
+    """y of a run that went well; otherwise NaN, with derivatives by every x that are NaN too.
+
+    A chosen NaN alone would have the derivative 0, and an optimiser would see a stationary point.
+    """
+    ok = status == int(Status.OK)
+    none = jnp.where(ok, 0.0, jnp.nan) * jnp.sum(x)
+    return jnp.where(ok, y, jnp.nan) + none.astype(y.dtype)
 
 
 # within another transformation a program takes what that is compiled with

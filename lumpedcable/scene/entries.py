@@ -59,7 +59,9 @@ def entries_of(
         place: Path = ("sweep", kind)
         raw = sweep[kind]
         tables = [raw] if isinstance(raw, dict) and kind != "cases" else raw
-        if not isinstance(tables, list) or not tables or not all(map(_is_table, tables)):
+        # a case without keys is the scene as it is; of the other groups an empty table says nothing
+        right = _is_case if kind == "cases" else _is_table
+        if not isinstance(tables, list) or not tables or not all(map(right, tables)):
             problems.append(
                 Problem(place, f"expected tables, [[sweep.{kind}]], found {found(raw)}")
             )
@@ -82,6 +84,10 @@ def entries_of(
                 problems.append(Problem(place, f'expected each key once, found "{key}" again'))
             seen.add(key)
     return entries, problems
+
+
+def _is_case(raw: Any) -> bool:
+    return isinstance(raw, dict)
 
 
 def _is_table(raw: Any) -> bool:
@@ -129,6 +135,7 @@ def _cases(
         for at, key, value in flattened((*place, i), rest):
             keys.setdefault(key, [None] * len(tables))[i] = (at, value)
     if not keys:
-        words = "expected keys with values in at least one case, found names alone"
+        what = "names alone" if any(names) else "none"
+        words = f"expected keys with values in at least one case, found {what}"
         problems.append(Problem(place, words))
     return Entry("cases", place, keys, {}, tuple(names) if any(names) else ()), problems

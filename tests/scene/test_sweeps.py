@@ -95,6 +95,13 @@ def test_what_a_case_leaves_out_may_be_what_its_absence_stands_for(tmp_path):
     assert [r.events["break"].start for r in study.runs] == [0.0, 0.002]
 
 
+def test_a_case_without_keys_is_the_scene_as_it_is(tmp_path):
+    study = study_of(tmp_path, f'[[sweep.cases]]\n[[sweep.cases]]\n"{PRETENSION}" = "180 kN"\n')
+    asked = study.scene.lines["rope"].end.held.pretension
+    assert [r.lines["rope"].end.held.pretension for r in study.runs] == [asked, 180e3]
+    assert asked != 180e3
+
+
 @pytest.mark.parametrize("method", ["random", "latin-hypercube", "sobol"])
 def test_draws_are_those_of_scipy_and_the_seed(tmp_path, method):
     sweep = f"""
@@ -262,6 +269,8 @@ def test_a_number_that_moves_others_moves_them_in_the_columns(tmp_path):
          f'sweep.cases.1."{PRETENSION}"', "expected at most 531.654 kN"),
         ('[[sweep.cases]]\nname = "x"\n[[sweep.cases]]\nname = "y"', "sweep.cases",
          "expected keys with values in at least one case, found names alone"),
+        ("[[sweep.cases]]\n[[sweep.cases]]", "sweep.cases",
+         "expected keys with values in at least one case, found none"),
         (f'[[sweep.cases]]\nname = "x"\n[[sweep.cases]]\nname = "x"\n"{PRETENSION}" = 9',
          "sweep.cases.1.name", 'expected each name once, found "x" again'),
         (f'[[sweep.cases]]\nname = "a\\u0000b"\n"{PRETENSION}" = 9', "sweep.cases.0.name",
