@@ -119,7 +119,7 @@ class Runs(Sequence[Scene]):
     @property
     def _plain(self) -> bool:
         """Whether a run's scene is the common one with its swept numbers put in."""
-        return not self._whole and self.moved == {axis.key for axis in self.axes} - self._judged
+        return not self._whole and not self._followed
 
     @cached_property
     def _judged(self) -> frozenset[str]:
@@ -133,7 +133,16 @@ class Runs(Sequence[Scene]):
 
         A direction is made a unit vector when it is read, so that one component moves all three.
         """
-        found = {axis.key for axis in self.axes}
+        found = {axis.key for axis in self.axes} | self._followed
+        return frozenset(found - self._whole - self._judged)
+
+    @cached_property
+    def _followed(self) -> frozenset[str]:
+        """The numbers that reading a run makes others than those put in, by key.
+
+        Swept ones too: three components of a direction are each divided by its length.
+        """
+        found: set[str] = set()
         for axis in self.axes:
             if axis.key in self._whole:
                 continue
@@ -145,7 +154,7 @@ class Runs(Sequence[Scene]):
                 except ValidationError:
                     continue  # right only beside another number: told when the file was read
                 found |= {key for key in read if read[key] != known.get(key)}
-        return frozenset(found - self._whole - self._judged)
+        return frozenset(found)
 
     def indices(self, run: int) -> tuple[int, ...]:
         """Return the row of a run in each factor."""

@@ -235,6 +235,17 @@ def test_a_number_that_moves_others_moves_them_in_the_columns(tmp_path):
     assert columns[f"{direction}.2"] == pytest.approx([0.0, 0.5**0.5])
 
 
+def test_three_components_of_a_direction_make_a_unit_vector(tmp_path):
+    direction = "lines.rope.end.held.direction"
+    rows = "".join(f'"{direction}.{k}" = {v}\n' for k, v in enumerate([[3, 1], [0, 0], [4, 0]]))
+    study = study_of(tmp_path, f"[sweep.zip]\n{rows}")
+    for run, exact in enumerate([(0.6, 0.0, 0.8), (1.0, 0.0, 0.0)]):
+        assert study.runs[run].lines["rope"].end.held.direction == pytest.approx(exact, abs=1e-15)
+        columns = study.runs.numbers([run])
+        found = [columns[f"{direction}.{k}"][0] for k in range(3)]
+        assert found == pytest.approx(exact, abs=1e-15)
+
+
 @pytest.mark.parametrize(
     ("sweep", "key", "words"),
     [
