@@ -31,8 +31,8 @@ class Response:
     """y = f(x), a number y of a run by numbers x of its scene, all in SI.
 
     `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. A run
-    that fails at x, or whose waves become too fast there for the steps that `values` ask for, is NaN, and so are its
-    derivatives.
+    that fails at x, or whose waves become too fast there for the steps that `values` ask for, is NaN,
+    and so are its derivatives.
 
     Attributes:
         of: y in words, "max velocity at rope.end"; over the output times.

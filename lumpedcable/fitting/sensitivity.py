@@ -162,7 +162,8 @@ def setting_of(
 ) -> tuple[GroupSpec, GroupArrays]:
     """One run of a scene as a group of one, looked at at its own output times.
 
-    With `back` it has as many steps as the scene asks for, and a share `spare` more.
+    With `back` it has as many steps as the scene asks for, and a share `spare` more. A step that the
+    scene gives is obeyed as by a run, which may be above the bound: what is sampled judges it alone.
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
@@ -203,11 +204,13 @@ def setting_of(
     if total_steps(scene, steps) > MOST_STEPS:
         step = float(asked_step(scene, bound)[0])
         raise EndlessError(endless_words(scene, scene.output.duration, step))
+    unjudged = arrays._replace(courant=jnp.asarray(jnp.inf))
     if back:
         steps = math.ceil(steps * (1.0 + spare))
-        return GroupSpec(structure, plan, (what,), count, free, steps), arrays
+        judged = arrays if solver.step is None else unjudged
+        return GroupSpec(structure, plan, (what,), count, free, steps), judged
     # more than that are taken by nobody: the run itself takes so many
-    return spec, arrays._replace(steps=jnp.asarray(steps), courant=jnp.asarray(jnp.inf))
+    return spec, unjudged._replace(steps=jnp.asarray(steps))
 
 
 def _slopes(

@@ -80,6 +80,22 @@ def test_waves_too_fast_for_its_steps_give_no_number(scene):
     assert float(roomy(faster)) == pytest.approx(exact(faster), rel=2e-3)
 
 
+def test_a_given_step_above_the_bound_is_judged_as_by_a_run(tmp_path):
+    # the bound (3.8 ms) is that of strains that the rope never comes to: at its own 5 ms would do
+    path, key = tmp_path / "stiffens.toml", "materials.hooke.coefficients.0"
+    law = 'law = "polynomial"\ncoefficients = [1e6, 0, 1e6]\nmax_strain = 0.5'
+    path.write_text(HOOKE.replace('law = "linear"\nEA = "1 MN"', law))
+    given = {"rope.segments": 20, "output.duration": "45 ms", "output.every": "4.5 ms",
+             "solver.step": "4.5 ms"}  # fmt: skip
+    speed = lc.response(path, [key], "last velocity at rope.end", given)
+    for times in (1.0, 4.0):  # of four times the stiffness samples tell too
+        ran = lc.run(path, given | {key: float(times * EA)})
+        assert ran.status == (["ok"] if times == 1.0 else ["step_bound_broken"])
+        history = np.abs(ran.line("rope").velocity[0, :, -1, 0]) if times == 1.0 else np.nan
+        np.testing.assert_allclose(speed.history([times * EA]), history, atol=1e-9)
+    assert float(jax.grad(speed)(speed.values)[0]) < 0.0
+
+
 @pytest.mark.parametrize(
     ("by", "of", "told"),
     [
