@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
-from lumpedcable.model.ends import End, Joined, Loaded
+from lumpedcable.model.ends import End, Joined, Loaded, solve_small
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seabed import BedGrip
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from lumpedcable.model.model import Model
 
 __all__ = ["grip_limit", "held_back", "joint_held_back"]
+
+ROUNDS = 5  # of Newton's method: with masses up to three times as large across, to rounding
+LEAST = 1e-6  # share of a momentum below which friction's direction is that of the velocity to this
 
 
 def grip_limit(model: Model, name: str, t, e: Evaluation, velocity) -> Float[Array, " nodes"]:
@@ -64,14 +67,14 @@ def held_back(
     """The velocity (m/s) after a kick of length dt (s) with friction, and the evaluation.
 
     Friction takes of a node's momentum along the bed what would stop it in this kick, or mu N dt
-    where that is less: a node that it stops does not creep. With added mass, which is not the same
-    along and across the line, it acts against that momentum.
+    where that is less: a node that it stops does not creep, and one that goes on has it against the
+    velocity after the kick, also where added mass is not the same along and across the line.
     """
     after = before + change
     level = _level(_grip(model, name).bed.normal(e.line.shape), after)
-    force, stopped = _friction(
-        level, _momentum(e.nodes, level), grip_limit(model, name, t, e, before), dt
-    )
+    limit = grip_limit(model, name, t, e, before)
+    alike = model.lines[name].added_mass is None
+    force, stopped = _friction(level, _Masses(e.nodes, alike), limit, dt)
     return after - stopped, e._replace(grip=force)
 
 
@@ -94,7 +97,7 @@ def joint_held_back(
     n = normal[:, 0 if normal.shape[1] == 1 else node]
     after = before[name][:, node] + dt * gain
     level = (after - n * jnp.dot(n, after))[:, None]
-    force, stopped = _friction(level, matrix @ level, limit, dt)
+    force, stopped = _friction(level, _Matrix(matrix), limit, dt)
     for k, (member, place) in enumerate(members):
         own = found[member].grip
         assert own is not None  # as was looked at above
@@ -108,19 +111,80 @@ def _level(normal: Float[Array, "d nodes"], velocity) -> Float[Array, "d nodes"]
     return velocity - normal * dot(normal, velocity)
 
 
-def _momentum(nodes: inertia.Frame, velocity) -> Float[Array, "d nodes"]:
-    """M v (kg m/s)."""
-    if nodes.tangent is None:
-        return nodes.mass_t * velocity
-    along, across = nodes.split(velocity)
-    return nodes.mass_t * along * nodes.tangent + nodes.mass_n * across
+class _Masses:
+    """The inertia M (kg) of a line's nodes; `alike` where friction and momentum have one direction."""
+
+    def __init__(self, nodes: inertia.Frame, alike: bool):
+        self.nodes, self.alike = nodes, alike or nodes.tangent is None or nodes.tangent.shape[0] < 3
+
+    def times(self, vector: Array) -> Array:
+        """M v."""
+        return self._each(vector, self.nodes.mass_t, self.nodes.mass_n)
+
+    def divided(self, vector: Array) -> Array:
+        """M^-1 p."""
+        return self._each(vector, 1.0 / self.nodes.mass_t, 1.0 / self.nodes.mass_n)
+
+    def damped(self, vector: Array, share: Array) -> Array:
+        """(1 + k M)^-1 p with k (1/kg), shape (nodes,)."""
+        along, across = 1.0 + share * self.nodes.mass_t, 1.0 + share * self.nodes.mass_n
+        return self._each(vector, 1.0 / along, 1.0 / across)
+
+    def _each(self, vector: Array, along: Array, across: Array) -> Array:
+        if self.nodes.tangent is None:
+            return along * vector
+        part, rest = self.nodes.split(vector)
+        return along * part * self.nodes.tangent + across * rest
 
 
-def _friction(level, momentum, limit, dt) -> tuple[Array, Array]:
+class _Matrix:
+    """The inertia M (kg, (d, d)) of a joint; vectors are of shape (d, 1)."""
+
+    def __init__(self, matrix: Array):
+        self.matrix, self.alike = matrix, matrix.shape[0] < 3
+
+    def times(self, vector: Array) -> Array:
+        """M v."""
+        return self.matrix @ vector
+
+    def divided(self, vector: Array) -> Array:
+        """M^-1 p."""
+        return solve_small(self.matrix, vector[:, 0])[:, None]
+
+    def damped(self, vector: Array, share: Array) -> Array:
+        """(1 + k M)^-1 p with k (1/kg), shape (1,)."""
+        eye = jnp.eye(self.matrix.shape[0], dtype=self.matrix.dtype)
+        return solve_small(eye + share * self.matrix, vector[:, 0])[:, None]
+
+
+def _friction(level, mass: _Masses | _Matrix, limit, dt) -> tuple[Array, Array]:
     """Friction (N) and the velocity (m/s) that it takes in dt (s), both (d, nodes)."""
+    momentum = mass.times(level)
     square = dot(momentum, momentum)
     most = limit * dt
     slides = square > most**2
     size = jnp.sqrt(jnp.where(slides, square, 1.0))
     share = jnp.where(slides, most / size, 1.0)
-    return -share * momentum / dt, share * level
+    if mass.alike:
+        return -share * momentum / dt, share * level
+    way = jnp.where(slides, momentum / size, 1.0)
+    against = jnp.where(slides, most * _against(way, mass, share), momentum)
+    return -against / dt, jnp.where(slides, mass.divided(against), level)
+
+
+def _against(way: Array, mass: _Masses | _Matrix, share: Array) -> Array:
+    """The unit vectors v'/|v'| of nodes that slide, with M (v' - v) = -mu N dt v'/|v'|.
+
+    `way` is M v / |M v|, (d, nodes), and `share` r = mu N dt / |M v|. With k = |v'| / (mu N dt) the
+    impulse is p(k) = (1 + k M)^-1 M v, and |p| = r |M v| gives k: 1/|p| is concave in k and nearly
+    straight, so that Newton's method comes to it from 0 without passing it.
+    """
+    least = jnp.maximum(share, LEAST)
+    k = jnp.zeros_like(share)
+    for _ in range(ROUNDS):
+        p = mass.damped(way, k)
+        square = dot(p, p)
+        fall = dot(p, mass.damped(mass.times(p), k))
+        k = k + square * (jnp.sqrt(square) / least - 1.0) / fall
+    p = mass.damped(way, k)
+    return p / jnp.sqrt(dot(p, p))

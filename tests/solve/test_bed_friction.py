@@ -1,8 +1,9 @@
 """Lines that stick to the bed and slide on it, by Coulomb's law: against closed forms."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import line_text, run_text, scene_of, sliding_block
+from engine_runs import equilibrium_of, line_text, run_text, scene_of, sliding_block
 
 from lumpedcable.results import open_result
 from lumpedcable.scene import SceneError
@@ -206,6 +207,30 @@ def test_a_line_that_is_let_go_coasts_as_far_as_friction_lets_it(tmp_path):
     # it shortens by mu w L^2 / (2 EA) = 1 mm meanwhile
     assert middle[cut] - middle[-1] == pytest.approx(way, abs=3e-3)
     assert np.all(ran["velocity"][0, -1, :, 0] == 0.0)
+
+
+def test_friction_is_against_the_velocity_however_the_water_weighs_on_a_line(tmp_path):
+    # along the line a node weighs 100 kg/m, across it twice that: its momentum has another direction
+    text = "dimensions = 3\n" + BED + "[water]\ndensity = 1000\n" + ELASTIC.format(EA=1e7)
+    text += line_text(
+        "wire", "wire", 8.0, 8, MASS, "{ fixed = [0, 0, 0] }", "{ fixed = [8, 0, 0] }",
+        f"diameter = {np.sqrt(0.2 / np.pi)}\nadded_mass = {{ normal = 2.0 }}",
+    )  # fmt: skip
+    text += OUTPUT.format(duration=1, every=1)
+    model = equilibrium_of(scene_of(tmp_path, text))[0].model
+    start = jnp.zeros_like(model.lines["wire"].reference)
+    for dt in (1e-4, 0.05):
+        before = start.at[:2, 1:-1].set(jnp.array([[0.3], [0.4]]))
+        kick = model.kick(jnp.zeros(()), {"wire": start}, {"wire": before}, {}, jnp.asarray(dt))
+        node = slice(2, -2)
+        force = np.asarray(kick.found["wire"].grip)[:2, node]
+        after = np.asarray(kick.after["wire"])[:2, node]
+        speed = np.hypot(*after)
+        assert np.all(speed > 0.0)
+        # the water lifts half of the weight
+        np.testing.assert_allclose(force, -0.5 * SHARE * after / speed, rtol=1e-9)
+        masses = np.array([[100.0], [200.0]])
+        np.testing.assert_allclose(masses * (after - [[0.3], [0.4]]), force * dt, rtol=1e-6)
 
 
 SLOPE = 0.5  # tan a, from x = 10 m on; level before
