@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["grip_limit", "held_back", "joint_held_back"]
 
-ROUNDS = 5  # of Newton's method: with masses up to three times as large across, to rounding
+ROUNDS = 5  # of Newton's method: with masses thirty times as large across, to 1e-10
 LEAST = 1e-6  # share of a momentum below which friction's direction is that of the velocity to this
 
 
