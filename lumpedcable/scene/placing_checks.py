@@ -142,8 +142,8 @@ def settling_problems(
         told = f'expected lines with a law of tension, found the inextensible "{rods[0]}"'
     elif hauled:
         told = f'expected neither winches nor bodies on lines, found "{hauled[0]}"'
-    elif targets:
-        told = f'expected no targets, found "{next(iter(targets))}"'
+    elif goals := list(targets):
+        told = f'expected no targets, found "{goals[0]}"'
     for name, body in bodies.items():
         if not isinstance(body, Body) or not body.settle:
             continue

@@ -38,6 +38,8 @@ HEADS = {
     "end_displacement": ("end dis-\nplacement", "m", 1.0, "{:.3f}"),
     "front_arrival": ("far end\nfeels it", "ms", 1e3, "{:.2f}"),
 }
+PREPARING = "start state and programs, compiled the first time"
+PEAK = "peak\ntension"
 BEGINS = {"break_start": ("breaks\nafter", "s", 1.0, "{:.4f}")}
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
@@ -70,12 +72,14 @@ def run_with_progress(
         ) as progress,
     ):
         title = study.scene.title or study.path.name
-        task, tell = progress.add_task(title, total=None), now_and_then(title, console.is_terminal)
+        tell = now_and_then(title, console.is_terminal)
+        task = progress.add_task(f"{title}: {PREPARING}", total=None)
 
         def show(done: int, total: int) -> None:
             if stopped():
                 raise KeyboardInterrupt
-            progress.update(task, completed=done, total=total)
+            words = title if done else f"{title}: {PREPARING}"
+            progress.update(task, completed=done, total=total, description=words)
             tell(done, total)
 
         return run_study(study, target, show, timings)
@@ -148,6 +152,8 @@ def _table(
         if quantity in EXACT and "exact" in beside:
             numbers.append(column("exact*", style="cyan"))
     measured = _measured(study, outcomes)
+    if not ends:  # nothing parts: what the lines bear is what is asked for
+        measured = {PEAK: _scaled([o.peak_tension for o in outcomes], "N")} | measured
     numbers += [column(name, unit) for name, (_, unit) in measured.items()]
     if study.scene.output.stop is not None:
         numbers += [column("stops\nafter", "s"), column("gone by\nthen", "m")]
@@ -167,10 +173,14 @@ def _measured(study: Study, outcomes: Sequence[Outcome]) -> dict[str, tuple[floa
     factor to it."""
     found = {}
     for name, part in study.scene.measures.items():
-        values = np.abs([outcome.measures.get(name, np.nan) for outcome in outcomes])
-        top = float(np.max(values, where=np.isfinite(values), initial=1.0))
-        found[name] = scale(top, part.UNIT)
+        found[name] = _scaled([o.measures.get(name, np.nan) for o in outcomes], part.UNIT)
     return found
+
+
+def _scaled(values: Sequence[float], unit: str) -> tuple[float, str]:
+    """Factor and unit in which numbers read well, those that are known."""
+    size = np.abs(values)
+    return scale(float(np.max(size, where=np.isfinite(size), initial=1.0)), unit)
 
 
 def _shown_axes(study: Study) -> list[Axis]:
@@ -216,9 +226,8 @@ def _row(
             cells.append(_cell(told, factor, "{:.4g}"))
         if quantity in EXACT and "exact" in beside:
             cells.append(_cell(numbers.get(f"exact_{quantity}"), factor, form))
-    cells += [
-        _cell(outcome.measures.get(n), factor, "{:.3f}") for n, (factor, _) in measured.items()
-    ]
+    told = {PEAK: outcome.peak_tension} | dict(outcome.measures)
+    cells += [_cell(told.get(n), factor, "{:.3f}") for n, (factor, _) in measured.items()]
     if study.scene.output.stop is not None:
         cells.append(_cell(outcome.stop_time, 1.0, "{:.3f}"))
         cells.append(_cell(outcome.stop_distance, 1.0, "{:.3f}"))

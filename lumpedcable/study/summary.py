@@ -89,6 +89,7 @@ class Outcome:
     stop_time: float = float("nan")
     stop_distance: float = float("nan")
     utilisation: float = float("nan")
+    peak_tension: float = float("nan")
 
 
 def recoil_name(recoil: Recoil) -> str:
@@ -163,6 +164,7 @@ def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
             stop_time=own["stop_time"],
             stop_distance=own["stop_distance"],
             utilisation=own.get(UTILISATION, float("nan")),
+            peak_tension=own["peak_tension"],
         )
         found.append(outcome)
     return found

@@ -80,6 +80,7 @@ class TestExactPlaces:
         assert value == pytest.approx(10.5 + 3e3 / 2e5, rel=1e-10)
         assert slope[0] == pytest.approx(1.0 / 2e5, rel=1e-9)
 
+    @pytest.mark.slow
     def test_hangs_with_its_weight_under_the_line(self, tmp_path):
         # from a point off its centre of gravity, which comes to be straight below it
         off, up, length, mass, metre = 0.3, 0.4, 5.0, 200.0, 2.0
@@ -165,34 +166,24 @@ settle = true
 )
 
 
-@pytest.fixture(scope="module")
-def moored(tmp_path_factory):
-    """The barge with its thrust, and without."""
-    folder = tmp_path_factory.mktemp("moored")
-    sweep = '[sweep]\n"bodies.box.control.force.0" = ["40 kN", "0 N"]\n'
-    return run_text(folder, MOORED + output("5 s") + sweep)
-
-
 class TestAMooredBarge:
-    def test_is_at_rest(self, moored):
-        assert [own.status.name for own in moored.outcomes] == ["OK", "OK"]
-        assert stays(moored, rtol=1e-7)
-
-    def test_its_chains_carry_the_thrust(self, moored):
+    def test_carries_its_thrust_and_its_chains_and_stays(self, tmp_path):
+        sweep = '[sweep]\n"bodies.box.control.force.0" = ["40 kN", "0 N"]\n'
+        ran = run_text(tmp_path, MOORED + output("5 s") + sweep)
+        assert [own.status.name for own in ran.outcomes] == ["OK", "OK"]
+        assert stays(ran, rtol=1e-7)
         # of the end segments' pulls the parts along x balance the thrust
         for run, thrust in enumerate((40e3, 0.0)):
             pull = 0.0
             for line in ("ahead", "astern"):
-                ends = moored[f"{line}.position"][run, 0, -2:]
+                ends = ran[f"{line}.position"][run, 0, -2:]
                 step = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-                pull += moored[f"{line}.tension"][run, 0, -1] * step[0]
+                pull += ran[f"{line}.tension"][run, 0, -1] * step[0]
             assert pull == pytest.approx(thrust, abs=1.0)
-
-    def test_without_thrust_it_is_in_the_middle(self, moored):
-        place, turn = moored.bodies["box"]["position"][1, 0], moored.bodies["box"]["attitude"][1, 0]
+        # without thrust it is in the middle, and lower than it floats alone, by what hangs on it
+        place, turn = ran.bodies["box"]["position"][1, 0], ran.bodies["box"]["attitude"][1, 0]
         assert abs(place[0]) < 1e-6
         assert abs(turn[1]) < 1e-9
-        # and lower than it floats alone, by the weight of the chains that hang on it
         assert -0.1 < place[2] - (2.0 - 300e3 / (RHO * 160.0)) < -0.01
 
     @pytest.mark.slow

@@ -128,6 +128,16 @@ def test_measures_have_a_unit_in_which_they_are_short(monkeypatch):
     assert {"0.200", "111.282"} <= set(row.split())
 
 
+def test_where_nothing_parts_the_largest_tension_is_told(monkeypatch):
+    whole = [replace(outcome(0), recoils={}, peak_tension=123456.0)]
+    text = printed(monkeypatch, 120, load_study(SNAPBACK), whole)
+    assert "(kN)" in text
+    assert "123.456" in text.split("kN)")[1].split()
+    assert "tension" not in printed(monkeypatch, 120, load_study(SNAPBACK), [outcome(0)]).split(
+        "* exact"
+    )[0].replace("pretension", "")
+
+
 def test_references_say_what_they_belong_to(monkeypatch):
     told = "zhu2018: Zhu, Yin & Shen 2018, sections 3 and 4. "
     belongs = "These numbers belong to the scene without --set."

@@ -103,11 +103,11 @@ class TestWhatFollows:
         ("scene", "breaks", "tension", "more"),
         [
             (PULLED, "rope.start", 11e3, ()),
-            (PULLED, "rope.end", 11e3, ("solver.method=rk4",)),
-            (PULLED, "rope@20 m", 11e3, ()),
-            (MEETING, "left.end", 18e3, ()),
-            (SIDEWAYS, "rope.start", 18e3, ()),
-            (ON_A_SHIP, "rope.end", 24e3, ("solver.dtype=float32",)),
+            pytest.param(PULLED, "rope.end", 11e3, ("solver.method=rk4",), marks=pytest.mark.slow),
+            pytest.param(PULLED, "rope@20 m", 11e3, (), marks=pytest.mark.slow),
+            pytest.param(MEETING, "left.end", 18e3, (), marks=pytest.mark.slow),
+            pytest.param(SIDEWAYS, "rope.start", 18e3, (), marks=pytest.mark.slow),
+            pytest.param(ON_A_SHIP, "rope.end", 24e3, ("solver.dtype=float32",), marks=pytest.mark.slow),
         ],
         ids=["wall", "motion", "along", "joint", "two dimensions", "body"],
     )  # fmt: skip
