@@ -80,6 +80,7 @@ def test_waves_too_fast_for_its_steps_give_no_number(scene):
     assert float(roomy(faster)) == pytest.approx(exact(faster), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_given_step_above_the_bound_is_judged_as_by_a_run(tmp_path):
     # the bound (3.8 ms) is that of strains that the rope never comes to: at its own 5 ms would do
     path, key = tmp_path / "stiffens.toml", "materials.hooke.coefficients.0"

@@ -167,6 +167,7 @@ settle = true
 
 
 class TestAMooredBarge:
+    @pytest.mark.slow
     def test_carries_its_thrust_and_its_chains_and_stays(self, tmp_path):
         sweep = '[sweep]\n"bodies.box.control.force.0" = ["40 kN", "0 N"]\n'
         ran = run_text(tmp_path, MOORED + output("5 s") + sweep)

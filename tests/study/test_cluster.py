@@ -2,8 +2,6 @@
 
 import shutil
 import socket
-import subprocess
-import sys
 import threading
 import time
 from contextlib import ExitStack, contextmanager, suppress
@@ -11,7 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 import good_scenes
 import h5py
 import pytest
-from command_line import process, say
+from command_line import process, python, say
 
 pytest.importorskip("distributed")
 import psutil
@@ -162,7 +160,9 @@ def listener(answer):
 
 
 ASK = """
+import faulthandler
 import sys
+faulthandler.dump_traceback_later(100.0, exit=True)  # whoever waits longer says where
 from lumpedcable.results.errors import OutputError
 from lumpedcable.study import cluster
 cluster.PATIENCE = "0.2s"
@@ -176,16 +176,13 @@ for address in sys.argv[1:]:
 
 
 def test_a_port_of_something_else_is_told_in_time():
-    # in a process of its own, which can be given up
+    # each in a process of its own, which can be given up: a client that failed may disturb the next
     answers = [None, b"SSH-2.0-OpenSSH_9.6\r\n", b"HTTP/1.1 400 Bad Request\r\n\r\n"]
     with ExitStack() as ended:
         ports = [ended.enter_context(listener(answer)) for answer in answers]
-        child = subprocess.run(
-            [sys.executable, "-c", ASK, *ports], capture_output=True, text=True, timeout=240
-        )
+        children = [ended.enter_context(python("-c", ASK, port)) for port in ports]
+        found = [child.communicate(timeout=240) for child in children]
     said = [f"no dask scheduler at {port}: " for port in ports]
     said[0] += "no answer within 0.2s"
-    found = child.stdout.splitlines()
-    assert len(found) == len(said), child.stderr
-    for line, beginning in zip(found, said, strict=True):
-        assert line.startswith(beginning)
+    for (told, why), beginning in zip(found, said, strict=True):
+        assert told.startswith(beginning), why

@@ -72,7 +72,12 @@ def test_with_another_method_it_is_that_of_the_outputs(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "more", [(), PARTED, ('lines.rope.end.held.pretension=["9 kN", "50 kN"]',)]
+    "more",
+    [
+        (),
+        pytest.param(PARTED, marks=pytest.mark.slow),
+        ('lines.rope.end.held.pretension=["9 kN", "50 kN"]',),
+    ],
 )
 def test_it_is_the_largest_of_all_outputs_if_every_step_is_one(tmp_path, more):
     peak, segments, _ = peaks_of(tmp_path, "seldom", WAVES, SELDOM, *more)

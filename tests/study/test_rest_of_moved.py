@@ -177,7 +177,11 @@ on = { line = "highline", place = "20 m"SPEED }
 """
 
 
-@pytest.mark.parametrize("model", ["", 'model = "ideal"'], ids=["lumped", "ideal"])
+@pytest.mark.parametrize(
+    "model",
+    [pytest.param("", marks=pytest.mark.slow), 'model = "ideal"'],
+    ids=["lumped", "ideal"],
+)
 def test_cargo_that_would_be_hauled_rests_too(tmp_path, model):
     def found(speed):
         text = HAULED.replace("MODEL", model).replace("SPEED", speed)

@@ -46,7 +46,7 @@ end = { fixed = [14, 1, 0] }
         PULLED + "[solver]\nmethod = 'rk4'\nstep = '0.5 ms'\n",
         SLOW,
         # in another line, which is at 0.4 of its 0.5, there is none
-        LEFT,
+        pytest.param(LEFT, marks=pytest.mark.slow),
     ],
     ids=["leapfrog", "rk4", "damped", "beside another"],
 )

@@ -60,6 +60,7 @@ class TestTheInstant:
             assert wall.max() == pytest.approx(level, rel=0.01)
             assert abs(wall[ran.time > found[k] + 6e-3]).max() < 0.1 * level
 
+    @pytest.mark.slow
     def test_at_an_output_interval_of_many_steps(self, tmp_path):
         texts = [
             PULLED + event("rope.start", 'tension = "13 kN"') + output("200 ms", every)
@@ -130,6 +131,7 @@ class TestWhatFollows:
             given.outcomes[0].energy_closure, rel=1e-3, abs=tight
         )
 
+    @pytest.mark.slow
     def test_what_breaks_first_loads_what_is_left(self, tmp_path):
         # a weight on three wires: those at the sides hold until the middle one is cut
         wires = {"left": -4.0, "middle": 0.0, "right": 4.0}
