@@ -127,7 +127,6 @@ class Body(Part):
     """What waves push a free body with. Absent: nothing."""
     hull: Hull | None = None
     """It floats. Absent: it has its weight, less the buoyancy of volume."""
-
     settle: bool = False
     """Whether a rigid body starts at rest: where its lines, weight, water and thrust balance. Its
     position and attitude are a first guess then."""

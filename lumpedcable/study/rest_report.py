@@ -119,11 +119,15 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
     table.add_column(Text("status"), vertical="bottom", no_wrap=True)
     table.spare = [*(place[name] for name in SPARE if name in place), *reversed(swept)]
     for run in range(min(result.runs, MOST_ROWS)):
-        values = study.runs.values(run) if study.axes else {}  # type: ignore[attr-defined]
-        cells = [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
-        cells += [texts[run] for texts in columns]
+        cells = [*_which(study, run), *(texts[run] for texts in columns)]
         table.add_row(*(Text(cell) for cell in (*cells, result.status[run].replace("_", " "))))
     return table
+
+
+def _which(study: Study, run: int) -> list[str]:
+    """The first cells of a row: the number of the run, and what is swept."""
+    values = study.runs.values(run) if study.axes else {}  # type: ignore[attr-defined]
+    return [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
 
 
 def _settled(study: Study, result: ResultFile, body: str) -> WholeTable:
@@ -137,9 +141,8 @@ def _settled(study: Study, result: ResultFile, body: str) -> WholeTable:
     # rounding has no sign to show
     columns = [_texts(np.round(v, 9) + 0.0) for v in (*place.T, *np.degrees(turn).T)]
     for run in range(min(result.runs, MOST_ROWS)):
-        values = study.runs.values(run) if study.axes else {}  # type: ignore[attr-defined]
-        cells = [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
-        table.add_row(*(Text(cell) for cell in (*cells, *(texts[run] for texts in columns))))
+        cells = [*_which(study, run), *(texts[run] for texts in columns)]
+        table.add_row(*map(Text, cells))
     return table
 
 

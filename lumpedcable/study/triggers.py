@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumpedcable.model.ends import Release, end_name
+from lumpedcable.model.ends import end_name
 from lumpedcable.solve.integrate import Progress
 from lumpedcable.study.compiled import Ready, begin_batch
 from lumpedcable.study.packed import Packed
@@ -35,14 +35,14 @@ class Triggers:
     """
 
     def __init__(self, part: Part, ready: Ready):
-        scene, layout, model = part.structure.scene, part.structure.layout, ready.model
+        scene, layout = part.structure.scene, part.structure.layout
         self.part = part
         self.ends: dict[str, str] = {}  # by event, the end that breaks
-        self._release: dict[str, Any] = {}
+        self._starts: dict[str, int] = {}  # and the column of the models' numbers with its start
         for name, node, event in layout.breaks:
             if scene.events[event].tension is not None:
-                self.ends[event] = end_name(name, node)
-                self._release[event] = name, model.lines[name].ends.index(node)
+                release = _columns(ready.packed).end(name, node).release
+                self.ends[event], self._starts[event] = end_name(name, node), int(release.start)
         self.starts = {event: np.full(len(part.runs), np.inf) for event in self.ends}
 
     def __bool__(self) -> bool:
@@ -58,7 +58,7 @@ class Triggers:
         """
         trips = _tree(run).trips
         found = np.array([np.asarray(trips[end].time, float) for end in self.ends.values()])
-        known = np.array([self._start(models, event) for event in self.ends])
+        known = np.asarray(models.numbers)[:, [*self._starts.values()]].T
         found = np.where(np.isfinite(known), np.nan, found)
         first = np.min(np.where(np.isnan(found), np.inf, found), axis=0)
         found = np.where(found == first, found, np.nan)
@@ -71,10 +71,7 @@ class Triggers:
 
     def in_models(self, models: Packed, begun: dict[str, NDArray[np.float64]]) -> Packed:
         """Models whose breaks begin then."""
-        where = _columns(models)
-        return _placed(
-            models, {int(self._of(where, event).start): when for event, when in begun.items()}
-        )
+        return _placed(models, {self._starts[event]: when for event, when in begun.items()})
 
     def in_runs(self, run: Packed, begun: dict[str, NDArray[np.float64]]) -> Packed:
         """Runs whose watches of ends that recoil know it."""
@@ -86,17 +83,6 @@ class Triggers:
             if when is not None:
                 columns[int(watch.begins)] = when
         return _placed(run, columns)
-
-    def _start(self, models: Packed, event: str) -> NDArray[np.float64]:
-        """When a break of the models begins (s), inf where nobody knows yet."""
-        return models.numbers[:, int(self._of(_columns(models), event).start)]
-
-    def _of(self, model: Any, event: str) -> Release:
-        """An event's release in a model."""
-        name, index = self._release[event]
-        release = (model.ends[name] + model.cuts.get(name, ()))[index].release
-        assert release is not None
-        return release
 
 
 def begin_with(triggers: Triggers, part: Part, ready: Ready) -> tuple[Ready, Packed, Packed]:
