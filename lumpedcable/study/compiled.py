@@ -30,6 +30,7 @@ from lumpedcable.solve.integrate import Numbers, Plan, advance, begin, cast
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.targets import rest_of
+from lumpedcable.study.alike import alike, together
 from lumpedcable.study.devices import platform, shared_out
 from lumpedcable.study.lanes import across
 from lumpedcable.study.packed import Packed, pack
@@ -183,9 +184,13 @@ prepare_batch, prepare_many, prepare_cells = (
 def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, Packed]:
     """States and samples at the start of every run."""
 
+    def begun(mine, numbers):
+        return begin(mine, plan, numbers)
+
     def every(models, numbers):
         def one(model):
-            run, found = begin(cut_at(model.tree(), numbers.cuts), plan, numbers)
+            mine = cut_at(model.tree(), numbers.cuts)
+            run, found = together(begun, alike(mine.lines), mine, numbers)
             return pack(run), pack(found)
 
         return in_one_piece(plan, numbers.steps > 0, jax.vmap(one), models)
@@ -208,9 +213,13 @@ def advance_batch(
         alone = models.numbers.shape[0] == 1 and plan.fields_after == 1
         keep = pack if alone else None
 
+        def moved(mine, run, numbers, first, count, ends):
+            return advance(mine, plan, numbers, run, first, count, keep, ends)
+
         def one(model, run):
             mine = cut_at(model.tree(), numbers.cuts)
-            run, found = advance(mine, plan, numbers, run.tree(), first, count, keep, ends)
+            given = mine, run.tree(), numbers, first, count, ends
+            run, found = together(moved, alike(mine.lines), *given)
             return pack(run), found
 
         return in_one_piece(plan, count >= 0, partial(across, one), models, runs)

@@ -17,6 +17,7 @@ __all__ = [
     "ELEMENTWISE",
     "INLINE",
     "LOOPS",
+    "MOVING",
     "Flags",
     "alone",
     "differing",
