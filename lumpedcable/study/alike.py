@@ -109,7 +109,9 @@ class _Values:
             rows = tuple(sorted(self.members[pack]))
             self.stacks[pack] = rows, self._stacked([self.members[pack][row] for row in rows])
         rows, stack = self.stacks[pack]
-        return stack if rows == wanted else stack[np.array([rows.index(row) for row in wanted])]
+        if rows == wanted:
+            return stack
+        return self._stacked([self.members[pack][row] for row in wanted])
 
     def side_by_side(self, refs: list[int], rows: Rows) -> Any:
         """Values of some lines as one array: as it is, where they were found together."""
@@ -232,10 +234,10 @@ class _Plan:
     """Which operations of a program are done together, and which are done already."""
 
     def __init__(self, program: _Program, labels: dict[int, Label]) -> None:
-        self.labels = dict(labels)
+        self.labels: dict[int, Label] = {}
         self.members: dict[Hashable, dict[int, int]] = defaultdict(dict)
         for ref, (pack, row) in labels.items():
-            self.members[pack][row] = ref
+            self._label(ref, pack, row)
         self._keys: dict[Hashable, int] = {}
         self._known: dict[Hashable, tuple[int, ...]] = {}
         self._aliases: dict[int, int] = {}  # values that are worked out twice, by the first
@@ -274,19 +276,19 @@ class _Plan:
             return
         self._groups[key][single] = op
         self._group_of[op] = key
-        self._label(op.results, range(len(op.results)), key, single)
+        for j, ref in enumerate(op.results):
+            self._label(ref, (key, j), single)
 
     def _place_loop(self, op: _Op, operands: list[int]) -> None:
         """The results of a loop are of the lines that what it starts from is of."""
         carried = operands[op.eqn.params["cond_nconsts"] + op.eqn.params["body_nconsts"] :]
         for pack, rows in _packs(carried, self.labels).items():
             for row, position in rows.items():
-                self._label([op.results[position]], [pack], op.results, row)
+                self._label(op.results[position], (op.results, pack), row)
 
-    def _label(self, refs: Iterable[int], ways: Iterable[Hashable], key, row: int) -> None:
-        for ref, way in zip(refs, ways, strict=True):
-            self.labels[ref] = ((key, way), row)
-            self.members[key, way][row] = ref
+    def _label(self, ref: int, pack: Hashable, row: int) -> None:
+        self.labels[ref] = (pack, row)
+        self.members[pack][row] = ref
 
     def carry_out(self, op: _Op, values: _Values) -> None:
         """Do an operation, and what goes with it."""
@@ -340,8 +342,7 @@ def _loop(op: _Op, operands: list[int], values: _Values) -> None:
     read, changed = body.inputs[: b - a], body.inputs[b - a :]
     # what it only reads is laid side by side outside of it
     fixed, carried = _packs(operands[a:b], values.labels), _packs(operands[b:], values.labels)
-    side_by_side = {j for rows in carried.values() for j in rows.values()}
-    apart = [j for j in range(len(changed)) if j not in side_by_side]
+    apart = sorted(set(range(len(changed))).difference(*(r.values() for r in carried.values())))
     kinds = [var.aval.dtype for var in p["body_jaxpr"].jaxpr.invars[b - a :]]
     labels: dict[int, Label] = {}
     labels |= {read[j]: (("read", k), r) for k, rows in fixed.items() for r, j in rows.items()}

@@ -184,13 +184,10 @@ prepare_batch, prepare_many, prepare_cells = (
 def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, Packed]:
     """States and samples at the start of every run."""
 
-    def begun(mine, numbers):
-        return begin(mine, plan, numbers)
-
     def every(models, numbers):
         def one(model):
             mine = cut_at(model.tree(), numbers.cuts)
-            run, found = together(begun, alike(mine.lines), mine, numbers)
+            run, found = together(lambda m: begin(m, plan, numbers), alike(mine.lines), mine)
             return pack(run), pack(found)
 
         return in_one_piece(plan, numbers.steps > 0, jax.vmap(one), models)
@@ -213,13 +210,12 @@ def advance_batch(
         alone = models.numbers.shape[0] == 1 and plan.fields_after == 1
         keep = pack if alone else None
 
-        def moved(mine, run, numbers, first, count, ends):
+        def moved(mine, run):
             return advance(mine, plan, numbers, run, first, count, keep, ends)
 
         def one(model, run):
             mine = cut_at(model.tree(), numbers.cuts)
-            given = mine, run.tree(), numbers, first, count, ends
-            run, found = together(moved, alike(mine.lines), *given)
+            run, found = together(moved, alike(mine.lines), mine, run.tree())
             return pack(run), found
 
         return in_one_piece(plan, count >= 0, partial(across, one), models, runs)
