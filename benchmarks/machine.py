@@ -10,6 +10,8 @@ from pathlib import Path
 
 import jax
 
+from lumpedcable import __version__
+
 LIBRARIES = (
     "lumpedcable",
     "jax",
@@ -50,6 +52,7 @@ def describe() -> dict[str, str]:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             found[name] = ABSENT
+    found["lumpedcable"] = __version__  # installed or not
     return found
 
 
@@ -72,7 +75,8 @@ def memory() -> str:
 
 def sentence(found: dict[str, str]) -> str:
     """The machine in a sentence."""
-    versions = ", ".join(f"{name} {found[name]}" for name in LIBRARIES if name in found)
+    there = [name for name in LIBRARIES if found.get(name, ABSENT) != ABSENT]
+    versions = ", ".join(f"{name} {found[name]}" for name in there)
     return (
         f"Measured on {found['processor']} ({found['cores']} cores, {found['memory']}), "
         f"{found['system']}, Python {found['python']}, device {found['device']}, with {versions}."

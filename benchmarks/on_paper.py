@@ -16,12 +16,12 @@ from jax.extend import core
 
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.solve.integrate import advance, begin
-from lumpedcable.study.batches import GPU_LANES
+from lumpedcable.study.batches import GPU
 
 DTYPE = "float32"
 SEGMENTS, DURATION = 100, 0.2  # s
 RUNS = (10**5, 10**7)
-MANY_LANES = 8192  # about as many as make a step's bytes take as long as its kernels' starts
+FEW_LANES = 1024  # too few for a GPU, beside those that a study takes
 START = 2e-6  # s between the starts of two kernels that wait for each other: taken, not published
 FREE = {"parameter", "constant", "copy", "tuple", "get-tuple-element", "bitcast"}  # no kernels
 
@@ -59,15 +59,20 @@ def run(quick: bool) -> dict[str, Any]:
 
 def step(segments: int) -> tuple[Callable[..., Any], Sequence[Any]]:
     """One step of the default method as a function, and the shapes that it takes."""
-    runner = Runner(scene_of(f"segments={segments}", f'solver.dtype="{DTYPE}"'))
+    body, shapes = traced(segments, DTYPE)
+    return core.jaxpr_as_fun(body), shapes
+
+
+def traced(segments: int, dtype: str) -> tuple[Any, Sequence[Any]]:
+    """One step of the default method, followed, and the shapes that it takes."""
+    runner = Runner(scene_of(f"segments={segments}", f'solver.dtype="{dtype}"'))
     model = jax.tree.map(lambda x: x[0], runner.ready.model)
     numbers = runner.numbers(runner.every, runner.steps)
     state, _ = begin(model, runner.plan, numbers)
-    traced = jax.make_jaxpr(lambda m, s: advance(m, runner.plan, numbers, s, 0, 2))(model, state)
+    whole = jax.make_jaxpr(lambda m, s: advance(m, runner.plan, numbers, s, 0, 2))(model, state)
     # the loop inside the loop over outputs
-    _, body = max(_loops(traced.jaxpr, 0), key=lambda found: found[0])
-    shapes = [jax.ShapeDtypeStruct(v.aval.shape, v.aval.dtype) for v in body.jaxpr.invars]
-    return core.jaxpr_as_fun(body), shapes
+    _, body = max(_loops(whole.jaxpr, 0), key=lambda found: found[0])
+    return body, [jax.ShapeDtypeStruct(v.aval.shape, v.aval.dtype) for v in body.jaxpr.invars]
 
 
 def _loops(jaxpr: Any, depth: int) -> Iterator[tuple[int, Any]]:
@@ -103,10 +108,10 @@ def table(data: dict[str, Any]) -> str:
     limits = {
         f"arithmetic: {data['operations']:.0f} operations a node-step": _arithmetic,
         f"memory: {data['bytes']:.0f} bytes a node-step": _memory,
-        f"starts: {data['kernels']} kernels a step, {GPU_LANES} runs in a batch": _starts(
-            GPU_LANES
+        f"starts: {data['kernels']} kernels a step, {FEW_LANES} runs in a batch": _starts(
+            FEW_LANES
         ),
-        f"starts with {MANY_LANES} runs in a batch": _starts(MANY_LANES),
+        f"starts with {GPU.lanes} runs in a batch": _starts(GPU.lanes),
     }
     for words, seconds in limits.items():
         cells = (f"{_short(seconds(data, chip, n))} s" for chip in CHIPS for n in RUNS)

@@ -16,11 +16,11 @@ MESHES = (100, 1600)
 KINDS = ("5 ms", "at once")
 
 
-def run(quick: bool) -> dict[str, Any]:
-    """Every main case in both precisions; quick: three of them on the coarse mesh."""
+def run(quick: bool, meshes: tuple[int, ...] = MESHES) -> dict[str, Any]:
+    """Every main case in both precisions; quick: three of them on the first mesh."""
     references, points = load(), []
     cases = MAIN[::3] if quick else MAIN
-    for n in MESHES[:1] if quick else MESHES:
+    for n in meshes[:1] if quick else meshes:
         for dtype in DTYPES:
             method, compiled = Method(DEFAULT, (f'solver.dtype="{dtype}"',)), None
             for case in cases:

@@ -14,6 +14,7 @@ from benchmarks import (
     cost,
     everything,
     floor,
+    gpu,
     headline,
     held_out,
     reference,
@@ -72,6 +73,8 @@ def tables(data: dict[str, Any]) -> dict[str, str]:
         found["study"] = studies.table(parts["study"])
     if "native" in parts:
         found["native"] = native.table(parts["native"])
+    if "gpu" in parts:
+        found["readme-gpu"] = gpu.sentence(parts["gpu"]["data"])
     for name, part in parts.items():
         if "table" in part:
             found[name] = part["table"]

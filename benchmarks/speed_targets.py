@@ -17,6 +17,7 @@ GRADIENT = 4.0  # times the value
 GIB = 2.0**30
 MAIN_JOB, STUDY = 1.0, 4.0  # GiB
 STUDY_RUNS = 65536
+GPU_RUNS, GPU_DTYPE, GPU_TIME = 10**5, "float32", 20.0  # s
 
 Row = tuple[str, str, str, bool | None]  # what, asked, found, whether it is met
 
@@ -31,9 +32,7 @@ def rows(parts: dict[str, Any]) -> list[str]:
         *_memory(parts),
     ]
     if found:
-        found.append(
-            ("10^5 runs on one GPU, N = 100, 200 ms, float32", "20 s", "no GPU here", None)
-        )
+        found.append(_gpu(parts.get("gpu", {}).get("data")))
     words = {True: "met", False: "not met", None: "open"}
     return [f"| {what} | {asked} | {told} | {words[met]} |" for what, asked, told, met in found]
 
@@ -109,3 +108,15 @@ def _memory(parts: dict[str, Any]) -> Iterator[Row]:
 
 def _within(what: str, peak: float, limit: float) -> Row:
     return what, f"{limit:g} GiB", f"{peak / GIB:.2g} GiB", peak < limit * GIB
+
+
+def _gpu(measured: Any) -> Row:
+    what, asked = f"10^5 runs on one GPU, N = 100, 200 ms, {GPU_DTYPE}", f"{GPU_TIME:g} s"
+    if measured is None:
+        return what, asked, "no GPU here", None
+    (row,) = (row for row in measured["studies"] if row["dtype"] == GPU_DTYPE)
+    told = (
+        f"{row['first']:.1f} s from the command line, programs compiled; then {row['again']:.1f} s"
+    )
+    right = row["runs"] >= GPU_RUNS and row["failed"] == 0
+    return what, asked, told, right and max(row["first"], row["again"]) < GPU_TIME

@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.engine import Runner, scene_of
 from benchmarks.native.line import FLAGS, compiler, go, parameters
-from lumpedcable.study.batches import LANES
+from lumpedcable.study.batches import CPU
 from lumpedcable.study.compiled import advance_batch, begin_batch
 
 Tell = Callable[[str], None]
@@ -36,7 +36,7 @@ def run(quick: bool, tell: Tell) -> dict[str, Any]:
         case(segments, lanes, dtype, rounds, tell)
         for dtype in DTYPES
         for segments in MESHES
-        for lanes in (1, LANES)
+        for lanes in (1, CPU.lanes)
     ]
     return {"rows": rows, "cores": os.cpu_count() or 1}
 

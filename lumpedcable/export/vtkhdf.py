@@ -7,6 +7,7 @@ Source: VTK file formats, "VTKHDF file format", version 2.1 for `Steps` of unstr
 from __future__ import annotations
 
 import io
+import shutil
 from pathlib import Path
 
 import h5py
@@ -68,8 +69,9 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
                 root.create_dataset(f"{group}/{name}", data=flat.astype("f4"))
         root.create_dataset("CellData/line", data=np.concatenate(owners).astype("i4"))
         _steps(root, time, nodes, cells, own)
-    with replacing(target, "VTKHDF") as partial:
-        partial.write_bytes(made.getbuffer())
+    made.seek(0)
+    with replacing(target, "VTKHDF") as partial, partial.open("wb") as out:
+        shutil.copyfileobj(made, out)
     return [target]
 
 

@@ -33,6 +33,10 @@ __all__ = ["Manifest", "StudyFolder", "is_study_folder"]
 MANIFEST, SCENE, VIEW, SHARDS = "study.json", "study.toml", "study.h5", "shards"
 
 
+DEFAULT_SHARD = 1024
+"""Runs in a shard: seconds of work, so that little is lost and little is written too often."""
+
+
 @dataclass(frozen=True)
 class Manifest:
     """What a study folder says of itself."""
@@ -171,15 +175,19 @@ class StudyFolder:
         return known
 
     @classmethod
-    def make(cls, path: Path, text: str, runs: int, shard: int | None, version: str) -> StudyFolder:
+    def make(
+        cls, path: Path, text: str, runs: int, shard: int | None, version: str,
+        usual: int = DEFAULT_SHARD,
+    ) -> StudyFolder:  # fmt: skip
         """Open the folder of a study, or make it.
 
         Args:
             path: the folder.
             text: the whole scene and sweep (study.toml).
             runs: number of runs.
-            shard: runs in a shard; None for what the folder has, or the default.
+            shard: runs in a shard; None for what the folder has, or what is usual.
             version: of lumpedcable.
+            usual: runs in a shard of a folder that is new.
 
         Raises:
             OutputError: it cannot be made, or it holds something else.
@@ -196,7 +204,7 @@ class StudyFolder:
                     )
                 (followed(path) / SHARDS).mkdir(parents=True, exist_ok=True)
             if not manifest.exists():
-                made = Manifest.new(runs, shard or DEFAULT_SHARD, digest, version)
+                made = Manifest.new(runs, shard or usual, digest, version)
                 _place(path / SCENE, text)
                 # last, since it is what makes the folder a study
                 _place(manifest, json.dumps(asdict(made), indent=2) + "\n")
@@ -239,8 +247,6 @@ class StudyFolder:
 
 HOW_TO_SHOW = "lumpedcable study makes it: run the command that the study was begun with"
 """What to do where there is no file that shows all shards."""
-DEFAULT_SHARD = 1024
-"""Runs in a shard: seconds of work, so that little is lost and little is written too often."""
 
 
 def is_study_folder(path: Path) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import inf
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
@@ -244,7 +244,7 @@ def _water(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
         effects
         and isinstance(fluid, Fluid)
         and line.diameter is not None
-        and not isfinite(fluid.density * line.diameter * line.diameter)
+        and not fluid.density * line.diameter * line.diameter < inf
     ):
         yield Problem(
             (*path, "diameter"),

@@ -24,7 +24,8 @@ def event_problems(
     """Yield what is wrong with breaks; None stands for the unreadable."""
     if not lines:
         return  # told already
-    broken: dict[tuple[str, str | float | None], str] = {}
+    broken: list[tuple[str, str | float | None]] = []
+    named: list[str] = []
     for name, event in events.items():
         if event is None or next(event.problems(), None) is not None:
             continue
@@ -37,11 +38,11 @@ def event_problems(
             continue
         where = (target, side if side is not None else place)
         if where in broken:
-            yield Problem(
-                path, f'expected one event per place, found the place of "{broken[where]}" again'
-            )
+            first = named[broken.index(where)]
+            yield Problem(path, f'expected one event per place, found the place of "{first}" again')
             continue
-        broken[where] = name
+        broken.append(where)
+        named.append(name)
         line = lines[target]
         if line is None or line.model == "ideal":
             continue  # told already

@@ -41,7 +41,7 @@ def reach_problems(
         for name, target in targets.items()
         if target is not None and next(target.problems(), None) is None
     }
-    if None in lines.values() or None in bodies.values() or None in materials.values():
+    if not good or None in lines.values() or None in bodies.values() or None in materials.values():
         return
     for span in _spans(lines, bodies):
         off = list(_places(good, span))
@@ -101,7 +101,7 @@ def _tensions(
     first, last, names, body = span
     gravity = others.get("gravity")
     water = others.get("water") or others.get("air")
-    if not isinstance(gravity, float):
+    if gravity is None:
         return
     density = 0.0 if water is None else water.density
     weights = [gravity * (lines[n].mass - density * _section(lines[n])) for n in names]

@@ -17,9 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationError
 
 from lumpedcable.scene import checks
+from lumpedcable.scene.many import Apart, Many
 from lumpedcable.scene.part import Path, dotted
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.units import format_quantity
+
+ALONE = 16
+"""Runs that are sooner checked one by one than together."""
 
 
 @dataclass(frozen=True)
@@ -192,6 +196,38 @@ class Runs(Sequence[Scene]):
         except ValidationError as error:
             return str(error.errors()[0]["msg"])
         return None if found is None else f"{dotted(found.path)}: {found.message}"
+
+    def problems(self, runs: ArrayLike) -> dict[int, str]:
+        """Return what is wrong with chosen runs, by run; of those that are right there is nothing.
+
+        Runs that take the same way through the checks are checked together, as long as all are right.
+        """
+        found: dict[int, str] = {}
+        groups = [np.asarray(runs)]
+        while groups:
+            some = groups.pop()
+            parts = self._ways(some) if self._plain and len(some) > ALONE else None
+            if parts is None:
+                wrong = {int(run): self.problem(int(run)) for run in some}
+                found |= {run: words for run, words in wrong.items() if words is not None}
+            groups += parts or []
+        return dict(sorted(found.items()))
+
+    def _ways(self, runs: NDArray[np.int64]) -> list[NDArray[np.int64]] | None:
+        """Return the runs, parted, if they take different ways through the checks, [] if all are right.
+
+        None: there is something wrong with all of them, or they cannot be checked together.
+        """
+        columns = self.columns(runs)
+        values = {key: Many(column.astype(float)) for key, column in columns.items()}
+        try:
+            scene = self._base.with_numbers(values)
+            wrong = next(checks.problems(checks.Draft.of(scene, self._sound)), None)
+        except Apart as apart:
+            return [runs[apart.where], runs[~apart.where]]
+        except (TypeError, ArithmeticError):
+            return None
+        return [] if wrong is None else None
 
     @cached_property
     def _sound(self) -> frozenset[int]:

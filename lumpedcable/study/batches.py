@@ -1,6 +1,7 @@
 """How many runs, steps and outputs go together: programs to compile against lanes that idle."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -9,11 +10,12 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.scene import Scene
 
 __all__ = [
-    "CALL",
     "COMPILING",
-    "GPU_LANES",
-    "LANES",
+    "CPU",
+    "GPU",
+    "Kind",
     "batch_sizes",
+    "kind",
     "lane_time",
     "lanes",
     "outputs_at_once",
@@ -21,25 +23,52 @@ __all__ = [
     "steps_at_once",
 ]
 
-LANES = 64  # runs that are advanced together on each core, whose cache their states stay in,
-GPU_LANES = 1024  # and on each GPU, where fewer would wait for kernels to start: a shard's
+
+class Kind(NamedTuple):
+    """What suits a kind of device.
+
+    `lanes` are the most runs that are advanced together on each device; fewer of long lines, so that
+    they have `nodes` at most together. `block` are the runs whose start states are held at once, and
+    those of a shard unless it is asked otherwise. `call` lanes take as long as what a batch takes
+    besides them, a step of a node `node_step` (s), roughly, with all that belongs to it. Outputs of one
+    call have `room` (bytes), and the first is asked for `first` of them.
+    """
+
+    lanes: int
+    nodes: int
+    block: int
+    call: int
+    node_step: float
+    room: int
+    first: int
+
+
+# each core has a cache that the states stay in; more outputs wait for fresh memory from the system
+CPU = Kind(lanes=64, nodes=2**62, block=1024, call=8, node_step=1e-7, room=2**23, first=16)
+# fewer lanes wait for kernels to start, which takes as long as some thousand of them; more lanes are
+# 1.7 times as fast, of which a study sees nothing, since it waits for its files and sums then
+GPU = Kind(lanes=8192, nodes=2**20, block=8192, call=4096, node_step=1e-10, room=2**30, first=128)
+FEWEST = 64  # lanes on each device, however long the lines
 MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
 COMPILING = 10.0  # s: what a batch of another size costs before it starts, most of it compiling
-CALL = 8  # lanes that take as long as what a batch takes besides them
-NODE_STEP = 1e-7  # s, roughly: what a step of a node takes with all that belongs to it
-ROOM = 2**23  # bytes of outputs in one call: more of them wait for fresh memory from the system
-CALL_TIME = 5.0  # s, by NODE_STEP: what a call takes at most, far less than that most often
+CALL_TIME = 5.0  # s, by `Kind.node_step`: what a call takes at most, far less than that most often
 OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 
 
-def batch_sizes(runs: int) -> tuple[int, ...]:
-    """Sizes of the batches of a study of `runs` runs, rising.
+def kind() -> Kind:
+    """What suits the devices that jax has."""
+    return CPU if jax.default_backend() == "cpu" else GPU
+
+
+def batch_sizes(runs: int, nodes: int = 1) -> tuple[int, ...]:
+    """Sizes of the batches of a study of `runs` runs with so many nodes each, rising.
 
     A size is a compiled program, which takes seconds; a lane that repeats another run takes the time
     of a run. So a few runs are hardly filled up, as many as fit into one batch go together, and many
     have two sizes.
     """
-    each = LANES if jax.default_backend() == "cpu" else GPU_LANES
+    most = max(kind().nodes // nodes, FEWEST)
+    each = min(2 ** (most.bit_length() - 1), kind().lanes)
     full = each * jax.device_count()
     small = full // 4
     if runs <= small:
@@ -76,11 +105,11 @@ def sizes_for(
     """
     used = {size for runs, _ in groups for size in lanes(runs, sizes)}
     kept = {sizes[-1]} if each >= sizes[-1] else set()  # other runs need that program anyway
-    again = max(each / MANY, 1.0)
+    again, call = max(each / MANY, 1.0), kind().call
 
     def cost(some: set[int]) -> float:
         through = (
-            time * sum(size + CALL for size in lanes(runs, tuple(sorted(some))))
+            time * sum(size + call for size in lanes(runs, tuple(sorted(some))))
             for runs, time in groups
         )
         return COMPILING * len(some) + again * sum(through)
@@ -96,23 +125,23 @@ def sizes_for(
 
 def lane_time(scene: Scene, layout: Layout, steps: int) -> float:
     """What a run of so many steps in an output interval takes in a batch (s), roughly."""
-    return NODE_STEP * _nodes(layout) * steps * max(scene.output.count, 1)
+    return kind().node_step * _nodes(layout) * steps * max(scene.output.count, 1)
 
 
 def steps_at_once(layout: Layout, runs: int) -> int:
     """The most steps that `runs` runs take in one call, which nothing interrupts."""
-    return max(1, int(CALL_TIME / (NODE_STEP * _nodes(layout) * runs)))
+    return max(1, int(CALL_TIME / (kind().node_step * _nodes(layout) * runs)))
 
 
 def outputs_at_once(layout: Layout, runs: int, fields: tuple[str, ...], after: int) -> int:
-    """Outputs that one call of `runs` runs may return: a power of two, as many as fit into `ROOM`.
+    """Outputs that one call of `runs` runs may return: a power of two, as many as there is room for.
 
     Few calls, since each costs as much as a hundred steps of a short line. `fields` are kept of every
     `after`th output.
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
     numbers = sum(per_node.get(quantity, 0) for quantity in fields) / after + 1
-    most = ROOM / (8.0 * runs * _nodes(layout) * numbers)
+    most = kind().room / (8.0 * runs * _nodes(layout) * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
 

@@ -255,13 +255,12 @@ class Contents:
         right = np.ones(len(runs), bool)
         if len(self.study.runs) <= CHECKED:
             return right
-        for row, run in enumerate(runs):
-            wrong = self.study.runs.problem(int(run))
-            if wrong is not None:
-                right[row] = False
-                table["status"][row] = int(Status.SCENE_IMPOSSIBLE)
-                words = f"{MEANING[Status.SCENE_IMPOSSIBLE]}: {wrong}"
-                table["status_message"][row] = words
+        for run, wrong in self.study.runs.problems(runs).items():
+            row = np.flatnonzero(runs == run)
+            right[row] = False
+            table["status"][row] = int(Status.SCENE_IMPOSSIBLE)
+            words = f"{MEANING[Status.SCENE_IMPOSSIBLE]}: {wrong}"
+            table["status_message"][row] = words
         return right
 
     def write(

@@ -12,7 +12,7 @@ from jax.sharding import Mesh, PartitionSpec
 
 from lumpedcable.status import PlatformError
 
-__all__ = ["platform", "shared_out"]
+__all__ = ["at_hand", "platform", "shared_out"]
 
 
 def platform() -> str:
@@ -34,6 +34,11 @@ def platform() -> str:
         raise PlatformError(
             f"JAX_PLATFORMS: expected {' or '.join(there)}, which jax finds here, found {asked!r}"
         ) from error
+
+
+def at_hand(tree: Any) -> Any:
+    """Arrays that several calls take, where the device has them: a single one with memory of its own."""
+    return tree if platform() == "cpu" or jax.device_count() > 1 else jax.device_put(tree)
 
 
 def shared_out(

@@ -24,6 +24,7 @@ __all__ = [
     "flow",
     "inner",
     "reads",
+    "scanned",
     "variables",
 ]
 
@@ -125,7 +126,17 @@ def _refused(eqn: Any, flags: Flags) -> bool:
 def inner(eqn: Any) -> Any:
     """The function, a closed jaxpr, that an operation of `INLINE` stands for."""
     found = eqn.params[INLINE[eqn.primitive.name]]
-    return core.ClosedJaxpr(found, ()) if isinstance(found, core.Jaxpr) else found
+    # one that is not closed has no constants; from jax 0.12 on all have
+    return found if hasattr(found, "consts") else core.ClosedJaxpr(found, ())
+
+
+def scanned(eqn: Any) -> tuple[int, int]:
+    """How many operands of a scan are the same in every turn, and how many it carries."""
+    p = eqn.params
+    if "ft_in" in p:  # from jax 0.12 on
+        common, carried, _ = p["ft_in"].unpack()
+        return len(common), len(carried)
+    return p["num_consts"], p["num_carry"]
 
 
 def alone(eqn: Any, jaxpr: Any) -> tuple[Callable[..., list[Any]], list[Any]]:
@@ -183,11 +194,11 @@ def _while(eqn: Any, flags: Flags, size: int) -> Flags | None:
 
 
 def _scan(eqn: Any, flags: Flags, size: int) -> Flags:
-    p = eqn.params
-    a, b = p["num_consts"], p["num_consts"] + p["num_carry"]
-    carry = _settled(p["jaxpr"], flags[:a], flags[a:b], flags[b:], size)
-    marks = differing(p["jaxpr"], [*flags[:a], *carry, *flags[b:]], size)
-    return [*carry, *marks[p["num_carry"] :]]
+    body, (a, count) = eqn.params["jaxpr"], scanned(eqn)
+    b = a + count
+    carry = _settled(body, flags[:a], flags[a:b], flags[b:], size)
+    marks = differing(body, [*flags[:a], *carry, *flags[b:]], size)
+    return [*carry, *marks[count:]]
 
 
 def _cond(eqn: Any, flags: Flags, size: int) -> Flags | None:

@@ -27,10 +27,11 @@ from lumpedcable.study.differing import (
     flow,
     inner,
     reads,
+    scanned,
     variables,
 )
 
-__all__ = ["across"]
+__all__ = ["across", "evaluated"]
 
 Values = list[Any]
 FOLDED = {"reduce_sum": lax.add, "reduce_max": lax.max, "reduce_min": lax.min,
@@ -55,7 +56,7 @@ def across(function: Callable[..., Any], *arguments: Any) -> Any:
 
     closed, shapes = jax.make_jaxpr(flat, return_shape=True)(*one)
     last = [jnp.moveaxis(x, 0, -1) for x in leaves]
-    found, flags = _evaluate(closed, last, [True] * len(last), size)
+    found, flags = evaluated(closed, last, [True] * len(last), size)
     whole = (_spread(x, b, size) for x, b in zip(found, flags, strict=True))
     result = [jnp.moveaxis(x, -1, 0) for x in whole]
     return jax.tree.unflatten(jax.tree.structure(shapes), result)
@@ -69,8 +70,15 @@ def _spread(x: Any, batched: bool, size: int) -> Any:
     return lax.broadcast_in_dim(x, (*x.shape, size), range(x.ndim))
 
 
-def _evaluate(closed: Any, values: Values, flags: Flags, size: int) -> tuple[Values, Flags]:
-    """The outputs of a traced function, and which of them differ from run to run."""
+def evaluated(closed: Any, values: Values, flags: Flags, size: int) -> tuple[Values, Flags]:
+    """The outputs of a traced function, and which of them differ from run to run.
+
+    Args:
+        closed: the function, a closed jaxpr of one run.
+        values: what it is given, with the runs along the last axis of what differs from run to run.
+        flags: which of them do.
+        size: the number of runs.
+    """
     jaxpr, which = closed.jaxpr, variables(closed, flags, size)
     known = dict(zip(jaxpr.constvars, closed.consts, strict=True))
     known |= dict(zip(jaxpr.invars, values, strict=True))
@@ -102,7 +110,7 @@ def _apply(eqn: Any, operands: Values, flags: Flags, marks: Flags, size: int) ->
     if name in ALONG:
         return [eqn.primitive.bind(*operands, **eqn.params)]
     if name in INLINE:
-        return _evaluate(inner(eqn), operands, flags, size)[0]
+        return evaluated(inner(eqn), operands, flags, size)[0]
     if name in LOOPS:
         return LOOPS[name](eqn, operands, flags, marks, size)
     return RULES[name](eqn, operands, flags, size)
@@ -230,11 +238,11 @@ def _while(eqn, operands, flags, marks, size):
     a, b = p["cond_nconsts"], p["cond_nconsts"] + p["body_nconsts"]
 
     def goes_on(values):
-        return _evaluate(test, [*operands[:a], *values], [*flags[:a], *marks], size)[0][0]
+        return evaluated(test, [*operands[:a], *values], [*flags[:a], *marks], size)[0][0]
 
     def step(values):
         return _as(
-            marks, *_evaluate(body, [*operands[a:b], *values], [*flags[a:b], *marks], size), size
+            marks, *evaluated(body, [*operands[a:b], *values], [*flags[a:b], *marks], size), size
         )
 
     return lax.while_loop(goes_on, step, _as(marks, operands[b:], flags[b:], size))
@@ -247,13 +255,13 @@ def _as(wanted: Flags, values: Values, flags: Flags, size: int) -> Values:
 
 def _scan(eqn, operands, flags, marks, size):
     p = eqn.params
-    a, b = p["num_consts"], p["num_consts"] + p["num_carry"]
-    body, count = p["jaxpr"], p["num_carry"]
+    body, (a, count) = p["jaxpr"], scanned(eqn)
+    b = a + count
     carry = marks[:count]
 
     def step(values, row):
         given = [*operands[:a], *values, *row]
-        found, own = _evaluate(body, given, [*flags[:a], *carry, *flags[b:]], size)
+        found, own = evaluated(body, given, [*flags[:a], *carry, *flags[b:]], size)
         return _as(carry, found[:count], own[:count], size), found[count:]
 
     start = _as(carry, operands[a:b], flags[a:b], size)
@@ -266,7 +274,7 @@ def _cond(eqn, operands, flags, marks, size):
 
     def case(branch):
         def run(*given):
-            return _as(marks, *_evaluate(branch, list(given), own, size), size)
+            return _as(marks, *evaluated(branch, list(given), own, size), size)
 
         return run
 

@@ -55,7 +55,8 @@ class Laid:
     @cached_property
     def sizes(self) -> tuple[int, ...]:
         """Sizes of the batches that runs go through time in."""
-        return batch_sizes(len(self.study.runs))
+        nodes = 1 + sum(segments + 1 for segments in self.segments.values())
+        return batch_sizes(len(self.study.runs), nodes)
 
     def sizes_for(
         self, structure: Structure, steps: Sequence[int], counts: Sequence[int]

@@ -21,6 +21,7 @@ from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
+from lumpedcable.study.batches import kind
 from lumpedcable.study.compiled import Ready, Structure
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
@@ -35,13 +36,11 @@ from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, 
 from lumpedcable.study.triggers import Triggers, begin_with
 from lumpedcable.timings import Timings
 
-__all__ = ["BLOCK", "Part", "run_runs", "run_study"]
+__all__ = ["Part", "run_runs", "run_study"]
 
-# outputs asked for at first; doubled, up to the plan's, while a call takes less than PACE (s): few calls
-# for a short run, and a bar that moves and a file that fills up for a long one
-FIRST_OUTPUTS = 16
+# outputs asked for at once are doubled, up to the plan's, while a call takes less than that (s): few
+# calls for a short run, and a bar that moves and a file that fills up for a long one
 PACE = 0.25
-BLOCK = 1024  # runs whose start states are held at once
 
 
 def run_study(
@@ -106,12 +105,12 @@ def run_runs(
         outlet = _Outlet(contents, writer, tell, timings)
         tell(0)
         try:
-            for first in range(0, len(runs), BLOCK):
-                block = runs[first : first + BLOCK]
-                table = empty_table(contents, len(block))
-                tables.append((block, table))
+            for first in range(0, len(runs), kind().block):
+                some = runs[first : first + kind().block]
+                table = empty_table(contents, len(some))
+                tables.append((some, table))
                 try:
-                    _run_block(outlet, _Block(block, first, table))
+                    _run_block(outlet, _Block(some, first, table))
                 finally:
                     contents.write_table(writer, first, table)
                     writer.flush()
@@ -130,7 +129,7 @@ class _Teller:
 
     def __init__(self, total: int, on_progress: Callable[[int, int], None]):
         self.total, self.done, self.on_progress = total, 0, on_progress
-        self.pace: int = FIRST_OUTPUTS
+        self.pace: int = kind().first
 
     def took(self, seconds: float, most: int) -> None:
         """Learn from a call how much to ask for next, also of the next part, at most `most`."""

@@ -14,6 +14,7 @@ from lumpedcable.solve.keeping import fields_done
 from lumpedcable.solve.observe import Sample
 from lumpedcable.study.batches import COMPILING, steps_at_once
 from lumpedcable.study.compiled import Ready, advance_batch
+from lumpedcable.study.devices import at_hand
 from lumpedcable.study.packed import Packed, unpacked
 from lumpedcable.study.plan import plan_of
 from lumpedcable.study.starts import filled, rows_of
@@ -35,7 +36,8 @@ class Batch:
     """
 
     def __init__(self, part: Part, ready: Ready, run: Packed, triggers: Triggers):
-        self.part, self.ready, self.run, self.triggers = part, ready, run, triggers
+        self.part, self.run, self.triggers = part, run, triggers
+        self.ready = _at_hand(ready)
         self.plan, self.size = part.plan, part.size
         self.rows = np.arange(len(part.runs))  # of the part's runs, those that have a lane
         self._last: Any = None
@@ -67,9 +69,8 @@ class Batch:
             begun = self.triggers.begun(self.ready.packed, self.run, self.rows)
             if not begun:
                 break
-            self.ready = self.ready._replace(
-                packed=self.triggers.in_models(self.ready.packed, begun)
-            )
+            models = self.triggers.in_models(self.ready.packed, begun)
+            self.ready = _at_hand(self.ready._replace(packed=models))
             before = self.triggers.in_runs(before, begun)
             self.run = before
             found = self._advanced(done, count, between)
@@ -128,8 +129,8 @@ class Batch:
             return
         self._ends = self.ends()
         kept = filled(moving, size)
-        self.ready = rows_of(self.ready, kept)
-        self.run = rows_of(self.run, kept)
+        self.ready = _at_hand(rows_of(self.ready, kept))
+        self.run = jax.tree.map(np.array, rows_of(self.run, kept))  # calls write over it
         self.plan = plan_of(self.part.structure.scene, self.part.structure.layout, size)
         self.rows, self.size = self.rows[moving], size
 
@@ -142,6 +143,11 @@ class Batch:
         for all_, mine in zip(jax.tree.leaves(whole), jax.tree.leaves(now), strict=True):
             all_[self.rows] = mine
         return whole
+
+
+def _at_hand(ready: Ready) -> Ready:
+    """The models where their steps are taken, call after call."""
+    return ready._replace(packed=at_hand(ready.packed))
 
 
 def _first(samples: Sample, count: int, fields: int) -> Sample:

@@ -100,8 +100,11 @@ def _joined(found: list[Ready]) -> Ready:
 
 
 def rows_of(batch: Tree, rows: NDArray[np.int64]) -> Tree:
-    """Chosen rows of all arrays of a batch."""
-    return jax.tree.map(lambda x: np.asarray(x)[rows], batch)
+    """Chosen rows of all arrays of a batch; the first ones, in their order, are not copied."""
+    count = rows.size
+    first = rows.ndim == 1 and count > 0 and np.array_equal(rows, np.arange(count))
+    chosen = slice(count) if first else rows
+    return jax.tree.map(lambda x: np.asarray(x)[chosen], batch)
 
 
 def batched(

@@ -5,14 +5,15 @@ import numpy as np
 import pytest
 
 from benchmarks import __main__ as program
-from benchmarks import jobs, on_paper, precision
+from benchmarks import gpu, jobs, on_paper, precision, speed_targets
+from benchmarks.machine import UnableError
 from lumpedcable.scene import load_study
 
 FLOAT = jax.ShapeDtypeStruct((1000,), "float32")
 
 
 def test_every_part_can_be_asked_for():
-    assert {"precision", "jobs", "on-paper"} <= set(program.parts())
+    assert {"precision", "jobs", "on-paper", "gpu"} <= set(program.parts())
 
 
 # --- whole jobs ----------------------------------------------------------------------------------
@@ -111,3 +112,67 @@ def test_limits_are_counts_over_peaks():
     assert len({row.count("|") for row in rows}) == 1
     assert "not measured" in rows[0]
     assert np.all(["s |" in row for row in rows[2:]])
+
+
+# --- a GPU ---------------------------------------------------------------------------------------
+
+
+def test_without_a_gpu_nothing_is_measured_of_one(monkeypatch):
+    monkeypatch.setattr(gpu, "platform", lambda: "cpu")
+    with pytest.raises(UnableError, match="no GPU"):
+        gpu.run(quick=True)
+
+
+def test_a_copy_reads_and_writes():
+    assert 1e8 < gpu.bandwidth(2**22) < 1e13
+
+
+def test_a_step_of_many_runs_does_as_much_as_they_do_alone():
+    body, shapes = on_paper.traced(20, "float32")
+    few, many = (gpu.counted(body, shapes, size) for size in (16, 64))
+    assert many.operations == pytest.approx(4 * few.operations, rel=0.05)
+    assert many.bytes == pytest.approx(4 * few.bytes, rel=0.05)
+    assert 1 < many.kernels < 100
+
+
+def test_batches_go_through_their_time():
+    (row,) = gpu.batches("float32", (2,))
+    assert row["lanes"] == 2
+    assert row["steps"] % (gpu.DURATION / gpu.EVERY) == 0
+    assert row["seconds"] > 0.0
+
+
+def studied(**changes):
+    row = {
+        "runs": 10**5,
+        "dtype": "float32",
+        "first": 15.0,
+        "again": 10.0,
+        "peak": 2e9,
+        "failed": 0,
+    }
+    return {"studies": [row | changes, row | {"dtype": "float64", "first": 99.0}]}
+
+
+def test_a_gpu_has_its_rows():
+    batch = {"dtype": "float32", "lanes": 100, "seconds": 1e-3, "steps": 100, "nodes": 10,
+             "operations": 2e5, "special": 0.0, "bytes": 1e5, "kernels": 7}  # fmt: skip
+    points = [{"case": f"45 kN, {kind}", "segments": 100, "dtype": "float32", "warm": 1e-3, "steps": 7,
+               "errors": dict.fromkeys(("displacement", "velocity", "tension", "tension_fine",
+                                        "front"), 0.01)}
+              for kind in ("5 ms", "at once")]  # fmt: skip
+    told = gpu.table({"device": "a GPU", "bandwidth": 4e10, "batches": [batch], **studied(),
+                      "errors": {"points": points}})  # fmt: skip
+    # 10^5 node-steps in a ms, each of 100 bytes and 200 operations: 10 GB/s of 40, 20 GFLOP/s
+    assert "| float32 | 100 | 1 | 10 | 100 | 7 | 100 | 0.01 | 25% | 200 | 0.02 |" in told
+    assert "| 100000 runs, outputs each 1 ms | float32 | 15.0 | 10.0 | 10000 | 2000 | 0 |" in told
+
+
+@pytest.mark.parametrize(
+    ("changes", "met"),
+    [({}, True), ({"first": 21.0}, False), ({"failed": 1}, False), ({"runs": 256}, False)],
+)
+def test_a_study_on_a_gpu_is_held_against_its_target(changes, met):
+    *_, right = speed_targets._gpu(studied(**changes))
+    assert right is met
+    assert speed_targets._gpu(None)[-1] is None

@@ -11,8 +11,9 @@ SECONDS, MINUTES = 5e-3, 60.0  # what a lane takes (s)
 
 
 @pytest.fixture(autouse=True)
-def two_devices(monkeypatch):
+def two_cores(monkeypatch):
     monkeypatch.setattr(batches.jax, "device_count", lambda: 2)
+    monkeypatch.setattr(batches.jax, "default_backend", lambda: "cpu")
 
 
 def sizes_for(counts, time, runs):
@@ -51,14 +52,20 @@ def test_a_shard_takes_the_size_that_others_of_its_structure_take(counts):
 def test_a_shard_on_gpus_is_one_batch(monkeypatch, devices):
     monkeypatch.setattr(batches.jax, "device_count", lambda: devices)
     monkeypatch.setattr(batches.jax, "default_backend", lambda: "gpu")
-    sizes = batches.batch_sizes(100_000)
-    assert sizes[-1] == 1024 * devices
-    assert batches.lanes(1024, batches.sizes_for([(1024, SECONDS)], sizes, 1e5)) == [1024]
-    assert batches.lanes(4096, sizes) == [1024 * devices] * (4 // devices)
-    assert (
-        batches.batch_sizes(1)
-        == (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)[: 9 + 2 * (devices > 1)]
-    )
+    shard, sizes = batches.kind().block, batches.batch_sizes(100_000, 101)
+    assert sizes[-1] == shard * devices == 8192 * devices
+    assert batches.lanes(shard, batches.sizes_for([(shard, SECONDS)], sizes, 1e5)) == [shard]
+    assert batches.lanes(4 * shard, sizes) == [shard * devices] * (4 // devices)
+    assert batches.batch_sizes(1)[:4] == (1, 2, 4, 8)
+
+
+def test_long_lines_have_fewer_lanes_on_a_gpu(monkeypatch):
+    monkeypatch.setattr(batches.jax, "device_count", lambda: 1)
+    monkeypatch.setattr(batches.jax, "default_backend", lambda: "gpu")
+    assert batches.batch_sizes(100_000, 1000)[-1] == 1024
+    assert batches.batch_sizes(100_000, 10**6)[-1] == 64
+    monkeypatch.setattr(batches.jax, "default_backend", lambda: "cpu")
+    assert batches.batch_sizes(100_000, 10**6)[-1] == 64
 
 
 def test_what_is_asked_for_ten_thousand_times_is_compiled_for():
@@ -75,7 +82,7 @@ def test_no_choice_is_dearer_than_all_sizes(counts, time):
     def cost(sizes):
         used = [size for n in counts for size in batches.lanes(n, sizes)]
         assert all(sum(batches.lanes(n, sizes)) >= n for n in counts)
-        return batches.COMPILING * len(set(used)) + time * sum(s + batches.CALL for s in used)
+        return batches.COMPILING * len(set(used)) + time * sum(s + batches.CPU.call for s in used)
 
     assert cost(sizes_for(counts, time, runs)) <= cost(batches.batch_sizes(runs)) * (1 + 1e-12)
 

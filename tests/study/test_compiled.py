@@ -55,9 +55,11 @@ def program(folder, text):
 def operations_of(folder, text):
     """Floating-point operations that XLA counts in one pass through the program's loops.
 
-    Counted before fusion, which may compute a value twice to save a trip to memory.
+    Counted before fusion, which may compute a value twice to save a trip to memory; but on a GPU, where
+    nothing is counted before.
     """
-    analysis = program(folder, text).cost_analysis()
+    lowered = program(folder, text)
+    analysis = lowered.cost_analysis() or lowered.compile().cost_analysis()
     return analysis["flops"] + analysis.get("transcendentals", 0.0)
 
 

@@ -36,7 +36,7 @@ try:
     main()
 except SystemExit as left:
     assert not left.code
-print(seen["compile_requests_use_cache"], seen["cache_hits"])
+print(seen["cache_misses"], seen["cache_hits"])
 """
 
 
@@ -50,6 +50,8 @@ def test_a_second_run_of_a_scene_compiles_nothing(tmp_path):
             check=True,
         )  # fmt: skip
         counts.append([int(word) for word in ran.stdout.split()[-2:]])
-    (first, _), (second, hits) = counts
-    assert first == second > 0
-    assert hits == second
+    # what a compiler refuses, since it does not know an option, is neither
+    (made, _), (again, hits) = counts
+    assert made > 0
+    assert again == 0
+    assert hits >= made

@@ -5,7 +5,7 @@ import pytest
 from engine_runs import HOOKE, run_text, study_of
 
 from lumpedcable.results import open_result
-from lumpedcable.study import shrinking
+from lumpedcable.study import batches, shrinking
 from lumpedcable.study.run import run_study
 
 BLOCK, ROPE, STIFFNESS, SPEED = 1e3, 1.0, 1e5, 1.0  # kg, kg, EA / l in N/m, m/s
@@ -124,7 +124,7 @@ def test_lanes_that_are_given_up_keep_theirs(tmp_path, monkeypatch):
     text = f"{text}[solver]\nstep = '1 ms'\n[sweep]\n{swept}\n"
     monkeypatch.setattr(shrinking, "COMPILING", 0.0)
     monkeypatch.setattr(shrinking, "FEWEST", 1)
-    monkeypatch.setattr("lumpedcable.study.run.FIRST_OUTPUTS", 1)
+    monkeypatch.setattr(batches, "CPU", batches.CPU._replace(first=1))
     peak, segments, _ = peaks_of(tmp_path, "a", text, "output.every=40 ms", "output.duration=0.4 s")
     masses = np.array([100, 150, 200, 300, 400, 900])
     exact = SPEED * np.sqrt(STIFFNESS * (masses + 0.5 * ROPE))

@@ -70,7 +70,7 @@ def test_fields_of_a_batch_are_some_of_those_that_there_are(whole, tmp_path):
 def test_so_are_those_of_a_single_run_however_its_outputs_are_called_for(
     tmp_path, monkeypatch, after
 ):
-    monkeypatch.setattr("lumpedcable.study.run.FIRST_OUTPUTS", 1)
+    monkeypatch.setattr(batches, "CPU", batches.CPU._replace(first=1))
     monkeypatch.setattr(batches, "OUTPUTS", (2, 3))
     found = run_text(tmp_path, ALONE, f"output.fields_every={after} ms")
     monkeypatch.undo()
@@ -111,7 +111,7 @@ def test_a_run_that_has_stopped_keeps_its_last_fields(tmp_path, monkeypatch, kee
     if not keep_lanes:
         monkeypatch.setattr(shrinking, "COMPILING", 0.0)
         monkeypatch.setattr(shrinking, "FEWEST", 1)
-        monkeypatch.setattr("lumpedcable.study.run.FIRST_OUTPUTS", 1)
+        monkeypatch.setattr(batches, "CPU", batches.CPU._replace(first=1))
     found = run_text(tmp_path, text, "output.fields_every=120 ms")
     assert keep_lanes or sizes[-1] < sizes[0]
     stops = np.array([outcome.stop_time for outcome in whole.outcomes])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from engine_runs import run_text, sliding_block
 
-from lumpedcable.study import shrinking
+from lumpedcable.study import batches, shrinking
 
 SLIDING = sliding_block(
     speed=1, step="2 ms", duration="1.2 s", every="40 ms",
@@ -24,7 +24,7 @@ def both(tmp_path_factory):
     whole = run_text(tmp_path_factory.mktemp("whole"), SLIDING)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(shrinking, "COMPILING", 0.0)
-        patch.setattr("lumpedcable.study.run.FIRST_OUTPUTS", 1)
+        patch.setattr(batches, "CPU", batches.CPU._replace(first=1))
         plain = shrinking.Batch.shrink
         patch.setattr(
             shrinking.Batch, "shrink", lambda b, s: (plain(b, s), sizes.append(b.size))[0]
