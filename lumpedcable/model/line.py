@@ -1,8 +1,10 @@
 """One line: its segments, its nodes and every force along it."""
 
-from typing import NamedTuple
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
@@ -21,6 +23,8 @@ __all__ = [
     "Line",
     "LineForces",
     "Workspace",
+    "alike",
+    "done_alike",
     "last_segments",
     "node_lengths",
     "node_tangent",
@@ -296,3 +300,24 @@ def placed(line: Line, position: Float[Array, "d nodes"]) -> Line:
         line,
         (position, step, strain),
     )
+
+
+def alike(lines: Mapping[str, Line]) -> list[list[str]]:
+    """The names of lines, those together that have the same structure and shapes."""
+    kinds: dict[Hashable, list[str]] = {}
+    for name, line in lines.items():
+        leaves, form = jax.tree.flatten(line)
+        kind = form, tuple((x.shape, str(x.dtype)) for x in leaves)
+        kinds.setdefault(kind, []).append(name)
+    return list(kinds.values())
+
+
+def done_alike(function: Callable[..., Any], lines: Sequence[Line], *given: Any) -> Any:
+    """`function(line, *row)` of lines that are alike, once for all: results have an axis of lines first.
+
+    `given` are arrays with such an axis, of which each line has its row. What is done to four lines one
+    after the other takes four times as long to compile.
+    """
+    if len(lines) == 1:
+        return jax.tree.map(lambda x: x[None], function(lines[0], *(x[0] for x in given)))
+    return jax.vmap(function)(jax.tree.map(lambda *x: jnp.stack(x), *lines), *given)

@@ -73,14 +73,14 @@ class _Unknowns(NamedTuple):
         found.add_passing(model, None, None)
         if self.net is not None:
             own = eqx.tree_at(lambda m: m.lines, model, live)
-            force = static_residual(own, {n: moved[n] for n in live}, self.net)
+            places = x[: self.net.size * self.d].reshape(-1, self.d)
+            force = static_residual(own, places, self.net)
             extra = {n: jnp.zeros_like(line.reference) for n, line in live.items()}
             for coupled, pull in zip(model.couplings, found.pulls, strict=True):
                 if coupled.line is not None and pull.line is not None:
                     extra[coupled.line] = extra[coupled.line] + pull.line
             force = force + self.net.gather(extra)
             held = jnp.asarray(self.net.fixed)[:, None]
-            places = x[: self.net.size * self.d].reshape(-1, self.d)
             parts.append(jnp.where(held, -places, force).ravel())
         for name in self.names:
             body = model.bodies[name]

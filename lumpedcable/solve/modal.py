@@ -111,8 +111,7 @@ def linearised(model: Model) -> Linear:
     blocks = (net.size // net.width, net.width * d)
 
     def force(x):
-        lines = net.spread(x.reshape(net.size, d))
-        return static_residual(model, lines, net).reshape(blocks)
+        return static_residual(model, x.reshape(net.size, d), net).reshape(blocks)
 
     lower, diagonal, upper = block_jacobian(force, jnp.zeros(blocks))
     points = jnp.zeros(net.size)

@@ -9,6 +9,7 @@ moments by S times the arm of the farthest point; k is then S / L.
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from lumpedcable.model.attached import attached_ends
@@ -16,6 +17,7 @@ from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
+from lumpedcable.model.net import make_net
 from lumpedcable.scene import Scene
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.start import Places, start_of
@@ -156,8 +158,12 @@ def _force(model: Model, name: str) -> Float[Array, " m"]:
     """Generalised force on a body at rest (N, N m), its lines at equilibrium with it where it is."""
     body = _body(model, name)
     q, v = body.reference, jnp.zeros_like(body.reference)
-    still = {line: jnp.zeros_like(own.reference) for line, own in model.lines.items()}
-    pulls, force = forces_at_rest(model, still), body.force(q, v)
-    for line, node, end in attached_ends(model, name):
-        force = force + body.rate(q, v, end.point)[0].T @ pulls[line][:, node]
-    return force
+    net, force = make_net(model, ordered=False), body.force(q, v)
+    pulls = forces_at_rest(model, jnp.zeros((net.size, body.translation.size)), net)
+    ends = list(attached_ends(model, name))
+    if not ends:
+        return force
+    pulls = pulls[np.array([net.index[line][node] for line, node, _ in ends])]
+    points = jnp.stack([end.point for *_, end in ends])
+    places = jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
+    return force + jnp.einsum("kdm,kd->m", places, pulls)

@@ -10,7 +10,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import winch_of
 from lumpedcable.model.ends import Driven, Joined, Junction, Loaded
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.line import Line, placed
+from lumpedcable.model.line import Line, alike, done_alike, placed
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.bisection import bisected
@@ -61,7 +61,7 @@ def start_of(
     given = _given_places(scene, layout, model, coordinates)
     joints = [given.get(k, place) for k, place in enumerate(joints)]
     joints = _laid_on_bed(scene, layout, model, joints, set(given))
-    lines = dict(model.lines)
+    lines, wholes, paths, spans = dict(model.lines), {}, {}, {}
     for name in scene.lines:
         pieces = layout.of_line(name)
         if not pieces or winch_of(model, name) is not None:
@@ -69,12 +69,21 @@ def start_of(
         lengths = [
             jnp.broadcast_to(segment_lengths(scene, piece), (piece.segments,)) for piece in pieces
         ]
-        whole = make_line(
+        wholes[name] = make_line(
             scene, name, jnp.concatenate(lengths), sum(p.segments for p in pieces), coordinates
         )
         outer = ((pieces[0].name, 0), (pieces[-1].name, -1))
-        path = _lay_out(whole, model, outer, joints)
-        for piece in pieces:
+        start, end = (_place(model, side, joints) for side in outer)
+        if start is not None and end is not None:
+            spans[name] = start, end
+        else:
+            paths[name] = _lay_out(wholes[name], model, outer, start, end)
+    for names in alike({name: wholes[name] for name in spans}):
+        ends = (jnp.stack(side) for side in zip(*(spans[name] for name in names), strict=True))
+        found = done_alike(_laid_between, [wholes[name] for name in names], *ends)
+        paths |= zip(names, found, strict=True)
+    for name, path in paths.items():
+        for piece in layout.of_line(name):
             nodes = path[:, piece.first : piece.first + piece.segments + 1]
             lines[piece.name] = placed(lines[piece.name], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
@@ -187,14 +196,20 @@ def _pull(model: Model, end: tuple[str, int]) -> Float[Array, " d"]:
     return jnp.zeros(model.lines[end[0]].dimensions)
 
 
-def _lay_out(line: Line, model: Model, outer, joints) -> Float[Array, "d nodes"]:
-    start, end = (_place(model, side, joints) for side in outer)
+def _laid_between(
+    line: Line, start: Float[Array, " d"], end: Float[Array, " d"]
+) -> Float[Array, "d nodes"]:
+    """First shape (m) of a line between two places (m)."""
     bed, slope = seabed_of(line), slope_under(line)
-    if start is not None and end is not None:
-        path = spanning_line(line, start, end)
-        if slope is not None:
-            return lifted(slope, path)
-        return path if bed is None else resting_line(line, bed, start, end, path)
+    path = spanning_line(line, start, end)
+    if slope is not None:
+        return lifted(slope, path)
+    return path if bed is None else resting_line(line, bed, start, end, path)
+
+
+def _lay_out(line: Line, model: Model, outer, start, end) -> Float[Array, "d nodes"]:
+    """First shape (m) of a line of whose ends one place at most is known (m)."""
+    bed, slope = seabed_of(line), slope_under(line)
     from_start = start is not None or end is None
     anchor = next(
         (place for place in (start, end) if place is not None), jnp.zeros(line.dimensions)

@@ -6,20 +6,22 @@ follows, with the Jacobian by blocks. The residual judges the result in either c
 """
 
 from functools import partial
+from operator import itemgetter
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model import inertia
 from lumpedcable.model.ends import Attached, Driven, End, Loaded
-from lumpedcable.model.line import Line, placed
+from lumpedcable.model.line import Line, LineForces, alike, done_alike, placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import Net, junction_forces, make_net
 from lumpedcable.model.rods import line_drag
-from lumpedcable.model.splices import splices
+from lumpedcable.model.splices import spliced, splices
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.tension import Rigid
 from lumpedcable.physics.weight import Weight
@@ -52,31 +54,49 @@ class Equilibrium(NamedTuple):
     iterations: Int[Array, ""]
 
 
-def static_residual(model: Model, displacement: Vectors, net: Net) -> Float[Array, "places d"]:
-    """Net force (N) on every node of the net at rest, all breaks still ahead; 0 where held."""
-    total = net.gather(forces_at_rest(model, displacement))
-    extra = junction_forces(model, net)
-    total = total if extra is None else total + extra
-    return jnp.where(net.fixed[:, None], 0.0, total)
+def static_residual(
+    model: Model, moved: Float[Array, "places d"], net: Net
+) -> Float[Array, "places d"]:
+    """Net force (N) on every node of the net at rest, all breaks still ahead; 0 where held.
+
+    `moved` is how far each node is from its reference (m).
+    """
+    return jnp.where(net.fixed[:, None], 0.0, forces_at_rest(model, moved, net))
 
 
-def forces_at_rest(model: Model, displacement: Vectors) -> Vectors:
-    """Net force (N) on every node of each line at rest, without what holds its ends."""
-    whole, shapes = {}, {}
+def forces_at_rest(
+    model: Model, moved: Float[Array, "places d"], net: Net
+) -> Float[Array, "places d"]:
+    """Net force (N) on every node of the net at rest, without what holds it; `moved` in m.
+
+    Lines that are alike are gone through as one.
+    """
+    total, shapes = jnp.zeros_like(moved), {}
+    for names in alike(model.lines):
+        index = np.stack([net.index[name] for name in names])
+        lines = [model.lines[name] for name in names]
+        forces = done_alike(partial(_at_rest, model), lines, jnp.swapaxes(moved[index], 1, 2))
+        total = total.at[index].add(jnp.swapaxes(forces.force, 1, 2))
+        for k, name in enumerate(names):
+            shapes[name] = partial(jax.tree.map, itemgetter(k), forces.shape)
     t = jnp.full((), -jnp.inf)
-    for name, line in model.lines.items():
-        forces = line.forces(displacement[name], None)
-        force = forces.force
-        if line.drag is not None and line.current is not None:
-            force = force + _drag_at_rest(model, line, forces.shape)
-        for node in line.ends:
-            end = model.end(name, node)
-            if isinstance(end, Loaded) and end.force is not None:
-                force = force.at[:, node].add(end.external(t))
-        whole[name], shapes[name] = force, forces.shape
-    for splice in splices(model, t, shapes):
-        whole |= {name: whole[name] + force for name, force in splice.forces.items()}
-    return whole
+    for name, node, end in model.outer_ends():
+        if isinstance(end, Loaded) and end.force is not None:
+            total = total.at[int(net.index[name][node])].add(end.external(t))
+    cut = {name: shapes[name]() for pair in spliced(model) for name in pair[:2]}
+    for splice in splices(model, t, cut):
+        for name, force in splice.forces.items():
+            total = total.at[net.index[name]].add(force.T)
+    extra = junction_forces(model, net)
+    return total if extra is None else total + extra
+
+
+def _at_rest(model: Model, line: Line, displacement: Float[Array, "d nodes"]) -> LineForces:
+    """The forces along a line at rest, drag of a current in them."""
+    forces = line.forces(displacement, None)
+    if line.drag is None or line.current is None:
+        return forces
+    return forces._replace(force=forces.force + _drag_at_rest(model, line, forces.shape))
 
 
 def _drag_at_rest(model: Model, line: Line, shape: Shape) -> Float[Array, "d nodes"]:
@@ -101,8 +121,9 @@ def equilibrium(model: Model, tolerance: Float[Array, ""], max_iterations: int) 
     goal = tolerance * force_scale(model) + rounding_force(model)
     if not laid_out_exactly(model):
         return _newton(model, make_net(model), goal, max_iterations)
-    start = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
-    left = jnp.max(jnp.abs(static_residual(model, start, make_net(model, ordered=False))))
+    net = make_net(model, ordered=False)
+    still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
+    left = jnp.max(jnp.abs(static_residual(model, still, net)))
     return Equilibrium(model, left / force_scale(model), left <= goal, jnp.zeros((), int))
 
 
@@ -168,7 +189,7 @@ class _Balance:
 
         def forces(mine: Model, x):
             everything = x.reshape(self.nodes)
-            force = static_residual(mine, net.spread(everything), net)
+            force = static_residual(mine, everything, net)
             return jnp.where(self.held, -everything, force).reshape(self.blocks)
 
         # asked for again and again with arrays of one shape: jax then follows it through the model once

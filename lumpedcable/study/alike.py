@@ -26,20 +26,11 @@ from jax.tree_util import DictKey
 
 from lumpedcable.study.differing import ALONG, ELEMENTWISE, INLINE, MOVING, alone, inner
 
-__all__ = ["alike", "together"]
+__all__ = ["together"]
 
 Rows = tuple[int, ...]  # lines, by number
 Label = tuple[Hashable, int]  # what a value is of a line, and of which line
 PLAIN = ELEMENTWISE | ALONG | MOVING  # operations without functions in them
-
-
-def alike(lines: dict[str, Any]) -> list[list[str]]:
-    """The names of lines that have the same structure and shapes, where there are several such."""
-    kinds: dict[Hashable, list[str]] = defaultdict(list)
-    for name, line in lines.items():
-        leaves, form = jax.tree.flatten(line)
-        kinds[form, tuple((x.shape, str(x.dtype)) for x in leaves)].append(name)
-    return [names for names in kinds.values() if len(names) > 1]
 
 
 def together(function: Callable[..., Any], groups: Iterable[Sequence[str]], *arguments: Any) -> Any:
@@ -51,7 +42,7 @@ def together(function: Callable[..., Any], groups: Iterable[Sequence[str]], *arg
 
     Args:
         function: of trees of arrays.
-        groups: names of lines that are alike, as `alike` finds them.
+        groups: names of lines that are alike, as `model.line.alike` finds them.
         arguments: what the function is given.
     """
     flat, _ = jax.tree.flatten_with_path(arguments)
@@ -68,7 +59,7 @@ def together(function: Callable[..., Any], groups: Iterable[Sequence[str]], *arg
 def _labels(flat: list[Any], groups: Iterable[Sequence[str]]) -> dict[int, Label]:
     """By number of an array, what it is and of which line, for lines with others like them."""
     number, group_of = {}, {}
-    for g, names in enumerate(groups):
+    for g, names in enumerate(names for names in groups if len(names) > 1):
         for name in names:
             number[name], group_of[name] = len(number), g
     found = {}

@@ -22,6 +22,7 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
+from lumpedcable.model.line import alike
 from lumpedcable.model.model import Model
 from lumpedcable.model.seams import cut_at
 from lumpedcable.scene import Scene
@@ -30,7 +31,7 @@ from lumpedcable.solve.integrate import Numbers, Plan, advance, begin, cast
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.targets import rest_of
-from lumpedcable.study.alike import alike, together
+from lumpedcable.study.alike import together
 from lumpedcable.study.devices import platform, shared_out
 from lumpedcable.study.lanes import across
 from lumpedcable.study.packed import Packed, pack

@@ -7,7 +7,8 @@ import pytest
 from engine_runs import fixed, line_text, run_text
 from jax import lax
 
-from lumpedcable.study.alike import alike, together
+from lumpedcable.model.line import alike
+from lumpedcable.study.alike import together
 from lumpedcable.study.compiled import configure
 
 configure()
