@@ -26,6 +26,7 @@ from lumpedcable.commands.console import (
     share_cores,
     spoken,
     study_of,
+    suit_device,
 )
 from lumpedcable.commands.console import told as _told
 from lumpedcable.commands.interrupts import interruptible, stopped
@@ -76,6 +77,7 @@ def run(
 
     with _told():
         study = load_study(scene, set_ or [])
+    suit_device(study.scene.nodes * len(study.runs))
     clock.mark("read")
     target = output or Path(f"{scene.stem}.h5")
     _check_target(target, scene)

@@ -16,8 +16,10 @@ import synthetic_result
 from command_line import ROOT, SMALL, files, process, python, say
 
 from lumpedcable.commands import console, interrupts
+from lumpedcable.commands.console import suit_device
 from lumpedcable.commands.interrupts import interruptible, stopped
 from lumpedcable.results import describe
+from lumpedcable.scene import load_study
 
 
 def press(*_, **__):
@@ -189,6 +191,25 @@ def test_a_platform_that_is_not_there_is_told(tmp_path, monkeypatch, asked):
     assert (ended.returncode, out) == (2, "")
     assert err == f"JAX_PLATFORMS: expected cpu, which jax finds here, found '{asked}'\n"
     assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("nodes", "runs", "set_", "then"),
+    [
+        (100, 8, None, "cpu"), (100, 1000, None, None), (10_000, 1, None, None),
+        (100, 8, "cuda", "cuda"), (100, 1000, "cuda", "cuda"),
+    ],
+)  # fmt: skip
+def test_few_nodes_leave_a_gpu_alone(tmp_path, monkeypatch, nodes, runs, set_, then):
+    pulls = [f"{45 + 0.1 * k:g} kN" for k in range(runs)]
+    study = load_study(
+        good_scenes.write(tmp_path, SMALL),
+        [f"lines.rope.segments={nodes}", f"lines.rope.end.held.pretension={pulls}"],
+    )
+    environ = {} if set_ is None else {"JAX_PLATFORMS": set_}
+    monkeypatch.setattr(console.os, "environ", environ)
+    suit_device(study.scene.nodes * len(study.runs))
+    assert environ.get("JAX_PLATFORMS") == then
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])

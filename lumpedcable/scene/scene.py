@@ -91,6 +91,12 @@ class Scene(Part):
         return self.point_of(end) is not None or self.body_point(end) is not None
 
     @property
+    def nodes(self) -> int:
+        """Number of nodes of all lines, each line's counted by itself."""
+        lines = self.lines.values()
+        return sum(1 + (x.segments or len(x.segment_lengths or ())) for x in lines)
+
+    @property
     def settling(self) -> list[str]:
         """The rigid bodies that statics brings to rest."""
         return [n for n, body in self.bodies.items() if isinstance(body, Body) and body.settle]
