@@ -54,25 +54,16 @@ def rows(dtype: str, counts: tuple[int, ...]) -> list[dict[str, Any]]:
     import jax
     import numpy as np
 
-    from benchmarks.engine import SCENE
     from benchmarks.native.line import FLAGS, compiler, go, parameters
-    from lumpedcable.model.numbers import number
-    from lumpedcable.scene import load_study
-    from lumpedcable.solve.integrate import Numbers
+    from benchmarks.rested import rested
     from lumpedcable.study.batches import batch_sizes
     from lumpedcable.study.compiled import advance_batch, begin_batch
-    from lumpedcable.study.laying import lay_out
-    from lumpedcable.study.plan import plan_of, rounded_steps
-    from lumpedcable.study.starts import rows_of, starts
+    from lumpedcable.study.plan import plan_of
+    from lumpedcable.study.starts import rows_of
 
-    sweep = f"pretension={{from='45 kN', to='450 kN', count={PREPARED}}}"
-    changes = (sweep, f"segments={SEGMENTS}", f"every={EVERY} s", 'output.keep="summaries"')
-    laid = lay_out(load_study(SCENE, (*changes, f'solver.dtype="{dtype}"')))
-    structure, size = laid.structures[0], batch_sizes(PREPARED)[-1]
-    ready = starts(laid, structure, np.arange(PREPARED))
-    steps = int(rounded_steps(laid.scene, np.asarray(ready.bound)).max())
-    plan = plan_of(laid.scene, structure.layout, size)
-    numbers = Numbers(number(EVERY), jax.numpy.asarray(steps), number(1.0), number(1.0))
+    laid, ready, steps, numbers = rested(PREPARED, SEGMENTS, EVERY, dtype)
+    size = batch_sizes(PREPARED)[-1]
+    plan = plan_of(laid.scene, laid.structures[0].layout, size)
     models = [rows_of(ready, np.arange(k, k + size)).packed for k in range(0, PREPARED, size)]
 
     def through(runs: int) -> float:

@@ -7,10 +7,7 @@ write, and what they reckon. What the memory allows is measured beside it, with 
 from __future__ import annotations
 
 import dataclasses
-import statistics
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +16,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks import jobs, on_paper, precision
+from benchmarks.cost import median_of
 from benchmarks.engine import SCENE
 from benchmarks.machine import UnableError
-from benchmarks.studies import SWEEP
-from lumpedcable.model.numbers import number
-from lumpedcable.scene import load_study
-from lumpedcable.solve.integrate import Numbers
+from benchmarks.rested import rested
+from benchmarks.studies import SWEEP, failed
 from lumpedcable.study import lanes
 from lumpedcable.study.compiled import advance_batch, begin_batch
 from lumpedcable.study.devices import platform
-from lumpedcable.study.laying import lay_out
 from lumpedcable.study.packed import Packed
-from lumpedcable.study.plan import plan_of, rounded_steps
-from lumpedcable.study.starts import rows_of, starts
+from lumpedcable.study.plan import plan_of
+from lumpedcable.study.starts import rows_of
 
 SEGMENTS, DURATION, EVERY = 100, 0.2, 5e-3  # s
 LANES = (1, 1024, 8192, 65536)
@@ -60,46 +55,31 @@ def bandwidth(elements: int) -> float:
     x = jnp.arange(elements, dtype=jnp.float32)
     add = jax.jit(lambda x: x + 1.0)
     jax.block_until_ready(add(x))
-    return 2.0 * x.nbytes / _median(lambda: jax.block_until_ready(add(x)), 9)
-
-
-def _median(work: Callable[[], Any], repeats: int) -> float:
-    times = []
-    for _ in range(repeats):
-        begun = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - begun)
-    return statistics.median(times)
+    return 2.0 * x.nbytes / median_of(lambda: add(x), 9)
 
 
 def batches(dtype: str, sizes: tuple[int, ...]) -> list[dict[str, Any]]:
     """Seconds that batches take from their start to their end, beside what a step of them is made of."""
-    sweep = SWEEP.format(REST)
-    changes = (sweep, f"segments={SEGMENTS}", f"every={EVERY} s", 'output.keep="summaries"')
-    laid = lay_out(load_study(SCENE, (*changes, f'solver.dtype="{dtype}"')))
-    structure = laid.structures[0]
-    ready = starts(laid, structure, np.arange(REST))
-    every = int(rounded_steps(laid.scene, np.asarray(ready.bound)).max())
-    numbers = Numbers(number(EVERY), jnp.asarray(every), number(1.0), number(1.0))
+    laid, ready, steps, numbers = rested(REST, SEGMENTS, EVERY, dtype)
+    layout = laid.structures[0].layout
     body, shapes = on_paper.traced(SEGMENTS, dtype)
     found = []
     for size in sizes:
-        plan = dataclasses.replace(plan_of(laid.scene, structure.layout, size), outputs=laid.count)
+        plan = dataclasses.replace(plan_of(laid.scene, layout, size), outputs=laid.count)
         packed = rows_of(ready, np.arange(size) % REST).packed
         models = Packed(jax.device_put(packed.numbers), packed.form)
 
-        def through(models: Packed = models, plan: Any = plan) -> None:
+        def through(models: Packed = models, plan: Any = plan) -> Any:
             state, _ = begin_batch(models, plan, numbers)
-            done = advance_batch(
+            return advance_batch(
                 models, plan, numbers, state, np.asarray(0), np.asarray(laid.count)
             )
-            jax.block_until_ready(done)
 
-        through()
+        jax.block_until_ready(through())
         count = counted(body, shapes, size)
-        seconds = _median(through, REPEATS)
+        seconds = median_of(through, REPEATS)
         found.append({
-            "dtype": dtype, "lanes": size, "seconds": seconds, "steps": every * laid.count,
+            "dtype": dtype, "lanes": size, "seconds": seconds, "steps": steps * laid.count,
             "nodes": SEGMENTS + 1, **count._asdict(),
         })  # fmt: skip
     return found
@@ -117,7 +97,7 @@ def counted(body: Any, shapes: Any, size: int) -> on_paper.Count:
 
 
 def study(runs: int, dtype: str) -> dict[str, Any]:
-    """A study from the command line, with an empty cache and once more, and how much of it is steps."""
+    """A study from the command line, with an empty cache and once more."""
     changes = (SWEEP.format(runs), 'output.keep="summaries"', f'solver.dtype="{dtype}"')
     command = ("study", str(SCENE), *(word for x in changes for word in ("--set", x)))
     with tempfile.TemporaryDirectory() as at:
@@ -128,14 +108,6 @@ def study(runs: int, dtype: str) -> dict[str, Any]:
         "runs": runs, "dtype": dtype, "first": first["seconds"], "again": again["seconds"],
         "peak": again["peak"], "failed": bad,
     }  # fmt: skip
-
-
-def failed(target: Path) -> int:
-    """How many runs of a study did not end well."""
-    import h5py
-
-    with h5py.File(target / "study.h5") as file:
-        return int((file["status"][:] != 0).sum())
 
 
 def table(data: dict[str, Any]) -> str:

@@ -56,13 +56,21 @@ def one(runs: int, dtype: str, tell: Tell) -> dict[str, Any]:
         seconds = time.perf_counter() - begin
         with h5py.File(target / "study.h5") as file:
             steps = DURATION / file["summary/solver_step"][:]
-            bad = int((file["status"][:] != 0).sum())
+        bad = failed(target)
         ended = sorted(path.stat().st_mtime for path in (target / "shards").glob("*.h5"))
     peak = next(int(x.split()[1]) for x in done.stdout.splitlines() if x.startswith("peak"))
     return {
         "runs": runs, "dtype": dtype, "seconds": seconds, "peak": 1024 * peak, "failed": bad,
         "node_steps": float(steps.sum()) * (SEGMENTS + 1), "under_way": _under_way(ended),
     }  # fmt: skip
+
+
+def failed(target: Path) -> int:
+    """How many runs of a study did not end well."""
+    import h5py
+
+    with h5py.File(target / "study.h5") as file:
+        return int((file["status"][:] != 0).sum())
 
 
 def _under_way(ended: list[float]) -> float:

@@ -210,6 +210,18 @@ def nodes_in_space(found, coordinates, name: str = "rope") -> np.ndarray:
     return coordinates.expand(reference, 0, place=True)
 
 
+def length_of(function, *arguments) -> int:
+    """How many operations a function has when it is traced, those in its loops with them."""
+
+    def count(jaxpr):
+        inside = [
+            count(p.jaxpr) for e in jaxpr.eqns for p in e.params.values() if hasattr(p, "jaxpr")
+        ]
+        return len(jaxpr.eqns) + sum(inside)
+
+    return count(jax.make_jaxpr(function)(*arguments).jaxpr)
+
+
 def order_of(errors, factors) -> np.ndarray:
     """Observed orders between successive errors of meshes or steps finer by `factors`."""
     errors = np.asarray(errors, float)

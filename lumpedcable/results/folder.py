@@ -33,10 +33,6 @@ __all__ = ["Manifest", "StudyFolder", "is_study_folder"]
 MANIFEST, SCENE, VIEW, SHARDS = "study.json", "study.toml", "study.h5", "shards"
 
 
-DEFAULT_SHARD = 1024
-"""Runs in a shard: seconds of work, so that little is lost and little is written too often."""
-
-
 @dataclass(frozen=True)
 class Manifest:
     """What a study folder says of itself."""
@@ -177,7 +173,7 @@ class StudyFolder:
     @classmethod
     def make(
         cls, path: Path, text: str, runs: int, shard: int | None, version: str,
-        usual: int = DEFAULT_SHARD,
+        usual: int | None = None,
     ) -> StudyFolder:  # fmt: skip
         """Open the folder of a study, or make it.
 
@@ -187,7 +183,7 @@ class StudyFolder:
             runs: number of runs.
             shard: runs in a shard; None for what the folder has, or what is usual.
             version: of lumpedcable.
-            usual: runs in a shard of a folder that is new.
+            usual: runs in a shard of a folder that is new; None: all.
 
         Raises:
             OutputError: it cannot be made, or it holds something else.
@@ -204,7 +200,7 @@ class StudyFolder:
                     )
                 (followed(path) / SHARDS).mkdir(parents=True, exist_ok=True)
             if not manifest.exists():
-                made = Manifest.new(runs, shard or usual, digest, version)
+                made = Manifest.new(runs, shard or usual or runs, digest, version)
                 _place(path / SCENE, text)
                 # last, since it is what makes the folder a study
                 _place(manifest, json.dumps(asdict(made), indent=2) + "\n")

@@ -24,8 +24,8 @@ def event_problems(
     """Yield what is wrong with breaks; None stands for the unreadable."""
     if not lines:
         return  # told already
-    broken: list[tuple[str, str | float | None]] = []
-    named: list[str] = []
+    # pairs and no table: a place may be a number of many runs, which has no hash
+    broken: list[tuple[tuple[str, str | float | None], str]] = []
     for name, event in events.items():
         if event is None or next(event.problems(), None) is not None:
             continue
@@ -37,12 +37,11 @@ def event_problems(
             yield Problem(path, message)
             continue
         where = (target, side if side is not None else place)
-        if where in broken:
-            first = named[broken.index(where)]
+        first = next((other for known, other in broken if known == where), None)
+        if first is not None:
             yield Problem(path, f'expected one event per place, found the place of "{first}" again')
             continue
-        broken.append(where)
-        named.append(name)
+        broken.append((where, name))
         line = lines[target]
         if line is None or line.model == "ideal":
             continue  # told already
@@ -54,7 +53,7 @@ def event_problems(
             )
         if side is not None:
             yield from _end(("events", name), event, getattr(line, side), lines)
-    cuts = Counter(line for line, place in broken if not isinstance(place, str))
+    cuts = Counter(line for (line, place), _ in broken if not isinstance(place, str))
     for whole, count in cuts.items():
         for name in (f"{whole}-{k + 1}" for k in range(count + 1)):
             if name in lines:

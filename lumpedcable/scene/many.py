@@ -35,8 +35,7 @@ def _swapped(function: Callable[[Any, Any], Any]) -> Any:
 
 
 def _divided(above: Any, below: Any) -> Any:
-    _agreed(np.equal(below, 0.0))
-    if np.all(np.equal(below, 0.0)):
+    if _agreed(np.equal(below, 0.0)):
         raise ZeroDivisionError("division by zero")
     return above / below
 

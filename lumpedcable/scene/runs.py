@@ -211,7 +211,7 @@ class Runs(Sequence[Scene]):
                 wrong = {int(run): self.problem(int(run)) for run in some}
                 found |= {run: words for run, words in wrong.items() if words is not None}
             groups += parts or []
-        return dict(sorted(found.items()))
+        return found
 
     def _ways(self, runs: NDArray[np.int64]) -> list[NDArray[np.int64]] | None:
         """Return the runs, parted, if they take different ways through the checks, [] if all are right.

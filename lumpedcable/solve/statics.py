@@ -71,6 +71,7 @@ def forces_at_rest(
 
     Lines that are alike are gone through as one.
     """
+    parted = {name for before, after, *_ in spliced(model) for name in (before, after)}
     total, shapes = jnp.zeros_like(moved), {}
     for names in alike(model.lines):
         index = np.stack([net.index[name] for name in names])
@@ -78,13 +79,13 @@ def forces_at_rest(
         forces = done_alike(partial(_at_rest, model), lines, jnp.swapaxes(moved[index], 1, 2))
         total = total.at[index].add(jnp.swapaxes(forces.force, 1, 2))
         for k, name in enumerate(names):
-            shapes[name] = partial(jax.tree.map, itemgetter(k), forces.shape)
+            if name in parted:
+                shapes[name] = jax.tree.map(itemgetter(k), forces.shape)
     t = jnp.full((), -jnp.inf)
     for name, node, end in model.outer_ends():
         if isinstance(end, Loaded) and end.force is not None:
             total = total.at[int(net.index[name][node])].add(end.external(t))
-    cut = {name: shapes[name]() for pair in spliced(model) for name in pair[:2]}
-    for splice in splices(model, t, cut):
+    for splice in splices(model, t, shapes):
         for name, force in splice.forces.items():
             total = total.at[net.index[name]].add(force.T)
     extra = junction_forces(model, net)

@@ -18,6 +18,7 @@ __all__ = [
     "kind",
     "lane_time",
     "lanes",
+    "nodes_of",
     "outputs_at_once",
     "sizes_for",
     "steps_at_once",
@@ -29,7 +30,8 @@ class Kind(NamedTuple):
 
     `lanes` are the most runs that are advanced together on each device; fewer of long lines, so that
     they have `nodes` at most together. `block` are the runs whose start states are held at once, and
-    those of a shard unless it is asked otherwise. `call` lanes take as long as what a batch takes
+    those of a shard unless it is asked otherwise: seconds of work, so that little is lost and little is
+    written too often. `call` lanes take as long as what a batch takes
     besides them, a step of a node `node_step` (s), roughly, with all that belongs to it. Outputs of one
     call have `room` (bytes), and the first is asked for `first` of them.
     """
@@ -125,12 +127,12 @@ def sizes_for(
 
 def lane_time(scene: Scene, layout: Layout, steps: int) -> float:
     """What a run of so many steps in an output interval takes in a batch (s), roughly."""
-    return kind().node_step * _nodes(layout) * steps * max(scene.output.count, 1)
+    return kind().node_step * nodes_of(layout) * steps * max(scene.output.count, 1)
 
 
 def steps_at_once(layout: Layout, runs: int) -> int:
     """The most steps that `runs` runs take in one call, which nothing interrupts."""
-    return max(1, int(CALL_TIME / (kind().node_step * _nodes(layout) * runs)))
+    return max(1, int(CALL_TIME / (kind().node_step * nodes_of(layout) * runs)))
 
 
 def outputs_at_once(layout: Layout, runs: int, fields: tuple[str, ...], after: int) -> int:
@@ -141,10 +143,10 @@ def outputs_at_once(layout: Layout, runs: int, fields: tuple[str, ...], after: i
     """
     per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
     numbers = sum(per_node.get(quantity, 0) for quantity in fields) / after + 1
-    most = kind().room / (8.0 * runs * _nodes(layout) * numbers)
+    most = kind().room / (8.0 * runs * nodes_of(layout) * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))
 
 
-def _nodes(layout: Layout) -> int:
+def nodes_of(layout: Layout) -> int:
     """Nodes of all lines; all that has none counts as one more."""
     return 1 + sum(piece.segments + 1 for piece in layout.pieces)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.cuts import cut_keys, cuts_of, layouts_of
 from lumpedcable.scene import Scene, SceneError, Study
-from lumpedcable.study.batches import batch_sizes, lane_time, sizes_for
+from lumpedcable.study.batches import batch_sizes, lane_time, nodes_of, sizes_for
 from lumpedcable.study.compiled import Structure
 from lumpedcable.study.plan import common_coordinates, structure_of
 
@@ -55,7 +55,7 @@ class Laid:
     @cached_property
     def sizes(self) -> tuple[int, ...]:
         """Sizes of the batches that runs go through time in."""
-        nodes = 1 + sum(segments + 1 for segments in self.segments.values())
+        nodes = max(nodes_of(structure.layout) for structure in self.structures)
         return batch_sizes(len(self.study.runs), nodes)
 
     def sizes_for(

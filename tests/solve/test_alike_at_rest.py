@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import equilibrium_of, fixed, line_text, scene_of
+from engine_runs import equilibrium_of, fixed, length_of, line_text, scene_of
 
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
@@ -56,16 +56,6 @@ def strain_of_b(scene):
     return strain
 
 
-def length_of(jaxpr):
-    """Operations of a traced program."""
-    total = 0
-    for eqn in jaxpr.eqns:
-        inner = [x for v in eqn.params.values() for x in (v if isinstance(v, tuple) else (v,))]
-        below = [x.jaxpr for x in inner if hasattr(x, "jaxpr")]
-        total += sum(map(length_of, below)) if below else 1
-    return total
-
-
 def test_what_is_done_to_all_is_done_to_each(tmp_path):
     model = equilibrium_of(lines(tmp_path, "a", "b", "long", "c"))[0].model
     assert alike(model.lines) == [["a", "b", "c"], ["long"]]
@@ -111,7 +101,7 @@ def test_lines_rest_as_each_does_alone(tmp_path, current):
 
 def test_another_line_is_little_more_of_a_program(tmp_path):
     scenes = [lines(tmp_path, *NAMES[:2], *more) for more in ((), ("c",))]
-    two, three = (length_of(jax.make_jaxpr(strain_of_b(x))(jnp.asarray(1.3)).jaxpr) for x in scenes)
-    alone = length_of(jax.make_jaxpr(strain_of_b(lines(tmp_path, "b")))(jnp.asarray(1.3)).jaxpr)
+    two, three = (length_of(strain_of_b(x), jnp.asarray(1.3)) for x in scenes)
+    alone = length_of(strain_of_b(lines(tmp_path, "b")), jnp.asarray(1.3))
     # it is assembled, and put together with the others
     assert three - two < 0.25 * alone

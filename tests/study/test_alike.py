@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import fixed, line_text, run_text
+from engine_runs import fixed, length_of, line_text, run_text
 from jax import lax
 
 from lumpedcable.model.line import alike
@@ -46,18 +46,6 @@ def joined(lines, dt, turns):
 def assert_same(found, expected, rtol=1e-13):
     for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         np.testing.assert_allclose(a, b, rtol=rtol, atol=rtol)
-
-
-def length_of(function, *arguments):
-    """How many operations a function has, those in its loops with them."""
-
-    def count(jaxpr):
-        inside = [
-            count(p.jaxpr) for e in jaxpr.eqns for p in e.params.values() if hasattr(p, "jaxpr")
-        ]
-        return len(jaxpr.eqns) + sum(inside)
-
-    return count(jax.make_jaxpr(function)(*arguments).jaxpr)
 
 
 class TestTogether:
