@@ -56,7 +56,8 @@ def run(
 ) -> None:
     """Run a scene, with its sweep as one batch, and write an HDF5 file.
 
-    The exit code is 0 where at least one run came to its end, 1 where none did.
+    The exit code is 0 where at least one run came to its end, 1 where none did. What was interrupted, or
+    killed, goes on within some seconds of where it was when the same command is given again.
 
     Parameters
     ----------
@@ -91,9 +92,12 @@ def run(
     except KeyboardInterrupt:
         from lumpedcable.results.schema import partial_of
         from lumpedcable.results.target import followed
+        from lumpedcable.study.bookmark import bookmark_of
 
         partial = partial_of(followed(target))
-        interrupted(f"what was finished is in {partial}" if partial.exists() else "")
+        left = f"what was finished is in {partial}" if partial.exists() else ""
+        noted = left and bookmark_of(target).exists()
+        interrupted(f"{left}; the same command goes on with it" if noted else left)
     if study.scene.output.static:
         from lumpedcable.study.rest_report import rest_table
 

@@ -35,6 +35,7 @@ __all__ = [
     "is_named",
     "let_go",
     "prepare",
+    "reopen",
     "reported",
     "sink",
     "sync_folder",
@@ -66,6 +67,17 @@ def create(path: Path) -> h5py.File:
         close(file)
         raise BlockingIOError(errno.EAGAIN, "deleted by another process", str(path))
     return file
+
+
+def reopen(path: Path) -> h5py.File:
+    """A file that another process has left unfinished, to go on with.
+
+    Raises:
+        BlockingIOError: a process writes it.
+    """
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_sieve_buf_size(0)
+    return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDWR, fapl=access))
 
 
 def is_named(file: h5py.File, path: Path) -> bool:

@@ -58,6 +58,8 @@ class ResultWriter:
         parts: other results files that hold the runs in this order, as (name relative to the
             target's folder, number of runs). The variables along runs are then views of theirs;
             where a file is not there yet, they read as not written.
+        goes_on: whether to go on with the temporary file that an earlier writer, which was given the
+            same, has left.
 
     Raises:
         BusyError: another process writes the file.
@@ -75,6 +77,7 @@ class ResultWriter:
         attributes: Mapping[str, Any] | None = None,
         overwrite: bool = True,
         parts: Sequence[tuple[str, int]] = (),
+        goes_on: bool = False,
     ) -> None:
         # references are looked for beside the file that has them
         self.target: Path = Path(target) if parts else followed(Path(target))
@@ -89,6 +92,9 @@ class ResultWriter:
             for path, variable in self._variables.items()
             if variable.counted and "run" in self._dims and {"run", "time"} <= set(variable.dims)
         }
+        if goes_on:
+            self._go_on()
+            return
         disk.prepare(self.target, self.partial, overwrite)
         with disk.reported(self.partial):
             self._file = disk.create(self.partial)
@@ -223,6 +229,14 @@ class ResultWriter:
             self._lost = error
             disk.sink(self._file)
             raise
+
+    def _go_on(self) -> None:
+        """Open the temporary file that is there, and know what of every run is written."""
+        with disk.reported(self.partial):
+            self._file = disk.reopen(self.partial)
+            for ends in self._counted.values():
+                ends[...] = self._dataset("written")[...]
+        self._flushed = True
 
     def _bytes(self, variable: Variable) -> int:
         """Size of a variable on the disk; text has none of a size known before."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -80,6 +81,24 @@ class Account:
             values = np.asarray(largest, float)[:lived]
             self.peaks |= parts_of(name, ready.model.lines[name], values, nodes=False)
         self.displacement = {k: np.asarray(x)[:lived] for k, x in run.y.displacement.items()}
+
+    def noted(self) -> dict[str, NDArray[Any]]:
+        """What has been added, by name, to go on from in another process."""
+        tables = {"energy": self.energy, "measures": self.measures, "largest": self.largest}
+        found: dict[str, NDArray[Any]] = {"reached": np.asarray(self.reached)}
+        found |= {f"signs/{sign.name}": shown for sign, shown in self.signs.items()}
+        return found | {f"{k}/{name}": v for k, t in tables.items() for name, v in t.items()}
+
+    def restore(self, noted: Mapping[str, NDArray[Any]]) -> None:
+        """Take what another process has noted."""
+        tables = {"energy": self.energy, "measures": self.measures, "largest": self.largest}
+        self.reached = int(noted["reached"])
+        for sign, shown in self.signs.items():
+            shown[...] = noted[f"signs/{sign.name}"]
+        for path, values in noted.items():
+            kind, _, name = path.partition("/")
+            if kind in tables:
+                tables[kind][name] = values
 
     def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:
         """Positions (runs, 3, nodes) of every line at the start (m)."""

@@ -77,6 +77,7 @@ class Contents:
         self.laid, self.runs, self.exact = laid, runs, exact
         self.study, self.scene = laid.study, laid.scene
         self.segments = laid.segments
+        self.created: str = datetime.now(UTC).isoformat(timespec="seconds")
         layouts = [structure.layout for structure in laid.structures]
         self.ends = list(dict.fromkeys(e for layout in layouts for e in recoil_names(layout)))
         self.fields = fields_of(self.scene)
@@ -101,9 +102,13 @@ class Contents:
     # --- declaring --------------------------------------------------------------------------
 
     def open(
-        self, target: Path, parts: Sequence[tuple[str, int]] = (), overwrite: bool = True
+        self,
+        target: Path,
+        parts: Sequence[tuple[str, int]] = (),
+        overwrite: bool = True,
+        goes_on: bool = False,
     ) -> ResultWriter:
-        """A writer for the file, everything declared; `parts` and `overwrite` as of `ResultWriter`.
+        """A writer for the file, everything declared; what else is given as to `ResultWriter`.
 
         Raises OutputError.
         """
@@ -115,6 +120,7 @@ class Contents:
             attributes=self.attributes(),
             parts=parts,
             overwrite=overwrite,
+            goes_on=goes_on,
         )
 
     def dims(self) -> dict[str, int]:
@@ -236,7 +242,7 @@ class Contents:
             "coordinates": self.laid.coordinates.dimensions,
             "lumpedcable_version": __version__,
             "versions": json.dumps(versions()),
-            "created": datetime.now(UTC).isoformat(timespec="seconds"),
+            "created": self.created,
             "events": json.dumps(
                 {
                     name: [e.breaks, e.place, e.start, e.time, e.tension]

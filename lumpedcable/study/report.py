@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from lumpedcable.results.human import scale
+from lumpedcable.results.schema import partial_of
+from lumpedcable.results.target import followed
 from lumpedcable.scene import Axis, Study, format_quantity
 from lumpedcable.status import Status, remark_of
 from lumpedcable.study.compiling import heard
@@ -82,7 +85,11 @@ def run_with_progress(
             progress.update(task, completed=done, total=total, description=words)
             tell(done, total)
 
-        return run_study(study, target, show, timings)
+        def say() -> None:
+            words = f"{title}: goes on with {partial_of(followed(target))}"
+            print(words, file=sys.stderr, flush=True)
+
+        return run_study(study, target, show, timings, say)
 
 
 def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> None:

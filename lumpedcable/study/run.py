@@ -22,6 +22,7 @@ from lumpedcable.scene import Study
 from lumpedcable.solve.integrate import Numbers, Plan
 from lumpedcable.study.account import Account
 from lumpedcable.study.batches import kind
+from lumpedcable.study.bookmark import Bookmark
 from lumpedcable.study.compiled import Ready, Structure
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
@@ -48,6 +49,7 @@ def run_study(
     target: Path,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
     timings: Timings | None = None,
+    on_resume: Callable[[], None] = lambda: None,
 ) -> list[Outcome]:
     """Run every scene of a study and write one results file.
 
@@ -56,6 +58,8 @@ def run_study(
         target: where the HDF5 file goes; it has its name only when it is complete.
         on_progress: called with the number of finished and of all output times of all runs.
         timings: filled with the wall time of each stage.
+        on_resume: called first of all where this goes on with what an interrupted call has left in
+            NAME.partial: of the same scene, by the same program on the same machine.
 
     Returns:
         The outcome of each run, in order: status, summaries, energy closure.
@@ -64,10 +68,11 @@ def run_study(
         SceneError: the scene cannot be laid out (too few segments for its breaks, too few
             dimensions).
         OutputError: the file cannot be written.
-        KeyboardInterrupt: interrupted; what was finished is in the file named .partial.
+        KeyboardInterrupt: interrupted; what was finished is in the file named .partial, and where it
+            took more than some seconds, how far it has come is noted beside it.
     """
     laid, runs = lay_out(study), np.arange(len(study.runs))
-    tables = run_runs(laid, runs, target, on_progress, timings)
+    tables = run_runs(laid, runs, target, on_progress, timings, on_resume=on_resume)
     return [outcome for mine, table in tables for outcome in outcomes_of(table, mine)]
 
 
@@ -79,6 +84,7 @@ def run_runs(
     timings: Timings | None = None,
     exact: bool = True,
     overwrite: bool = True,
+    on_resume: Callable[[], None] | None = None,
 ) -> list[tuple[NDArray[np.int64], Table]]:
     """Run some runs of a study and write one results file of them.
 
@@ -88,6 +94,7 @@ def run_runs(
         target, on_progress, timings: as of `run_study`.
         exact: whether the exact wave of each run is worked out too (some 10 ms a run).
         overwrite: whether a file that is there is replaced, or an OutputError.
+        on_resume: as of `run_study`; None: nothing is noted, and gone on with.
 
     Returns:
         The numbers of all runs, block by block: which runs, and their summaries by dataset.
@@ -98,17 +105,25 @@ def run_runs(
     """
     timings, runs = timings or Timings(), np.asarray(runs)
     contents = Contents(laid, runs, exact)
+    mark = Bookmark(contents, target, on_resume is not None)
     tables = []
-    with contents.open(target, overwrite=overwrite) as writer:
+    with contents.open(target, overwrite=overwrite, goes_on=mark.goes_on) as writer:
+        if mark.goes_on and on_resume:
+            on_resume()
+        else:
+            mark.remove()  # what it says is of a file that is gone
         timings.mark("lay out")
         tell = _Teller(len(runs) * laid.count, on_progress)
-        outlet = _Outlet(contents, writer, tell, timings)
+        outlet = _Outlet(contents, writer, tell, timings, mark)
         tell(0)
         try:
             for first in range(0, len(runs), kind().block):
                 some = runs[first : first + kind().block]
-                table = empty_table(contents, len(some))
+                table = mark.table(empty_table(contents, len(some)))
                 tables.append((some, table))
+                if mark.passed:
+                    tell(len(some) * laid.count)
+                    continue
                 try:
                     _run_block(outlet, _Block(some, first, table))
                 finally:
@@ -120,6 +135,7 @@ def run_runs(
                 writer.keep()
             raise
         writer.finish()
+        mark.remove()
         timings.mark("write")
     return tables
 
@@ -169,12 +185,14 @@ class Part:
 
 @dataclass(frozen=True)
 class _Outlet:
-    """Where the outputs of runs go: what a file holds of them, the file, who is told, the times."""
+    """Where the outputs of runs go: what a file holds of them, the file, who is told, the times, and
+    where it is noted how far they have come."""
 
     contents: Contents
     writer: ResultWriter
     tell: _Teller
     timings: Timings
+    mark: Bookmark
 
 
 @dataclass(frozen=True)
@@ -202,11 +220,15 @@ def _run_block(outlet: _Outlet, block: _Block) -> None:
         left = len(rows)
         for part, ready in _prepared(outlet, block, laid.structures[index], rows):
             left -= len(part.runs)
+            if outlet.mark.passes():
+                tell(len(part.runs) * laid.count)
+                continue
             account = Account(part, laid.count, laid.coordinates)
             try:
                 _run_part(outlet, part, ready, block.first + part.rows, account)
             finally:
                 summarise(contents, part, ready, account, block.table)
+            outlet.mark.ended()
             outlet.timings.mark("sum up")
         tell(left * laid.count)
 
@@ -261,7 +283,8 @@ def _run_part(
             outlet.writer.flush()
         tell(count * lived)
 
-    done = 0
+    done = outlet.mark.resume(account, batch, triggers)
+    tell(done * lived)
     while done < account.count:
         now = min(tell.pace, batch.outputs_at_once, account.count - done)
         asked = clock.perf_counter()
@@ -271,6 +294,7 @@ def _run_part(
         keep(samples, done, now)
         timings.mark("write")
         done += now
+        outlet.mark.note(done, account, batch)
         left = account.count - done
         if stops and left:
             if batch.stopped.all():

@@ -21,6 +21,8 @@ from lumpedcable.study.starts import filled, rows_of
 from lumpedcable.study.triggers import Triggers
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lumpedcable.study.run import Part
 
 __all__ = ["Batch"]
@@ -89,6 +91,17 @@ class Batch:
             )  # fmt: skip
             between()
         return found
+
+    @property
+    def whole(self) -> bool:
+        """Whether all runs of the part still have a lane."""
+        return len(self.rows) == len(self.part.runs)
+
+    def resume(self, numbers: NDArray[np.float64]) -> None:
+        """Go on from states (lanes, n) that another process has come to, while all runs have a lane."""
+        known = self.triggers.known(self.ready.packed)
+        self.ready = _at_hand(self.ready._replace(packed=known))
+        self.run = Packed(numbers, self.run.form)
 
     @property
     def steps_at_once(self) -> int:

@@ -73,6 +73,14 @@ class Triggers:
         """Models whose breaks begin then."""
         return _placed(models, {self._starts[event]: when for event, when in begun.items()})
 
+    def known(self, models: Packed) -> Packed:
+        """Models whose breaks begin when they are known to."""
+        begun = {}
+        for event, starts in self.starts.items():
+            lanes = np.pad(starts, (0, len(models.numbers) - len(starts)), mode="edge")
+            begun[event] = np.where(np.isfinite(lanes), lanes, np.nan)
+        return self.in_models(models, begun) if begun else models
+
     def in_runs(self, run: Packed, begun: dict[str, NDArray[np.float64]]) -> Packed:
         """Runs whose watches of ends that recoil know it."""
         plan, layout = self.part.plan, self.part.structure.layout

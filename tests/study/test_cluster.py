@@ -7,9 +7,9 @@ import time
 from contextlib import ExitStack, contextmanager, suppress
 
 import good_scenes
-import h5py
 import pytest
 from command_line import process, python, say
+from file_contents import assert_equal_bits, contents
 
 pytest.importorskip("distributed")
 import psutil
@@ -17,20 +17,6 @@ import psutil
 from lumpedcable.results import StudyFolder, open_result
 
 SMALL = good_scenes.short_runs("4 ms", '{ from = "45 kN", to = "450 kN", count = 24 }')
-
-
-def bits(path):
-    """Every dataset of a results file as bytes."""
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(
-            lambda name, item: (
-                found.update({name: item[()].tobytes()})
-                if isinstance(item, h5py.Dataset) and item.dtype.kind != "O"
-                else None
-            )
-        )
-    return found
 
 
 def kill_at_work(child):
@@ -72,9 +58,9 @@ def test_a_killed_worker_costs_nothing_but_time(tmp_path):
     assert "complete: 12 of 12 shards, 24 of 24 runs" in out
     many = StudyFolder.open(tmp_path / "many")
     for shard in range(alone.shards):
-        one, other = bits(alone.file(shard)), bits(many.file(shard))
+        one = contents(alone.file(shard))
         assert len(one) > 20
-        assert one == other
+        assert_equal_bits(one, contents(many.file(shard)))
 
 
 def test_a_scheduler_that_does_not_answer_is_told(tmp_path, monkeypatch):

@@ -7,12 +7,12 @@ import signal
 import time
 
 import good_scenes
-import h5py
 import jax
 import numpy as np
 import pytest
 import xarray
 from command_line import process, say
+from file_contents import assert_equal_bits, contents
 
 import lumpedcable
 from lumpedcable.commands.console import share_cores
@@ -48,27 +48,6 @@ def whole(scene, tmp_path_factory):
     assert seen[0] == (0, 48)
     assert seen[-1] == (48, 48)
     return folder
-
-
-def contents(path):
-    """Every dataset of a results file."""
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(
-            lambda name, item: (
-                found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-            )
-        )
-    return found
-
-
-def assert_equal_bits(one, other):
-    assert one.keys() == other.keys()
-    for name, values in one.items():
-        if values.dtype == object:
-            assert values.tolist() == other[name].tolist()
-        else:
-            assert values.tobytes() == other[name].tobytes(), name
 
 
 def test_shards_hold_what_one_file_holds(scene, whole, tmp_path):
