@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.linear import differences, settled_back
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
@@ -146,6 +147,17 @@ class Line(eqx.Module):
         if self.give is None:
             return length
         return length / (1.0 + self.give * self.law.tension(self.reference_strain))
+
+    @property
+    def bending(self) -> Bending | None:
+        """How it bends, None where it does not."""
+        return next((load for load in self.loads if isinstance(load, Bending)), None)
+
+    @property
+    def clamped(self) -> bool:
+        """Whether it bends out of a given direction at an end."""
+        bending = self.bending
+        return bending is not None and not (bending.start is None and bending.end is None)
 
     @property
     def tension_only(self) -> bool:

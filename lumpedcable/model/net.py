@@ -9,7 +9,6 @@ from jaxtyping import Array, Float
 from lumpedcable.model.ends import Attached, Driven, Joined
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.splices import spliced
-from lumpedcable.physics.bending import Bending
 
 __all__ = ["Net", "junction_forces", "make_net"]
 
@@ -91,7 +90,7 @@ def _narrow_order(model: Model, index: dict[str, np.ndarray], count: int) -> tup
 
     rows, columns = [np.arange(count)], [np.arange(count)]
     for name, places in index.items():
-        bending = any(isinstance(load, Bending) for load in model.lines[name].loads)
+        bending = model.lines[name].bending is not None
         for reach in (1, 2) if bending else (1,):
             if places.size > reach:
                 rows += [places[:-reach], places[reach:]]

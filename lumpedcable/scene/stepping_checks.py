@@ -34,6 +34,7 @@ def stepping_problems(
     laws = {name: getattr(materials.get(x.material), "law", None) for name, x in known.items()}
     rigid = {name: known[name] for name, law in laws.items() if law == "inextensible"}
     yield from _bed(bodies, others.get("seabed"), solver)
+    yield from _top_speed(known, solver)
     if not rigid:
         yield from _gripping(bodies, solver)
         return
@@ -72,6 +73,21 @@ def _long_step(solver: Any, output: Any) -> Iterator[Problem]:
             f"expected at most output.every, {format_quantity(output.every, 's')}, found "
             f"{format_quantity(solver.step, 's')}",
         )
+
+
+def _top_speed(lines: Mapping[str, Line], solver: Solver) -> Iterator[Problem]:
+    """The step in which a winch comes to its bound ends beyond it, unless it is clipped or an error."""
+    if solver.method == "leapfrog" or solver.adaptive:
+        return
+    for name, line in lines.items():
+        for side in SIDES:
+            end = getattr(line, side)
+            if isinstance(end, WinchEnd) and end.winch.speed is not None:
+                yield Problem(
+                    ("lines", name, side, "winch", "speed"),
+                    'expected solver.method = "leapfrog" or one that chooses its steps where a winch '
+                    f'has a largest speed, found "{solver.method}" with fixed steps',
+                )
 
 
 def _bed(bodies: Mapping[str, Any], seabed: Any, solver: Solver) -> Iterator[Problem]:

@@ -134,7 +134,8 @@ def courant_number(
 ) -> Float[Array, ""]:
     """Largest sqrt(T'/m) dt / l over the segments (-); leapfrog is stable below 1.
 
-    l is the length that a segment has by then: a winch that hauls in shortens all of them. Of rods,
+    l is the length that a segment has by then: a winch that hauls in shortens all of them. With material
+    damping it is the share of the largest stable step (`_stable_step`), 1 at its limit as well. Of rods,
     whose step a scene gives, dt over the step that the bed under them allows; 0 above it.
     """
     if line.inextensible:
@@ -142,4 +143,7 @@ def courant_number(
         lying = sum((jnp.max(bed.contact(shape)) for bed in beds), jnp.zeros_like(dt))
         return lying * dt / line_step_bound(line)
     stiff = jnp.maximum(jnp.max(stiffness / shape.segment_length**2), 0.0)
-    return jnp.sqrt(stiff / line.mass) * dt
+    if line.damping is None:
+        return jnp.sqrt(stiff / line.mass) * dt
+    rate = 4.0 * line.damping / (line.mass * jnp.min(shape.segment_length) ** 2)
+    return dt / _stable_step(4.0 * stiff / line.mass, rate)

@@ -112,8 +112,9 @@ def end_tension(
     is dT/ds = -f . t, with f the loads and the drag per metre (N/m) and t the tangent; the parabola of
     that slope through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. `drag` is that
     of the end node (N). Without `shape` the loads are left out: the waves that are added to them have
-    no slope there. At an end under a known force F, as `met` says, the tension is F . u, u outwards,
-    however it accelerates.
+    no slope there. Where bending is clamped, shear times curvature adds to the slope, and the tension is
+    carried on straight: T_0 + (T_0 - T_1) / 2. At an end under a known force F, as `met` says, the
+    tension is F . u, u outwards, however it accelerates.
     """
     segment = line.segment(node)
     pull = jnp.zeros((), tension.dtype)
@@ -130,11 +131,21 @@ def end_tension(
     if line.segments == 1:
         found = here + pull
     else:
-        found = here + (here - pick(tension, line.segment(node, 1))) / 8.0 + 0.75 * pull
+        fall = here - pick(tension, line.segment(node, 1))
+        clamped = shape is not None and _clamped(line, node)
+        found = here + (0.5 * fall if clamped else fall / 8.0 + 0.75 * pull)
     if met is None or shape is None or met.loaded is False:
         return found
     known = jnp.zeros_like(here) if met.force is None else -inwards(met.force, shape)
     return known if met.loaded is True else jnp.where(met.loaded, known, found)
+
+
+def _clamped(line: Line, node: int) -> bool:
+    """Whether a line that bends has a given direction at an end."""
+    bending = line.bending
+    if bending is None or node not in (0, -1):
+        return False
+    return (bending.start if node == 0 else bending.end) is not None
 
 
 def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array, ""]:

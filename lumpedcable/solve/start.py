@@ -12,7 +12,6 @@ from lumpedcable.model.ends import Driven, Joined, Junction, Loaded
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, alike, done_alike, placed
 from lumpedcable.model.model import Model
-from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.vectors import size
@@ -20,6 +19,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
+from lumpedcable.solve.clamps import bent_out, folded
 from lumpedcable.solve.hanging import hanging_line, nodal_weight, spanning_line
 from lumpedcable.solve.resting import (
     draped_line,
@@ -93,7 +93,9 @@ def start_of(
     wound = [name for name in lines if winch_of(model, name) is not None]
     rest = [name for name in lines if name not in wound]
     if not is_carried(model):
-        found = stiffening(scene, _held_joints(model, given), tolerance, most, bool(given))
+        found = _upright(
+            stiffening(scene, _held_joints(model, given), tolerance, most, bool(given))
+        )
         return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
     riders = carried_equilibrium(_part(model, wound, ()), tolerance, most)
     if not rest:
@@ -108,6 +110,13 @@ def start_of(
         found.converged & riders.converged,
         jnp.maximum(found.iterations, riders.iterations),
     )
+
+
+def _upright(found: Equilibrium) -> Equilibrium:
+    """What was found, unless a touch would turn it over."""
+    if not any(line.clamped for line in found.model.lines.values()):
+        return found
+    return found._replace(converged=found.converged & ~folded(found.model))
 
 
 def _part(model: Model, names: list[str], junctions: tuple[Junction, ...]) -> Model:
@@ -202,6 +211,8 @@ def _laid_between(
     """First shape (m) of a line between two places (m)."""
     bed, slope = seabed_of(line), slope_under(line)
     path = spanning_line(line, start, end)
+    heavy = size(jnp.sum(nodal_weight(line), axis=1))
+    path = bent_out(line, path, heavy, (True, True))
     if slope is not None:
         return lifted(slope, path)
     return path if bed is None else resting_line(line, bed, start, end, path)
@@ -221,6 +232,8 @@ def _lay_out(line: Line, model: Model, outer, start, end) -> Float[Array, "d nod
         path = hanging_line(line, anchor, pull, from_start, load)
     path = path if bed is None else draped_line(line, bed, path, from_start)
     path = path if slope is None else laid_on_slope(slope, path, from_start)
+    heavy = size(jnp.sum(nodal_weight(line), axis=1)) + size(pull)
+    path = bent_out(line, path, heavy, (from_start, not from_start))
     return _stiffened(line, path, pull, from_start)
 
 
@@ -265,7 +278,7 @@ def _stiffened(
     The end of a cantilever turns by W L^2 / (6 EI) under its weight W and by P L^2 / (2 EI) under a
     force P at its end (N).
     """
-    bending = next((load for load in line.loads if isinstance(load, Bending)), None)
+    bending = line.bending
     clamp = None if bending is None else (bending.start if from_start else bending.end)
     if bending is None or clamp is None:
         return path

@@ -130,7 +130,12 @@ def _place(layout: Layout, model: Model, name: str) -> Float[Array, " d"]:
 
 
 def sag_of(nodes: Float[Array, "d nodes"], up: Float[Array, " d"]) -> Float[Array, ""]:
-    """Depth (m) of a line's nodes (m) under the middle of its chord, a parabola between nodes."""
+    """Depth (m) of a line's nodes (m) under the middle of its chord, a parabola between nodes.
+
+    A line of one segment is its chord.
+    """
+    if nodes.shape[1] == 2:
+        return jnp.zeros((), nodes.dtype)
     chord = nodes[:, -1] - nodes[:, 0]
     across = chord - jnp.dot(chord, up) * up
     along = across @ (nodes - nodes[:, :1]) / jnp.dot(across, across)

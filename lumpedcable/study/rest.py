@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.line import Line
 from lumpedcable.results import ResultWriter, Variable
 from lumpedcable.results.chord import along_chord
 from lumpedcable.scene import Scene
@@ -43,6 +46,7 @@ def write_rest(
     writer: ResultWriter,
     scenes: Sequence[Scene],
     rows: Sequence[int] | NDArray[np.int64],
+    coordinates: Coordinates,
     ready: Ready,
     nodes: Mapping[str, NDArray[np.float64]],
     ends: Mapping[str, NDArray[np.float64]],
@@ -53,21 +57,30 @@ def write_rest(
         writer: the file; `rest_variables` are declared in it.
         scenes: these runs.
         rows: their rows in the file.
+        coordinates: those of the computation.
         ready: these runs at rest.
         nodes: positions (m) of the lines' nodes, each (runs, 3, nodes).
         ends: tensions (N) at the lines' two ends, each (runs, 1, 2).
     """
     good = np.asarray(ready.converged)
     for cable in cables(scenes[0]):
-        for key, values in _numbers(scenes, cable, ready, nodes, ends).items():
+        for key, values in _numbers(scenes, cable, coordinates, ready, nodes, ends).items():
             values = np.where(good, values, np.nan)
             for k, row in enumerate(rows):
                 writer.write(f"rest/{cable.name}/{key}", values[k : k + 1], run=slice(row, row + 1))
 
 
+def _first_pull(line: Line) -> Float[Array, " d"]:
+    """What the first segment of a line at rest pulls its first node with (N), its shear included."""
+    shape = line.shape(jnp.zeros_like(line.reference))
+    pull = line.law.tension(shape.strain)[0] * shape.tangent[:, 0]
+    return pull if line.bending is None else pull + line.bending.shear(shape)[:, 0]
+
+
 def _numbers(
     scenes: Sequence[Scene],
     cable: Cable,
+    coordinates: Coordinates,
     ready: Ready,
     nodes: Mapping[str, NDArray[np.float64]],
     ends: Mapping[str, NDArray[np.float64]],
@@ -82,15 +95,13 @@ def _numbers(
     whole = np.concatenate([nodes[name] for name in cable.lines], axis=2)
     from_start = whole - whole[:, :, :1]
     along, height = along_chord(whole), from_start[:, 2]
-    first = np.asarray(jax.vmap(lambda line: line.law.tension(line.reference_strain[0]))(lines[0]))
-    step = from_start[:, :, 1]
+    pulls = np.asarray(jax.vmap(_first_pull)(lines[0]))[:, :, None]
+    pull = coordinates.expand(pulls, 1)[:, :, 0]
     found = {
         "length": np.sum(lengths, axis=0),
         "start_tension": ends[cable.lines[0]][:, 0, 0],
         "end_tension": ends[cable.lines[-1]][:, 0, 1],
-        "horizontal_tension": first
-        * np.hypot(step[:, 0], step[:, 1])
-        / np.linalg.norm(step, axis=1),
+        "horizontal_tension": np.hypot(pull[:, 0], pull[:, 1]),
     }
     span, rise = along[:, -1], height[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):

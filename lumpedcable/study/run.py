@@ -316,8 +316,8 @@ def _write_start(
         The model and the state of each lane, and where the lines are (m), where outputs to come are
         asked for that.
     """
-    contents, writer = outlet.contents, outlet.writer
-    scene, lived = contents.laid.scene, len(part.runs)
+    contents, writer, laid = outlet.contents, outlet.writer, outlet.contents.laid
+    scene, lived = laid.scene, len(part.runs)
     ready, run, sample = begin_with(triggers, part, ready)
     sample = jax.tree.map(lambda x: np.asarray(x)[:lived, None], sample).tree()
     keeps = contents.fields or contents.tips or scene.output.static
@@ -327,7 +327,7 @@ def _write_start(
     if scene.output.static:
         mine = [contents.study.runs[int(k)] for k in part.runs]
         rest = rows_of(ready, np.arange(lived))
-        write_rest(writer, mine, rows, rest, start, sample.ends)
+        write_rest(writer, mine, rows, laid.coordinates, rest, start, sample.ends)
     if contents.places and contents.places.found:
         lengths = found_lengths(contents.places, rows_of(ready, np.arange(lived)), sample, scene)
         contents.places.write(writer, part.runs, rows, lengths)

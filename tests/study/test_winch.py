@@ -252,12 +252,12 @@ def test_a_real_winch_needs_a_real_cable(tmp_path):
     assert 'expected model = "lumped"' in found["lines.line.end.winch.speed"]
 
 
-def test_a_line_that_is_hauled_in_outruns_its_step_and_says_so(tmp_path):
-    # waves of 1000 m/s pass a tenth of the line in the step until less than 10 c dt of it is left
-    text = """
+# waves of 1000 m/s pass a tenth of the line in the step until less than 10 c dt of it is left
+HAULED = """
 [materials.wire]
 law = "linear"
 EA = "1 MN"
+damping = 0
 [lines.line]
 material = "wire"
 length = "20 m"
@@ -269,8 +269,35 @@ end = { motion = { position = [20.1, 0, 0], velocity = [-4, 0, 0], ramp = "0.2 s
 duration = "2.79 s"
 every = "9 ms"
 """
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0, 200.0])
+def test_a_line_that_is_hauled_in_outruns_its_step_and_says_so(tmp_path, damping):
+    text = HAULED.replace("damping = 0\n", f"damping = {damping}\n" if damping else "")
     outcome = Ran(tmp_path, text).outcome
+    # leapfrog's step of segments l is 4 / (g + sqrt(g^2 + 4 w^2)), w = 2 c / l, g = 4 damping / (m l^2),
+    # so that l^2 = (c dt)^2 + 2 damping dt / m where the step is that one; strained by 0.3 % meanwhile
+    step = outcome.solver_step
+    shortest = np.sqrt((1000.0 * step) ** 2 + 2.0 * damping * step)
     # the winch hauls at 4 m/s with 5 - 0.5 * 4 kN, 0.1 s later for the ramp
-    until = (20.1 - 1.003 * 10 * 1000.0 * outcome.solver_step) / 4.0 + 0.1
+    until = (20.1 - 1.003 * 10 * shortest) / 4.0 + 0.1
     assert outcome.status.name == "STEP_BOUND_BROKEN"
     assert outcome.status_time == pytest.approx(until, abs=0.03)
+
+
+@pytest.mark.parametrize(("solver", "refused"), [
+    ('method = "rk4"', True),
+    ('method = "tsit5"\nstep = "1 ms"', True),
+    ('method = "tsit5"', False),
+    ('method = "leapfrog"', False),
+])  # fmt: skip
+def test_a_top_speed_needs_steps_that_keep_it(tmp_path, solver, refused):
+    text = (
+        HAULED.replace('tension = "5 kN"', 'tension = "5 kN", speed = 3') + f"[solver]\n{solver}\n"
+    )
+    (tmp_path / "scene.toml").write_text(text.replace("damping = 0\n", ""))
+    if not refused:
+        load_study(tmp_path / "scene.toml")
+        return
+    with pytest.raises(SceneError, match=r"winch\.speed: expected solver\.method"):
+        load_study(tmp_path / "scene.toml")

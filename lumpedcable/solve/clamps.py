@@ -1,0 +1,87 @@
+"""Lines that bend out of a clamp: a first shape that leaves it forwards, and a look at what was found.
+
+Pointed backwards into its clamp, a line that bends is at rest as well, as a pencil on its tip is.
+Newton's method finds that state where it begins near it.
+"""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from lumpedcable.model.line import Line
+from lumpedcable.model.model import Model
+from lumpedcable.physics.linear import differences
+from lumpedcable.physics.vectors import dot
+
+__all__ = ["bent_out", "folded"]
+
+
+ASIDE = 0.1
+"""Part that a first shape goes aside where it turns, since between opposite directions there is none."""
+
+
+def bent_out(
+    line: Line, path: Float[Array, "d nodes"], load: Float[Array, ""], held: tuple[bool, bool]
+) -> Float[Array, "d nodes"]:
+    """The path (m), led out of clamps that it would leave backwards.
+
+    There its tangent t becomes that of (1 - w) t + w c, c the clamp's and w = exp(-s/b) over the length
+    s (m) from it, with b = sqrt(EI / load), in which a tense beam takes its direction, and two segments
+    at least. Between opposite directions there is no turn, so that it goes aside a little (`ASIDE`).
+
+    Args:
+        line: the line.
+        path: places (m) of its nodes.
+        load: what it carries, about (N).
+        held: whether its start and its end stay where they are; one of them at least.
+    """
+    bending = line.bending
+    if bending is None or not line.clamped:
+        return path
+    step = jax.lax.stop_gradient(differences(path))  # a state of rest does not depend on a guess
+    length = jnp.sqrt(dot(step, step))
+    tangent = step / jnp.maximum(length, 1e-300)
+    total, middle = jnp.sum(length), jnp.cumsum(length) - 0.5 * length
+    fade = jnp.maximum(jnp.sqrt(bending.EI / jnp.maximum(load, 1e-300)), 2.0 * jnp.max(length))
+    fade = jnp.minimum(fade, total)
+    led = tangent
+    for clamp, node, away in ((bending.start, 0, middle), (bending.end, -1, total - middle)):
+        if clamp is None:
+            continue
+        share = jnp.where(jnp.dot(tangent[:, node], clamp) < 0.0, jnp.exp(-away / fade), 0.0)
+        led = (1.0 - share) * led + share * clamp[:, None]
+        led = led + ASIDE * share * (1.0 - share) * _across(clamp)[:, None]
+    led = led / jnp.maximum(jnp.sqrt(dot(led, led)), 1e-300)
+    moved = path[:, :1] + jnp.pad(jnp.cumsum(led * length, axis=1), ((0, 0), (1, 0)))
+    missed = path[:, -1:] - moved[:, -1:]
+    if held == (True, True):
+        return moved + jnp.concatenate([jnp.zeros(1), jnp.cumsum(length)]) / total * missed
+    return moved if held[0] else moved + missed
+
+
+def _across(direction: Float[Array, " d"]) -> Float[Array, " d"]:
+    """A direction at a right angle to another (d of 2 or 3)."""
+    axis = jnp.eye(len(direction))[jnp.argmin(jnp.abs(direction))]
+    across = axis - jnp.dot(axis, direction) * direction
+    return across / jnp.sqrt(jnp.dot(across, across))
+
+
+def folded(model: Model) -> Bool[Array, ""]:
+    """Whether a line at rest points backwards into a clamp, where a touch would turn it over.
+
+    The segment at the clamp turns like a pendulum: the tension T (N) rights it with T l at most, and the
+    clamp turns it over with -(EI / s) t . c, l and s = l / 2 the lengths of `Bending` (m).
+    """
+    found = jnp.zeros((), bool)
+    for line in model.lines.values():
+        bending = line.bending
+        if bending is None:
+            continue
+        shape = line.shape(jnp.zeros_like(line.reference))
+        tension = line.law.tension(shape.strain)
+        for clamp, node in ((bending.start, 0), (bending.end, -1)):
+            if clamp is None:
+                continue
+            over = -bending.EI / shape.node_length[node] * jnp.dot(shape.tangent[:, node], clamp)
+            found |= over > jnp.maximum(tension[node], 0.0) * shape.length[node]
+    return found
