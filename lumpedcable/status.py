@@ -71,7 +71,8 @@ _ON_BEDS = "; of inextensible lines on a bed, lower solver.step"
 ADVICE = {
     Status.OK: "",
     Status.STATICS_NOT_CONVERGED: (
-        "check that the ends and forces can balance (a slack line needs gravity to have a shape), that "
+        "check that something holds each line in its place (an end that is fixed, moved or on a "
+        "body), that the ends and forces can balance (a slack line needs gravity to have a shape), that "
         "the tension of a winch or of a target is not too low to hold up its line, and that no body "
         "of a target lies beyond the ends, or raise statics.max_iterations"
     ),
@@ -85,7 +86,7 @@ ADVICE = {
     ),
     Status.LINE_REVERSED: (
         "what happens after this time is a pile-up that no line model resolves: use the results "
-        "up to it, or add the drag or damping that the real line has"
+        "up to it, or give the line what it has of materials.NAME.damping and lines.NAME.drag"
     ),
     Status.TOO_MANY_STEPS: "raise solver.max_steps, loosen rtol, or use the leapfrog method",
     Status.INTERRUPTED: "run it again",

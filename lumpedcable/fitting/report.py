@@ -221,7 +221,8 @@ def _quality(fitted: Fitted) -> str:
 def _spread_of_starts(fitted: Fitted) -> str:
     losses = np.array([start.loss for start in fitted.starts])
     same = int(np.sum(losses <= losses.min() * (1.0 + 1e-4) + 1e-9))
-    text = f"{same} of {losses.size} searches ended at this minimum, the others above it."
+    text = f"{same} of {losses.size} searches ended at this minimum"
+    text += "." if same == losses.size else ", the others above it."
     if fitted.sampled:
         text = (
             "The first search ended badly, so that others began at the best of "

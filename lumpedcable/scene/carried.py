@@ -159,7 +159,7 @@ class Winch(Part):
     damping: Damper | None = None
     """Force in N per m/s of payout, against it. Absent: none."""
     speed: PositiveSpeed | None = None
-    """Largest speed in m/s of payout and hauling in; of fixed steps leapfrog's alone keep it. Absent: any."""
+    """Largest speed in m/s of payout and hauling in; not with rk4 and the like. Absent: any."""
     control: Control | None = None
     """What its drive does about a wrong tension. Absent: it pulls with its tension, come what may."""
     sheave: Sheave | None = None

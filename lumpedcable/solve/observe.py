@@ -261,7 +261,7 @@ def sample(
     fields, ends, whole_ends, tensions = {}, {}, {}, {}
     place = model.followed(t, y.displacement)
     finite = jnp.ones((), bool)
-    back = jnp.zeros((), bool)
+    turned = {}
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
     for name, line in model.lines.items():
         e, own = found[name].line, y.velocity[name]
@@ -289,13 +289,16 @@ def sample(
         finite &= jnp.all(jnp.isfinite(every["position"])) & jnp.all(
             jnp.isfinite(every["velocity"])
         )
-        back |= _reversed(line, e.shape)
+        turned[name] = _reversed(line, e.shape)
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
     stored = energies(model, found, y.displacement, y.velocity)
     none = jnp.full((), jnp.nan)  # without a line that has nodes
     largest = {"tension": none, "kinetic": stored["kinetic"]} | tensions_of(model, tensions)
     largest |= stretches(model, {name: found[name].line.shape.strain for name in model.lines})
+    back = jnp.stack([turned[name] for name in sorted(turned)]) if turned else jnp.zeros(1, bool)
+    if len(turned) > 1:
+        largest["reversed of"] = jnp.argmax(back).astype(courant.dtype)
     energy = {}
     if y.work:
         energy = dict(stored)
@@ -312,7 +315,7 @@ def sample(
     measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
     not_yet = jnp.zeros((), bool)
     return Sample(
-        fields, energy, ends, largest, finite, back, courant, stuck, bodies, measures,
+        fields, energy, ends, largest, finite, jnp.any(back), courant, stuck, bodies, measures,
         stopped=not_yet, lost=not_yet,
     )  # fmt: skip
 

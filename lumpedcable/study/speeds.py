@@ -54,9 +54,20 @@ def allowance(scene: Scene, line: str, length: float, wave: ReleaseWave, begins:
     return more
 
 
-def excess_words(end: str, peak: float, exact: float, more: float) -> str:
-    """What is said of a peak speed (m/s) beside the exact one and what weight may add; "" of nothing."""
+def excess_words(
+    end: str, peak: float, exact: float, more: float, sudden: str | None = None
+) -> str:
+    """What is said of a peak speed (m/s) beside the exact one and what weight may add; "" of nothing.
+
+    `sudden` is the event that breaks the end, where that takes less time than the wave in a segment.
+    """
     if not peak > (1.0 + EXCESS) * exact + more:
         return ""
     share = f"{100.0 * (peak / exact - 1.0):.0f} %"
-    return f"peak end speed of {end} is {share} above the exact bound: take more segments"
+    advice = "take more segments"
+    if sudden is not None:
+        advice = (
+            "a break at once overshoots at first on any mesh: give "
+            f"events.{sudden}.time what it takes, or read the speed from its history"
+        )
+    return f"peak end speed of {end} is {share} above the exact bound: {advice}"

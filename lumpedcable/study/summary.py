@@ -2,39 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from lumpedcable.exact import release_wave
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.ends import end_name
+from lumpedcable.model.ends import Loaded, end_name
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.line import Line
-from lumpedcable.model.materials import LAWS
-from lumpedcable.model.seams import at_end, part_length
-from lumpedcable.physics.tension import AbstractTensionLaw
+from lumpedcable.model.seams import at_end
 from lumpedcable.results.schema import END_SPEED, PEAK_TENSION, exact_name
-from lumpedcable.scene import Scene, Study, TableMaterial
+from lumpedcable.scene import Scene
 from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
-from lumpedcable.solve.observe import ARRIVAL_DROP, Recoil
+from lumpedcable.solve.observe import ARRIVAL_DROP, FAR, Recoil
 from lumpedcable.status import MEANING, Status, advice_of
 from lumpedcable.study.account import Account, balance, statuses
 from lumpedcable.study.begins import begins_of, earliest, other_begins, source_of, starts_of
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
-from lumpedcable.study.plan import recoils_of
-from lumpedcable.study.speeds import allowance, excess_words
+from lumpedcable.study.known_waves import curve_of, exact_wave, still, tensions_of
+from lumpedcable.study.plan import recoil_event, recoils_of
+from lumpedcable.study.speeds import EXCESS, excess_words
 from lumpedcable.study.strains import strained
 from lumpedcable.study.strength import UTILISATION, has_strength, utilised
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from lumpedcable.study.contents import Contents
     from lumpedcable.study.run import Part
@@ -194,7 +189,7 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     open_ = energy.opened.any(axis=1) & (status == Status.OK)
     status[open_] = Status.ENERGY_NOT_CLOSED
     when = np.where(open_, times[energy.opened.argmax(axis=1)], when)
-    beyond = strained(contents, part, ready, account, _curve)
+    beyond = strained(contents, part, ready, account, curve_of)
     over = beyond.over(status, when, times)
     if over.any():
         status[over], when[over] = Status.STRAIN_EXCEEDED, times[beyond.first[over]]
@@ -254,8 +249,24 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         else message_of(Status(int(s)), float(when[k]), missed[k], step_given=step_given)
         for k, s in enumerate(status)
     ]
+    for k in np.flatnonzero(status == Status.LINE_REVERSED):
+        name = _reversed_line(ready, account, int(k))
+        source = source_of(part.structure.scene, name)
+        material = part.structure.scene.lines[source].material
+        named = said[k].replace("the line reversed", f"{name} reversed", 1)
+        named = named.replace("materials.NAME", f"materials.{material}")
+        said[k] = named.replace("lines.NAME", f"lines.{source}")
     both = zip(said, used.words, strict=True)
     table["status_message"][rows] = [_joined(*words) for words in both]
+
+
+def _reversed_line(ready: Ready, account: Account, run: int) -> str:
+    """The line of the model that reversed first in a run."""
+    names = sorted(ready.model.lines)
+    if len(names) == 1:
+        return names[0]
+    first = int(account.signs[Status.LINE_REVERSED][run].argmax())
+    return names[int(account.largest["reversed of"][run, first])]
 
 
 def _joined(*words: str) -> str:
@@ -277,7 +288,7 @@ def _recoil(
     line = jax.tree.map(lambda x: np.asarray(x)[:lived], ready.model.lines[recoil.line])
     strain = at_end(line, np.asarray(line.reference_strain, float), recoil.node)
     source = source_of(part.structure.scene, recoil.line)
-    tension = _tensions(study, part, source, strain)
+    tension = tensions_of(study, part, source, strain)
     starts = starts_of(study, part, account)
     begins = begins_of(part, starts, recoil)
     first = np.min(list(starts.values()), axis=0)
@@ -307,94 +318,40 @@ def _recoil(
             moved = at_end(line, account.displacement[recoil.line], recoil.node)
             move = np.linalg.norm(moved - watch.place, axis=1)
         numbers["end_displacement"] = np.where((status == Status.OK) & breaks, move, nan)
-    said = [""] * lived
-    if contents.exact:
-        still = _still(account, index, begins, contents.laid.scene.output.every) & breaks
-        waves = [
-            _exact(study.runs[int(run)], line, recoil, k, float(tension[k]), float(begins[k]))
-            # after an earlier break the line is no longer at rest under this tension
-            if begun[k] and still[k] and begins[k] == first[k]
-            else {}
-            for k, run in enumerate(part.runs)
-        ]
-        for name in EXACT:
-            values = [wave.get(name, np.nan) for wave in waves]
-            numbers[exact_name(name)] = np.array(values)
-        for k, wave in enumerate(waves):
-            if status[k] == Status.OK and wave:
-                ends = float(numbers[END_SPEED][k]), wave[END_SPEED], wave["allowance"]
-                said[k] = excess_words(recoil_name(recoil), *ends)
+    # after an earlier break the line is no longer at rest under this tension
+    known = still(account, index, begins, contents.laid.scene.output.every) & breaks & begun
+    known &= begins == first
+    peak, mass = numbers[END_SPEED], np.asarray(line.mass, float)
+    if not contents.exact:
+        with np.errstate(invalid="ignore"):
+            known &= peak > (1.0 + EXCESS) * np.sqrt(tension * strain / mass)
+    waves = {
+        k: exact_wave(study.runs[int(run)], line, recoil, k, float(tension[k]), float(begins[k]))
+        for k, run in enumerate(part.runs)
+        if known[k]
+    }
+    for name in EXACT if contents.exact else ():
+        values = [waves.get(k, {}).get(name, np.nan) for k in range(lived)]
+        numbers[exact_name(name)] = np.array(values)
+    said = [_pulled_words(ready, part.structure.scene, recoil)] * lived
+    event = recoil_event(part.structure.layout, recoil)
+    lengths = np.broadcast_to(np.asarray(line.segment_length, float), line.reference_strain.shape)
+    length = at_end(line, lengths, recoil.node)
+    for k, wave in waves.items():
+        if status[k] == Status.OK and wave:
+            crossing = float(length[k] * strain[k]) / wave[END_SPEED]  # of a segment by the wave
+            takes = study.runs[int(part.runs[k])].events[event].time
+            sudden = event if takes < crossing else None
+            ends = float(peak[k]), wave[END_SPEED], wave["allowance"]
+            said[k] = _joined(excess_words(recoil_name(recoil), *ends, sudden), said[k])
     return numbers, said
 
 
-def _still(
-    account: Account, index: int, begins: NDArray[np.float64], every: float
-) -> NDArray[np.bool_]:
-    """Whether each run was at rest until its end broke, at `begins` (s), as the exact wave has it.
-
-    Its far end has the tension that it had at the start, within 1 %, and nothing has moved with more
-    than 1 % of the speed of what comes, 1e-4 of its kinetic energy.
-    """
-    if not account.complete:
-        return begins <= 0.0
-    watch, kinetic = account.watches[index], account.largest["kinetic"]
-    rest = np.asarray(watch.rest, float)
-    kept = np.abs(np.asarray(watch.loaded, float) - rest) <= ARRIVAL_DROP * np.abs(rest)
-    before = np.arange(account.count + 1) * every < begins[:, None] * (1.0 - 1e-9)
-    most = np.nanmax(np.where(np.isfinite(kinetic), kinetic, 0.0), axis=1)
-    quiet = np.all(~before | (kinetic <= 1e-4 * most[:, None]), axis=1)
-    return (begins <= 0.0) | (kept & quiet)
-
-
-def _tensions(
-    study: Study, part: Part, line: str, strain: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Tension (N) of each run's law at its strain."""
-    if not any(key.startswith("materials.") for key in study.runs.moved):
-        return _curve(part.structure.scene, line)(strain)
-    each = zip(part.runs, strain, strict=True)
-    return np.array([_curve(study.runs[int(r)], line)(np.asarray([e]))[0] for r, e in each])
-
-
-def _curve(scene: Scene, line: str) -> Callable[[ArrayLike], NDArray[np.float64]]:
-    """The tension law of a line (N over strain) as a plain function, cut at zero where it is."""
-    material = scene.materials[scene.lines[line].material]
-    curve = material.curve
-    if isinstance(material, TableMaterial):
-        # the engine's smooth interpolation, not the straight one between the points
-        curve = partial(_smooth, LAWS[material.law](material))
-
-    def tension(strain: ArrayLike) -> NDArray[np.float64]:
-        value = np.asarray(curve(np.asarray(strain, float)))
-        return np.maximum(value, 0.0) if material.tension_only else value
-
-    return tension
-
-
-@jax.jit
-def _smooth(law: AbstractTensionLaw, strain: ArrayLike) -> jax.Array:
-    """Tension (N) of a law of the engine at each strain; one program for all of its kind and shape."""
-    return law.tension(jnp.asarray(strain))
-
-
-def _exact(
-    scene: Scene, line: Line, recoil: Recoil, k: int, tension: float, begins: float
-) -> dict[str, float]:
-    """The exact release wave of a straight uniform line from the same tension (N), of run k.
-
-    With the `allowance` for the end speed (m/s), inf where it is no bound.
-    """
-    if not tension > 0.0:
-        return {}
-    source = source_of(scene, recoil.line)
-    length = part_length(line, k, recoil.node)
-    try:
-        wave = release_wave(_curve(scene, source), scene.lines[source].mass, tension0=tension)
-    except ValueError:
-        return {}  # a law that falls somewhere has no single wave
-    return {
-        "static_strain": wave.strain0,
-        END_SPEED: wave.end_speed,
-        "front_arrival": wave.front_arrival(length),
-        "allowance": allowance(scene, source, length, wave, begins),
-    }
+def _pulled_words(ready: Ready, scene: Scene, recoil: Recoil) -> str:
+    """What is said where a force holds the other end of a broken piece, and takes it along; else ""."""
+    far = FAR[recoil.node]
+    end = ready.model.end(recoil.line, far)
+    if not isinstance(end, Loaded) or end.force is None or end.release is not None:
+        return ""
+    key = f"lines.{source_of(scene, recoil.line)}.{'start' if far == 0 else 'end'}"
+    return f"{key}.held goes on pulling at the broken piece: a place that held it would be fixed"

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from engine_runs import HOOKE
+from engine_runs import HOOKE, ROPE, run_text
 
 import lumpedcable
 from lumpedcable.export import export_result
@@ -121,3 +121,13 @@ def test_summaries_hold_none(tmp_path):
     run_study(study, tmp_path / "r.h5")
     with open_result(tmp_path / "r.h5") as result:
         assert not result.line("rope").fields
+
+
+@pytest.mark.parametrize(
+    ("breaks", "told"),
+    [("rope.end", False), ("rope.start", True), ("rope@40 m", True)],
+)
+def test_a_force_that_takes_the_broken_piece_along_is_told(tmp_path, breaks, told):
+    (outcome,) = run_text(tmp_path, ROPE, f'break.breaks="{breaks}"').outcomes
+    words = "lines.rope.end.held goes on pulling at the broken piece"
+    assert (words in outcome.message) == told

@@ -17,7 +17,7 @@ from lumpedcable.exact import release_wave
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.numbers import number
 from lumpedcable.solve.integrate import Numbers
-from lumpedcable.study import compiled, summary
+from lumpedcable.study import compiled, known_waves
 from lumpedcable.study.compiled import advance_batch, begin_batch, prepare_batch
 from lumpedcable.study.plan import plan_of, rounded_steps, structure_of
 from lumpedcable.study.run import run_study
@@ -173,7 +173,7 @@ def test_the_numbers_of_a_run_with_another_table_need_no_other_program(tmp_path,
         strain = [0.0, 0.01, 0.02, 0.05, 0.1, 0.3]
         rows = f"strain = {strain}\ntension = {[EA * e for e in strain]}\n"
         text = HOOKE.replace('law = "linear"\nEA = "1 MN"\n', f'law = "table"\n{rows}{push}')
-        return summary._curve(scene_of(tmp_path, text), "rope")
+        return known_waves.curve_of(scene_of(tmp_path, text), "rope")
 
     push = f"tension_only = {'true' if only else 'false'}\n"
     counts = []
@@ -201,7 +201,7 @@ def test_static_tensions_of_swept_tables_need_one_program(tmp_path):
     def tensions(*runs):
         strain = 0.01 * (1.0 + np.array(runs))
         part = SimpleNamespace(runs=np.array(runs), structure=structure)
-        return summary._tensions(study, part, "rope", strain)
+        return known_waves.tensions_of(study, part, "rope", strain)
 
     np.testing.assert_allclose(tensions(0), [1.0e4], rtol=1e-12)
     with compilations() as seen:

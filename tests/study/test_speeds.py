@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from engine_runs import HOOKE, scene_of, study_of
+from engine_runs import HOOKE, NYLON, scene_of, study_of
 
 from lumpedcable.exact import release_wave
-from lumpedcable.study.run import run_study
+from lumpedcable.study.laying import lay_out
+from lumpedcable.study.run import run_runs, run_study
 from lumpedcable.study.speeds import allowance, excess_words
 
 # 60 m in water that weigh 2.2 N/m and bear 45 kN: in 50 ms that makes 0.05 m/s
@@ -46,6 +47,46 @@ def test_too_few_segments_are_told_by_the_speed(tmp_path, segments, told):
     assert (more > 0.05 + 0.05 / exact) == told
     words = f"peak end speed of rope.end is {100 * more:.0f} % above the exact bound: take more segments"
     assert outcome.message == (f"ok; {words}" if told else "ok")
+
+
+def told_by(folder, text, *, exact):
+    """Peak speeds of all runs, and what is said of them, with exact waves or as a study does it."""
+    laid = lay_out(study_of(folder, text))
+    runs = np.arange(len(laid.study.runs))
+    ((_, table),) = run_runs(laid, runs, folder / "result.h5", exact=exact)
+    return table["summary/rope.end/peak_end_speed"], table["status_message"].tolist()
+
+
+@pytest.mark.parametrize("law", ["linear", "tanh"])
+def test_a_study_says_it_too(tmp_path, law):
+    sweep = """
+[sweep]
+"lines.rope.segments" = [10, 40]
+"lines.rope.end.held.pretension" = ["45 kN", "450 kN"]
+"events.break.time" = [0, "5 ms"]
+"""
+    text = (
+        LINE
+        if law == "linear"
+        else LINE[: LINE.index("[materials")] + NYLON + LINE[LINE.index("[lines") :]
+    )
+    speeds, said = told_by(tmp_path, text + sweep, exact=True)
+    again, alone = told_by(tmp_path, text + sweep, exact=False)
+    assert np.array_equal(speeds, again)
+    if law == "linear":  # whose bound is its speed
+        assert 0 < sum(one != "ok" for one in said) < len(said)
+        assert alone == said
+    for one, other in zip(alone, said, strict=True):
+        assert one in ("ok", other)
+
+
+@pytest.mark.parametrize(("time", "sudden"), [("0 s", True), ("0.1 ms", True), ("5 ms", False)])
+def test_a_break_that_no_mesh_resolves_is_told_as_such(tmp_path, time, sudden):
+    # the wave takes 3 m / 819 m/s = 3.7 ms in a segment
+    (outcome,) = run_study(study_of(tmp_path, LINE, f"break.time={time}"), tmp_path / "r.h5")
+    told = "a break at once overshoots at first on any mesh: give events.break.time what it takes"
+    assert (told in outcome.message) == sudden
+    assert ("take more segments" in outcome.message) != sudden
 
 
 def allowed(folder, text, *overrides):
