@@ -212,6 +212,16 @@ def test_few_nodes_leave_a_gpu_alone(tmp_path, monkeypatch, nodes, runs, set_, t
     assert environ.get("JAX_PLATFORMS") == then
 
 
+def test_one_run_of_few_nodes_leaves_a_gpu_alone(tmp_path, monkeypatch):
+    scene = good_scenes.write(tmp_path, SMALL)
+    monkeypatch.setattr(console.os, "environ", environ := {})
+    console.study_of(scene, ["lines.rope.segments=100"], 0)
+    assert environ.get("JAX_PLATFORMS") == "cpu"
+    environ.clear()
+    console.study_of(scene, ["lines.rope.segments=10000"], 0)
+    assert environ == {}
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
 def test_letters_that_a_terminal_does_not_know_are_replaced(tmp_path, encoding):
     title = "Größe σ, 2×"

@@ -174,7 +174,7 @@ def told() -> Iterator[None]:
 
 
 def study_of(scene: Path, changes: list[str] | None, run: int):
-    """A study that has a run of that number, or the end."""
+    """A study that has a run of that number, or the end; for that run few nodes leave a GPU alone."""
     from lumpedcable.scene import load_study
 
     with told():
@@ -183,4 +183,5 @@ def study_of(scene: Path, changes: list[str] | None, run: int):
     if not 0 <= run < runs:
         expected = f"a run from 0 to {runs - 1}" if runs > 1 else "0, the scene's only run"
         fail(f"--run: expected {expected}, found {run}")
+    suit_device(study.scene.nodes)
     return study

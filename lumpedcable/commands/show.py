@@ -76,7 +76,6 @@ def view(
     browser
         Open the page, or only say where it is.
     """
-    from lumpedcable.page.open import serve_recorded, serve_scene, write_recorded
 
     def say(url: str) -> None:
         print(f"{url}  (Ctrl-C to end)", flush=True)
@@ -86,10 +85,13 @@ def view(
         fail(f"--output: expected a results file to write as a page, found the scene {file}")
     if not is_scene and set_:
         fail(f"--set: expected a scene (*.toml), found {file}")
+    study = study_of(file, set_, run_ or 0) if is_scene else None
+
+    from lumpedcable.page.open import serve_recorded, serve_scene, write_recorded
+
     with told():
-        if is_scene:
-            first = run_ or 0
-            serve_scene(study_of(file, set_, first), first, port, browser, say)
+        if study is not None:
+            serve_scene(study, run_ or 0, port, browser, say)
         elif output is not None:
             print(write_recorded(file, output, run_))
         else:
