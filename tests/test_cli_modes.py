@@ -146,7 +146,7 @@ def test_no_equilibrium_exits_with_1_and_advice(tmp_path):
     said = say(tmp_path, "modes", "scene.toml")
     assert (said.code, said.out) == (1, "")
     assert said.err.startswith("scene.toml: no static equilibrium was found to start from")
-    assert "check that the ends and forces can balance" in said.err
+    assert "check that something holds each line in its place" in said.err
     assert sorted(p.name for p in tmp_path.iterdir() if p.suffix != ".csv") == ["scene.toml"]
 
 
