@@ -175,7 +175,8 @@ class Bookmark:
     def remove(self) -> None:
         """There is nothing to go on with."""
         if self._kept:
-            self.path.unlink(missing_ok=True)
+            with suppress(OSError):  # it fits no other file, so that it may stay
+                self.path.unlink()
 
 
 @cache
