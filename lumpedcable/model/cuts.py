@@ -19,7 +19,6 @@ __all__ = [
     "has_seam",
     "is_seam",
     "layouts_of",
-    "segments_of",
 ]
 
 LEAST = FALLEN  # segments on either side of a seam: what an end asks of them must be the part's own
@@ -50,24 +49,14 @@ def has_seam(scene: Scene, name: str) -> bool:
 
 def is_seam(scene: Scene, name: str, cut: ArrayLike) -> NDArray[np.bool_]:
     """Whether cuts with so many segments before them are seams."""
-    cut, count = np.asarray(cut), segments_of(scene.lines[name])
+    cut, count = np.asarray(cut), scene.lines[name].count
     return has_seam(scene, name) & (cut >= LEAST) & (cut <= count - LEAST)
-
-
-def segments_of(line: Line) -> int:
-    """How many segments a line of the scene has."""
-    if line.segment_lengths is not None:
-        return len(line.segment_lengths)
-    assert line.segments is not None  # the scene was checked
-    return line.segments
 
 
 def cut_at(line: Line, place: float) -> int:
     """Number of segments before a break at `place` (m), at least one on either side."""
     lengths = None if line.segment_lengths is None else np.asarray(line.segment_lengths)[:, None]
-    return int(
-        _cuts(segments_of(line), np.array([place]), line.unstretched, line.grading, lengths)[0]
-    )
+    return int(_cuts(line.count, np.array([place]), line.unstretched, line.grading, lengths)[0])
 
 
 def _cuts(count: int, place, length, grading, lengths) -> NDArray[np.int64]:
@@ -144,5 +133,5 @@ def cuts_of(
             speed = numbers.get(f"{key}.payout.speed", line.payout.speed)
             length = length + speed * numbers.get(f"{key}.payout.time", line.payout.time)
         grading = numbers.get(f"{key}.grading", line.grading)
-        found.append(_cuts(segments_of(line), places, length, grading, lengths))
+        found.append(_cuts(line.count, places, length, grading, lengths))
     return np.array(found, int).reshape(len(found), runs).T

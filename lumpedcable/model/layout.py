@@ -8,7 +8,7 @@ scene; equal layouts (and equal skeletons of the scene) share one compiled progr
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from lumpedcable.model.cuts import cut_at, is_seam, segments_of
+from lumpedcable.model.cuts import cut_at, is_seam
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.bodies import Body
@@ -181,14 +181,14 @@ def _cut_up(scene: Scene, name: str, line: Line, seams: bool, parts: _Parts) -> 
             assert place is not None
             inside.append((place, event_name))
     inside.sort()
-    cuts = [0, *(cut_at(line, place) for place, _ in inside), segments_of(line)]
+    cuts = [0, *(cut_at(line, place) for place, _ in inside), line.count]
     if any(b <= a for a, b in pairwise(cuts)):
         pairs = zip(pairwise(inside), pairwise(cuts[1:-1]), strict=True)
         same = [f'"{a[1]}" and "{b[1]}"' for (a, b), (i, j) in pairs if i >= j]
         why = f", and {same[0]} break it at one node" if same else ""
         raise ValueError(
             f'line "{name}" has too few segments for its breaks along its length: '
-            f"{segments_of(line)} segments, {len(inside)} breaks{why}"
+            f"{line.count} segments, {len(inside)} breaks{why}"
         )
     if seams and len(inside) == 1 and bool(is_seam(scene, name, cuts[1])):
         event = inside[0][1]

@@ -153,11 +153,16 @@ class Line(eqx.Module):
         """How it bends, None where it does not."""
         return next((load for load in self.loads if isinstance(load, Bending)), None)
 
+    def clamp(self, end: int) -> Float[Array, " d"] | None:
+        """The direction out of which it bends at an end, None where it is free to turn."""
+        if self.bending is None:
+            return None
+        return {0: self.bending.start, -1: self.bending.end}.get(end)
+
     @property
-    def clamped(self) -> bool:
-        """Whether it bends out of a given direction at an end."""
-        bending = self.bending
-        return bending is not None and not (bending.start is None and bending.end is None)
+    def clamps(self) -> dict[int, Float[Array, " d"]]:
+        """The directions out of which it bends, by the ends that have one."""
+        return {end: x for end in (0, -1) if (x := self.clamp(end)) is not None}
 
     @property
     def tension_only(self) -> bool:

@@ -48,17 +48,11 @@ _SPENT = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EROFS, getattr(errno, "EDQ
 def create(path: Path) -> h5py.File:
     """A new HDF5 file, which must not be there.
 
-    Values go to the disk when they are written, and not when their dataset is let go: there nobody
-    could tell that it is full.
-
     Raises:
         BlockingIOError: another process has made it first.
     """
-    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
-    access.set_libver_bounds(h5py.h5f.LIBVER_EARLIEST, h5py.h5f.LIBVER_LATEST)
-    access.set_sieve_buf_size(0)
     try:
-        file = h5py.File(h5py.h5f.create(os.fsencode(path), h5py.h5f.ACC_EXCL, fapl=access))
+        file = h5py.File(h5py.h5f.create(os.fsencode(path), h5py.h5f.ACC_EXCL, fapl=_access()))
     except OSError as error:
         if "file exists" in str(error).lower():
             raise BlockingIOError(errno.EAGAIN, "made by another process", str(path)) from None
@@ -75,9 +69,19 @@ def reopen(path: Path) -> h5py.File:
     Raises:
         BlockingIOError: a process writes it.
     """
+    return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDWR, fapl=_access()))
+
+
+def _access() -> h5py.h5p.PropFAID:
+    """How files in the making are opened.
+
+    Values go to the disk when they are written, and not when their dataset is let go: there nobody
+    could tell that it is full.
+    """
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_libver_bounds(h5py.h5f.LIBVER_EARLIEST, h5py.h5f.LIBVER_LATEST)
     access.set_sieve_buf_size(0)
-    return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDWR, fapl=access))
+    return access
 
 
 def is_named(file: h5py.File, path: Path) -> bool:

@@ -326,6 +326,13 @@ class Line(Part):
         """Unstretched length in m, with what was paid out."""
         return self.length if self.payout is None else self.length + self.payout.way
 
+    @property
+    def count(self) -> int:
+        """Number of segments, 0 of an ideal line."""
+        if self.segment_lengths is not None:
+            return len(self.segment_lengths)
+        return 0 if self.segments is None else self.segments
+
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the segments and what was paid out."""
         if self.payout is not None and self.segment_lengths is not None:

@@ -93,8 +93,7 @@ class Scene(Part):
     @property
     def nodes(self) -> int:
         """Number of nodes of all lines, each line's counted by itself."""
-        lines = self.lines.values()
-        return sum(1 + (x.segments or len(x.segment_lengths or ())) for x in lines)
+        return sum(1 + line.count for line in self.lines.values())
 
     @property
     def settling(self) -> list[str]:

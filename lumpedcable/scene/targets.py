@@ -112,13 +112,6 @@ def _of(
     for name in target.parts:
         if name not in known:
             yield Problem(path, f"expected {words}, found {found(name)}{did_you_mean(name, known)}")
-        elif target.measure == "sag" and lines[name] is not None and _single(lines[name]):
+        elif target.measure == "sag" and lines[name] is not None and lines[name].count == 1:
             told = f'"{name}" with one, which is its chord'
             yield Problem(path, f"expected a line of two segments at least, found {told}")
-
-
-def _single(line: Any) -> bool:
-    """Whether a line has one segment alone."""
-    return line.segments == 1 or (
-        line.segment_lengths is not None and len(line.segment_lengths) == 1
-    )

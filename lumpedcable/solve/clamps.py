@@ -11,43 +11,43 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.physics.linear import differences
-from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.vectors import dot, size
+from lumpedcable.solve.hanging import nodal_weight
 
-__all__ = ["bent_out", "folded"]
-
+__all__ = ["bent_out", "folded", "stiffened"]
 
 ASIDE = 0.1
 """Part that a first shape goes aside where it turns, since between opposite directions there is none."""
 
 
 def bent_out(
-    line: Line, path: Float[Array, "d nodes"], load: Float[Array, ""], held: tuple[bool, bool]
+    line: Line, path: Float[Array, "d nodes"], pull: Float[Array, " d"], held: tuple[bool, bool]
 ) -> Float[Array, "d nodes"]:
     """The path (m), led out of clamps that it would leave backwards.
 
     There its tangent t becomes that of (1 - w) t + w c, c the clamp's and w = exp(-s/b) over the length
-    s (m) from it, with b = sqrt(EI / load), in which a tense beam takes its direction, and two segments
-    at least. Between opposite directions there is no turn, so that it goes aside a little (`ASIDE`).
+    s (m) from it, with b = sqrt(EI / F) at least two segments, in which a beam under weight and pull F
+    takes its direction. Between opposite directions there is no turn: it goes aside a little (`ASIDE`).
 
     Args:
         line: the line.
         path: places (m) of its nodes.
-        load: what it carries, about (N).
+        pull: at its free end (N).
         held: whether its start and its end stay where they are; one of them at least.
     """
-    bending = line.bending
-    if bending is None or not line.clamped:
+    bending, clamps = line.bending, line.clamps
+    if bending is None or not clamps:
         return path
     step = jax.lax.stop_gradient(differences(path))  # a state of rest does not depend on a guess
     length = jnp.sqrt(dot(step, step))
     tangent = step / jnp.maximum(length, 1e-300)
     total, middle = jnp.sum(length), jnp.cumsum(length) - 0.5 * length
+    load = size(jnp.sum(nodal_weight(line), axis=1)) + size(pull)
     fade = jnp.maximum(jnp.sqrt(bending.EI / jnp.maximum(load, 1e-300)), 2.0 * jnp.max(length))
     fade = jnp.minimum(fade, total)
     led = tangent
-    for clamp, node, away in ((bending.start, 0, middle), (bending.end, -1, total - middle)):
-        if clamp is None:
-            continue
+    for node, clamp in clamps.items():
+        away = middle if node == 0 else total - middle
         share = jnp.where(jnp.dot(tangent[:, node], clamp) < 0.0, jnp.exp(-away / fade), 0.0)
         led = (1.0 - share) * led + share * clamp[:, None]
         led = led + ASIDE * share * (1.0 - share) * _across(clamp)[:, None]
@@ -57,6 +57,27 @@ def bent_out(
     if held == (True, True):
         return moved + jnp.concatenate([jnp.zeros(1), jnp.cumsum(length)]) / total * missed
     return moved if held[0] else moved + missed
+
+
+def stiffened(
+    line: Line, path: Float[Array, "d nodes"], pull: Float[Array, " d"], from_start: bool
+) -> Float[Array, "d nodes"]:
+    """The path, or a straight line out of the clamp (m) if its end turns by less than a radian.
+
+    The end of a cantilever turns by W L^2 / (6 EI) under its weight W and by P L^2 / (2 EI) under a
+    force P at its end (N).
+    """
+    bending, clamp = line.bending, line.clamp(0 if from_start else -1)
+    if bending is None or clamp is None:
+        return path
+    full = jnp.broadcast_to(line.segment_length, (line.segments,))
+    sizes = [jnp.sqrt(jnp.sum(f**2)) for f in (jnp.sum(nodal_weight(line), axis=1), pull)]
+    turn = (sizes[0] / 6.0 + sizes[1] / 2.0) * jnp.sum(full) ** 2 / bending.EI
+    along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(full)])
+    straight = path[:, :1] + clamp[:, None] * along
+    if not from_start:
+        straight = path[:, -1:] - clamp[:, None] * (along[-1] - along)
+    return jnp.where(turn < 1.0, straight, path)
 
 
 def _across(direction: Float[Array, " d"]) -> Float[Array, " d"]:
@@ -79,9 +100,7 @@ def folded(model: Model) -> Bool[Array, ""]:
             continue
         shape = line.shape(jnp.zeros_like(line.reference))
         tension = line.law.tension(shape.strain)
-        for clamp, node in ((bending.start, 0), (bending.end, -1)):
-            if clamp is None:
-                continue
+        for node, clamp in line.clamps.items():
             over = -bending.EI / shape.node_length[node] * jnp.dot(shape.tangent[:, node], clamp)
             found |= over > jnp.maximum(tension[node], 0.0) * shape.length[node]
     return found

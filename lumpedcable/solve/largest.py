@@ -1,12 +1,12 @@
 """The largest tension of each line, and how far those of all go through the range of their laws."""
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 
-__all__ = ["largest_tension", "so_far", "stretches", "tensions_of"]
+__all__ = ["largest_tension", "reversals", "so_far", "stretches", "tensions_of"]
 
 
 def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]:
@@ -65,6 +65,11 @@ def pulls(model: Model, peaks: dict[str, Float[Array, " n"]]) -> dict[str, Float
             share = largest_tension(line, peak) / jnp.where(most > 0.0, most, 1.0)
             shares[name] = jnp.where(most > 0.0, share, 0.0)
     return _first_of("pull", model, shares)
+
+
+def reversals(model: Model, turned: dict[str, Bool[Array, ""]]) -> dict[str, Float[Array, ""]]:
+    """1 where a line has reversed on itself, else 0, and the first of those that have."""
+    return _first_of("reversed", model, {n: jnp.asarray(x, float) for n, x in turned.items()})
 
 
 def _first_of(

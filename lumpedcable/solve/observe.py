@@ -23,7 +23,7 @@ from lumpedcable.physics.vectors import dot
 from lumpedcable.physics.waves import Boundary
 from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.bound import courant_number
-from lumpedcable.solve.largest import stretches, tensions_of
+from lumpedcable.solve.largest import reversals, stretches, tensions_of
 from lumpedcable.status import Status
 
 __all__ = [
@@ -132,20 +132,12 @@ def end_tension(
         found = here + pull
     else:
         fall = here - pick(tension, line.segment(node, 1))
-        clamped = shape is not None and _clamped(line, node)
+        clamped = shape is not None and line.clamp(node) is not None
         found = here + (0.5 * fall if clamped else fall / 8.0 + 0.75 * pull)
     if met is None or shape is None or met.loaded is False:
         return found
     known = jnp.zeros_like(here) if met.force is None else -inwards(met.force, shape)
     return known if met.loaded is True else jnp.where(met.loaded, known, found)
-
-
-def _clamped(line: Line, node: int) -> bool:
-    """Whether a line that bends has a given direction at an end."""
-    bending = line.bending
-    if bending is None or node not in (0, -1):
-        return False
-    return (bending.start if node == 0 else bending.end) is not None
 
 
 def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array, ""]:
@@ -296,9 +288,8 @@ def sample(
     none = jnp.full((), jnp.nan)  # without a line that has nodes
     largest = {"tension": none, "kinetic": stored["kinetic"]} | tensions_of(model, tensions)
     largest |= stretches(model, {name: found[name].line.shape.strain for name in model.lines})
-    back = jnp.stack([turned[name] for name in sorted(turned)]) if turned else jnp.zeros(1, bool)
-    if len(turned) > 1:
-        largest["reversed of"] = jnp.argmax(back).astype(courant.dtype)
+    largest |= reversals(model, turned)
+    back = largest.pop("reversed", jnp.zeros(())) > 0.0
     energy = {}
     if y.work:
         energy = dict(stored)
@@ -315,7 +306,7 @@ def sample(
     measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
     not_yet = jnp.zeros((), bool)
     return Sample(
-        fields, energy, ends, largest, finite, jnp.any(back), courant, stuck, bodies, measures,
+        fields, energy, ends, largest, finite, back, courant, stuck, bodies, measures,
         stopped=not_yet, lost=not_yet,
     )  # fmt: skip
 

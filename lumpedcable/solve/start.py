@@ -19,7 +19,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
-from lumpedcable.solve.clamps import bent_out, folded
+from lumpedcable.solve.clamps import bent_out, folded, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight, spanning_line
 from lumpedcable.solve.resting import (
     draped_line,
@@ -114,7 +114,7 @@ def start_of(
 
 def _upright(found: Equilibrium) -> Equilibrium:
     """What was found, unless a touch would turn it over."""
-    if not any(line.clamped for line in found.model.lines.values()):
+    if not any(line.clamps for line in found.model.lines.values()):
         return found
     return found._replace(converged=found.converged & ~folded(found.model))
 
@@ -210,9 +210,7 @@ def _laid_between(
 ) -> Float[Array, "d nodes"]:
     """First shape (m) of a line between two places (m)."""
     bed, slope = seabed_of(line), slope_under(line)
-    path = spanning_line(line, start, end)
-    heavy = size(jnp.sum(nodal_weight(line), axis=1))
-    path = bent_out(line, path, heavy, (True, True))
+    path = bent_out(line, spanning_line(line, start, end), jnp.zeros_like(start), (True, True))
     if slope is not None:
         return lifted(slope, path)
     return path if bed is None else resting_line(line, bed, start, end, path)
@@ -232,9 +230,8 @@ def _lay_out(line: Line, model: Model, outer, start, end) -> Float[Array, "d nod
         path = hanging_line(line, anchor, pull, from_start, load)
     path = path if bed is None else draped_line(line, bed, path, from_start)
     path = path if slope is None else laid_on_slope(slope, path, from_start)
-    heavy = size(jnp.sum(nodal_weight(line), axis=1)) + size(pull)
-    path = bent_out(line, path, heavy, (from_start, not from_start))
-    return _stiffened(line, path, pull, from_start)
+    path = bent_out(line, path, pull, (from_start, not from_start))
+    return stiffened(line, path, pull, from_start)
 
 
 def _swept(
@@ -268,28 +265,6 @@ def _swept(
     per_metre = line.drag.normal * size(side) * side
     per_metre = per_metre + line.drag.tangential * jnp.abs(slip) * slip * tangent
     return weight + per_metre[:, None] * line.node_length
-
-
-def _stiffened(
-    line: Line, path: Float[Array, "d nodes"], pull: Float[Array, " d"], from_start: bool
-) -> Float[Array, "d nodes"]:
-    """The path, or a straight line out of the clamp (m) if its end turns by less than a radian.
-
-    The end of a cantilever turns by W L^2 / (6 EI) under its weight W and by P L^2 / (2 EI) under a
-    force P at its end (N).
-    """
-    bending = line.bending
-    clamp = None if bending is None else (bending.start if from_start else bending.end)
-    if bending is None or clamp is None:
-        return path
-    full = jnp.broadcast_to(line.segment_length, (line.segments,))
-    sizes = [jnp.sqrt(jnp.sum(f**2)) for f in (jnp.sum(nodal_weight(line), axis=1), pull)]
-    turn = (sizes[0] / 6.0 + sizes[1] / 2.0) * jnp.sum(full) ** 2 / bending.EI
-    along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(full)])
-    straight = path[:, :1] + clamp[:, None] * along
-    if not from_start:
-        straight = path[:, -1:] - clamp[:, None] * (along[-1] - along)
-    return jnp.where(turn < 1.0, straight, path)
 
 
 def _joint_places(

@@ -49,6 +49,11 @@ class Account:
         self._start: dict[str, NDArray[np.float64]] | None = None
 
     @property
+    def _tables(self) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """What samples have by name, as they call it."""
+        return {"energy": self.energy, "largest": self.largest, "measures": self.measures}
+
+    @property
     def complete(self) -> bool:
         """Whether all outputs were reached."""
         return self.reached == self.count
@@ -62,12 +67,8 @@ class Account:
             finite = finite & np.isfinite(values)
         for sign, shown in signs(samples._replace(finite=finite)).items():
             self.signs[sign][:, times] = shown
-        for kept, found in (
-            (self.energy, samples.energy),
-            (self.largest, samples.largest),
-            (self.measures, samples.measures),
-        ):
-            for name, values in found.items():
+        for kind, kept in self._tables.items():
+            for name, values in getattr(samples, kind).items():
                 kept.setdefault(name, np.full(shape, np.nan))[:, times] = values
         self.reached = first + count - 1
 
@@ -84,21 +85,19 @@ class Account:
 
     def noted(self) -> dict[str, NDArray[Any]]:
         """What has been added, by name, to go on from in another process."""
-        tables = {"energy": self.energy, "measures": self.measures, "largest": self.largest}
         found: dict[str, NDArray[Any]] = {"reached": np.asarray(self.reached)}
         found |= {f"signs/{sign.name}": shown for sign, shown in self.signs.items()}
-        return found | {f"{k}/{name}": v for k, t in tables.items() for name, v in t.items()}
+        return found | {f"{k}/{name}": v for k, t in self._tables.items() for name, v in t.items()}
 
     def restore(self, noted: Mapping[str, NDArray[Any]]) -> None:
         """Take what another process has noted."""
-        tables = {"energy": self.energy, "measures": self.measures, "largest": self.largest}
         self.reached = int(noted["reached"])
         for sign, shown in self.signs.items():
             shown[...] = noted[f"signs/{sign.name}"]
         for path, values in noted.items():
             kind, _, name = path.partition("/")
-            if kind in tables:
-                tables[kind][name] = values
+            if kind in self._tables:
+                self._tables[kind][name] = values
 
     def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:
         """Positions (runs, 3, nodes) of every line at the start (m)."""

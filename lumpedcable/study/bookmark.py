@@ -13,7 +13,7 @@ import os
 import time as clock
 import zipfile
 from contextlib import suppress
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,8 +77,9 @@ class Bookmark:
         except (ResultError, OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
             return {}
         told = (str(found.get("key", "")), str(found.get("created", "")))
-        return found if told == (self._key(), made) else {}
+        return found if told == (self._key, made) else {}
 
+    @cached_property
     def _key(self) -> str:
         """What has to be the same for a run to go on as it began: all numbers of the scene, the runs,
         the program, and what computes."""
@@ -155,7 +156,7 @@ class Bookmark:
     def _write(self, state: dict[str, NDArray[Any]]) -> None:
         begun = clock.monotonic()
         found = state | {
-            "key": np.asarray(self._key()),
+            "key": np.asarray(self._key),
             "created": np.asarray(self._created),
             "tables": np.asarray(len(self._tables)),
             "parts": np.asarray(self._parts),

@@ -250,23 +250,25 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         for k, s in enumerate(status)
     ]
     for k in np.flatnonzero(status == Status.LINE_REVERSED):
-        name = _reversed_line(ready, account, int(k))
-        source = source_of(part.structure.scene, name)
-        material = part.structure.scene.lines[source].material
-        named = said[k].replace("the line reversed", f"{name} reversed", 1)
-        named = named.replace("materials.NAME", f"materials.{material}")
-        said[k] = named.replace("lines.NAME", f"lines.{source}")
+        said[k] = _about(said[k], part.structure.scene, _reversed_line(ready, account, int(k)))
     both = zip(said, used.words, strict=True)
     table["status_message"][rows] = [_joined(*words) for words in both]
 
 
+def _about(message: str, scene: Scene, name: str) -> str:
+    """A message on a line, or a part of one, with its name and those of its keys."""
+    source = source_of(scene, name)
+    keys = {"materials.NAME": f"materials.{scene.lines[source].material}",
+            "lines.NAME": f"lines.{source}", "the line reversed": f"{name} reversed"}  # fmt: skip
+    for general, own in keys.items():
+        message = message.replace(general, own, 1)
+    return message
+
+
 def _reversed_line(ready: Ready, account: Account, run: int) -> str:
     """The line of the model that reversed first in a run."""
-    names = sorted(ready.model.lines)
-    if len(names) == 1:
-        return names[0]
     first = int(account.signs[Status.LINE_REVERSED][run].argmax())
-    return names[int(account.largest["reversed of"][run, first])]
+    return sorted(ready.model.lines)[int(account.largest["reversed of"][run, first])]
 
 
 def _joined(*words: str) -> str:
@@ -325,10 +327,10 @@ def _recoil(
     if not contents.exact:
         with np.errstate(invalid="ignore"):
             known &= peak > (1.0 + EXCESS) * np.sqrt(tension * strain / mass)
+    scenes = {int(k): study.runs[int(part.runs[k])] for k in np.flatnonzero(known)}
     waves = {
-        k: exact_wave(study.runs[int(run)], line, recoil, k, float(tension[k]), float(begins[k]))
-        for k, run in enumerate(part.runs)
-        if known[k]
+        k: exact_wave(scene, line, recoil, k, float(tension[k]), float(begins[k]))
+        for k, scene in scenes.items()
     }
     for name in EXACT if contents.exact else ():
         values = [waves.get(k, {}).get(name, np.nan) for k in range(lived)]
@@ -340,8 +342,7 @@ def _recoil(
     for k, wave in waves.items():
         if status[k] == Status.OK and wave:
             crossing = float(length[k] * strain[k]) / wave[END_SPEED]  # of a segment by the wave
-            takes = study.runs[int(part.runs[k])].events[event].time
-            sudden = event if takes < crossing else None
+            sudden = event if scenes[k].events[event].time < crossing else None
             ends = float(peak[k]), wave[END_SPEED], wave["allowance"]
             said[k] = _joined(excess_words(recoil_name(recoil), *ends, sudden), said[k])
     return numbers, said
