@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lumpedcable.study.account import Account
     from lumpedcable.study.run import Part
 
-__all__ = ["begins_of", "earliest", "other_begins", "source_of", "starts_of"]
+__all__ = ["Starts", "begins_of", "earliest", "other_begins", "source_of", "starts_of"]
 
 Starts = Mapping[str, "NDArray[np.float64]"]
 

@@ -28,6 +28,7 @@ from lumpedcable.results import (
 from lumpedcable.results.schema import PEAK_TENSION
 from lumpedcable.scene import CHECKED
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.outcomes import QUANTITIES
 from lumpedcable.solve.observe import Sample
 from lumpedcable.status import MEANING, Status
 from lumpedcable.study.carried import (
@@ -40,9 +41,10 @@ from lumpedcable.study.energies import energy_terms
 from lumpedcable.study.laying import Laid
 from lumpedcable.study.places import Places, neighbours
 from lumpedcable.study.plan import courant_of, fields_of, peaked
+from lumpedcable.study.recoils import EXACT, recoil_names
 from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.strength import strength_coordinates
-from lumpedcable.study.summary import EXACT, QUANTITIES, Table, recoil_names, summaries_of
+from lumpedcable.study.summary import Table, summaries_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
