@@ -304,7 +304,13 @@ def info(result: Path, /) -> None:
 
 
 @app.command
-def check(scene: Path, /, *, set_: Set = None) -> None:
+def check(
+    scene: Path,
+    /,
+    *,
+    set_: Set = None,
+    steps: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
     """Validate a scene without running it; every fault is told at once.
 
     Parameters
@@ -313,6 +319,9 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
         Scene file (TOML).
     set_
         KEY=VALUE: another value for any key of the scene.
+    steps
+        Look for the state of rest as well, of the first thousand runs of a sweep, and tell how many
+        steps each would take.
     """
     from lumpedcable.model.layout import layout_of
     from lumpedcable.scene import load_study
@@ -330,6 +339,13 @@ def check(scene: Path, /, *, set_: Set = None) -> None:
             common_coordinates(study, scenes)
     runs = len(study.runs)
     print(f"{scene}: ok, {runs} run{'' if runs == 1 else 's'}")
+    if steps:
+        suit_device(study.scene.nodes * len(scenes))
+        from lumpedcable.study.prospect import prospect_lines, prospect_of
+
+        with _told():
+            prospect = prospect_of(study, CHECKED_RUNS)
+        print(*prospect_lines(prospect), sep="\n")
 
 
 @app.command

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 _STEPS = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 # units that take prefixes, with the largest one in use for each: nobody speaks of kiloseconds
@@ -49,3 +50,29 @@ def size(count: int) -> str:
             break
         value /= 1000
     return f"{value:.3g} {text}"
+
+
+def same_words(told: Iterable[tuple[int, str]]) -> list[tuple[list[int], str]]:
+    """Numbers of runs (rising) by what is told of them, in the order of the first of each."""
+    found: dict[str, list[int]] = {}
+    for run, words in told:
+        found.setdefault(words, []).append(run)
+    return [(runs, words) for words, runs in found.items()]
+
+
+def runs_named(runs: list[int], most: int = 8) -> str:
+    """Numbers of runs (rising) as text: "run 3", "runs 0, 2 and 5 to 7"; of gaps at most so many."""
+    spans: list[list[int]] = []
+    for run in runs:
+        if spans and run == spans[-1][-1] + 1:
+            spans[-1].append(run)
+        else:
+            spans.append([run])
+    if len(spans) > most:
+        spans = spans[: most - 1]
+    each = []
+    for span in spans:
+        each += [f"{span[0]} to {span[-1]}"] if len(span) > 2 else map(str, span)
+    left = len(runs) - sum(map(len, spans))
+    *before, last = [*each, f"{left} more"] if left else each
+    return f"run{'s' * (len(runs) > 1)} {', '.join(before)}{' and ' * bool(before)}{last}"

@@ -67,6 +67,22 @@ class Ended:
         good[:, 0] = self.begun
         return good
 
+    @property
+    def step(self) -> float:
+        """The step (s), NaN where it is chosen on the way."""
+        plan, every = self.part.plan, self.contents.laid.scene.output.every
+        return float("nan") if plan.adaptive else every / self.part.steps
+
+    @property
+    def bound(self) -> NDArray[np.float64]:
+        """The largest stable step of each run at rest (s), shape (runs,)."""
+        return np.asarray(self.ready.bound, float)[: len(self.part.runs)]
+
+    @cached_property
+    def overstepped(self) -> NDArray[np.bool_]:
+        """Which runs end at their start, since their step is too long even there, shape (runs,)."""
+        return (self.when <= 0.0) & (self.step > self.bound)
+
     @cached_property
     def starts(self) -> Starts:
         """By event, when it begins in each run (s), inf where it never does, shape (runs,)."""

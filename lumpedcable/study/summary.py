@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lumpedcable.model.bodies import body_key
+from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PEAK_TENSION, exact_name
 from lumpedcable.scene import Scene
 from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
@@ -176,10 +177,9 @@ def _numbers(ended: Ended) -> dict[str, NDArray[np.float64]]:
     part, account, lived = ended.part, ended.account, len(ended.part.runs)
     # a run that has stopped well stays as it is: a stop of one that went wrong came after that
     stops = ~np.isnan(account.stopped) & (ended.status == Status.OK)
-    every, adaptive = ended.contents.laid.scene.output.every, part.plan.adaptive
     return {
         "solver_steps": np.full(lived, part.steps * account.count),
-        "solver_step": np.full(lived, np.nan if adaptive else every / part.steps),
+        "solver_step": np.full(lived, ended.step),
         "energy_closure": ended.energy.closure,
         "released_energy": ended.energy.released,
         "static_imbalance": np.asarray(ended.ready.imbalance, float)[:lived],
@@ -210,10 +210,22 @@ def _messages(ended: Ended, remarks: list[str]) -> list[str]:
             said.append(ended.beyond.message(k, when))
             continue
         message = message_of(status, when, remarks[k], step_given=step_given)
+        if status is Status.STEP_BOUND_BROKEN and ended.overstepped[k]:
+            message = _too_long(ended, k)
         if status is Status.LINE_REVERSED:
             message = _about(message, ended.part.structure.scene, ended.reversed_line(k))
         said.append(message)
     return said
+
+
+def _too_long(ended: Ended, run: int) -> str:
+    """What is said of a run whose step is too long from the start."""
+    step, stable = (quantity(float(x), "s", 3) for x in (ended.step, ended.bound[run]))
+    key = "solver.courant" if ended.contents.scene.solver.step is None else "solver.step"
+    return (
+        f"the step is too long: {step}, the largest stable one of the line at rest is {stable}; "
+        f"lower {key}"
+    )
 
 
 def _about(message: str, scene: Scene, name: str) -> str:

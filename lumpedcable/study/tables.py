@@ -9,6 +9,8 @@ from rich.measure import Measurement
 from rich.table import Column, Table
 from rich.text import Text
 
+from lumpedcable.results.human import runs_named, same_words
+
 __all__ = [
     "MOST_ROWS",
     "WholeTable",
@@ -21,7 +23,7 @@ __all__ = [
 ]
 
 MOST_ROWS = 60  # of a table; the file holds them all
-MOST_TOLD = 10  # runs told one by one
+MOST_TOLD = 10  # different things that are told of runs
 WIDE = 200  # columns where no terminal says how many there are
 BOUNDLESS = 10_000
 
@@ -134,9 +136,10 @@ def rows_shown(
 def print_told(
     console: Console, told: Iterable[tuple[int, str]], rest: str = "went wrong", style: str = "red"
 ) -> None:
-    """Print numbers of runs and what is told of each, the first few one by one, the `rest` by number."""
-    every = list(told)
-    for run, message in every[:MOST_TOLD]:
-        console.print(Text(f"run {run}: {message}", style))
-    if len(every) > MOST_TOLD:
-        console.print(Text(f"and {len(every) - MOST_TOLD} more runs {rest}", style))
+    """Print numbers of runs and what is told of them, the first few words, the `rest` by number."""
+    every = same_words(told)
+    for runs, message in every[:MOST_TOLD]:
+        console.print(Text(f"{runs_named(runs)}: {message}", style))
+    left = sum(len(runs) for runs, _ in every[MOST_TOLD:])
+    if left:
+        console.print(Text(f"and {left} more run{'' if left == 1 else 's'} {rest}", style))

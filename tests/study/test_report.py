@@ -171,5 +171,12 @@ def test_a_large_study_is_cut_and_says_so(monkeypatch):
     outcomes = [outcome(run, Status.NON_FINITE, "undefined") for run in range(200)]
     text = printed(monkeypatch, 120, study, outcomes)
     assert "60 of 200 rows shown; the file holds all." in text
-    assert len(re.findall(r"^run \d+: undefined$", text, re.MULTILINE)) == 10
+    assert len(re.findall(r"^runs 0 to 199: undefined$", text, re.MULTILINE)) == 1
+
+
+def test_of_many_different_failures_the_first_are_told(monkeypatch):
+    study = load_study(SNAPBACK, [f"pretension={list(range(1000, 201_000, 1000))}", "break.time=0"])
+    outcomes = [outcome(run, Status.NON_FINITE, f"undefined at {run} ms") for run in range(200)]
+    text = printed(monkeypatch, 120, study, outcomes)
+    assert len(re.findall(r"^run \d+: undefined at \d+ ms$", text, re.MULTILINE)) == 10
     assert "and 190 more runs went wrong" in text
