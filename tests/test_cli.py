@@ -134,7 +134,7 @@ def test_a_study_of_which_no_run_comes_to_its_end_exits_with_1(tmp_path):
     good_scenes.write(tmp_path, text)
     said = say(tmp_path, "run", "scene.toml")
     assert said.code == 1
-    assert "run 0: no static equilibrium was found to start from" in said.out
+    assert "runs 0 and 1: no static equilibrium was found to start from" in said.out
     assert (tmp_path / "scene.h5").is_file()
 
 
