@@ -92,17 +92,19 @@ def start_of(
     # the far end of a line on a winch is held, so that nothing at rest hears of it but what runs on it
     wound = [name for name in lines if winch_of(model, name) is not None]
     rest = [name for name in lines if name not in wound]
+
+    def at_rest(part: Model) -> Equilibrium:
+        held = _held_joints(part, given)
+        return _upright(stiffening(scene, held, tolerance, most, bool(given)))
+
     if not is_carried(model):
-        found = _upright(
-            stiffening(scene, _held_joints(model, given), tolerance, most, bool(given))
-        )
+        found = at_rest(model)
         return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
     riders = carried_equilibrium(_part(model, wound, ()), tolerance, most)
     if not rest:
         found = riders
     else:
-        part = _part(_held_joints(model, given), rest, model.junctions)
-        found = stiffening(scene, part, tolerance, most, bool(given))
+        found = at_rest(_part(model, rest, model.junctions))
     both = found.model.lines | riders.model.lines, riders.model.bodies
     return Equilibrium(
         eqx.tree_at(lambda m: (m.lines, m.bodies), model, both),

@@ -28,6 +28,7 @@ from lumpedcable.exact import dragged_from_tension
 from lumpedcable.results import open_result
 from lumpedcable.results.chord import along_chord
 from lumpedcable.scene import load_study
+from lumpedcable.solve import start
 from lumpedcable.solve.clamps import folded
 from lumpedcable.study.cables import cables
 from lumpedcable.study.run import run_study
@@ -337,6 +338,28 @@ def test_what_would_fall_out_of_its_clamp_is_not_at_rest(tmp_path):
     limp = eqx.tree_at(lambda m: m.lines["rod"].loads[0].EI, turned, 0.01 * bends.EI)
     assert folded(limp)
     assert not folded(eqx.tree_at(lambda m: m.lines["rod"].loads[0].EI, turned, 1e-4 * bends.EI))
+
+
+BESIDE = """
+[lines.beside]
+material = "rod"
+length = "20 m"
+segments = 4
+mass = 1
+start = { fixed = [0, 5, 0] }
+end = { winch = { at = [20, 5, 0], tension = "100 N" } }
+"""
+
+
+@pytest.mark.parametrize("beside", ["", BESIDE], ids=["alone", "beside a line on a winch"])
+def test_a_state_turned_over_is_none(tmp_path, monkeypatch, beside):
+    # from a first shape that leaves its clamp backwards, Newton's method finds what no touch leaves so
+    monkeypatch.setattr(start, "bent_out", lambda line, path, pull, held: path)
+    monkeypatch.setattr(start, "stiffened", lambda line, path, pull, from_start: path)
+    text = ROD.format(segments=21, start=CLAMP.format([-1, 0, 0]), end=HELD.format([1, 0, 0]))
+    found, _ = equilibrium_of(scene_of(tmp_path, text.replace("[output]", beside + "[output]")))
+    assert folded(found.model)
+    assert not found.converged
 
 
 @pytest.mark.parametrize("rise", [0.0, 0.4])
