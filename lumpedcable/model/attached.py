@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -20,7 +18,7 @@ from lumpedcable.model.couple import Found, body_force
 from lumpedcable.model.ends import Attached, Driven, solve_small
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.winches import Winch
-from lumpedcable.physics.motion import Still, velocity_of
+from lumpedcable.physics.motion import Still, velocity_of, way_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.vectors import dot
 
@@ -91,25 +89,35 @@ def on_paths(
     What is integrated from accelerations alone drifts off: a step in them that falls into a step of
     time leaves a velocity behind.
     """
-    displacement, velocity = dict(displacement), dict(velocity)
-    for name, node, end in model.outer_ends():
-        if not isinstance(end, Driven) or isinstance(end.motion, Still):
-            continue
-        u, v = displacement[name], velocity[name]
-        # how far it has gone is told in double precision: places of tens of metres cost digits
-        path = jax.tree.map(
-            lambda x: x.astype(jnp.float64) if eqx.is_inexact_array(x) else x, end.motion
-        )
-        place = (path.position(t) - path.position(jnp.zeros_like(t))).astype(u.dtype)
+    displacement, velocity = on_course(model, t, displacement), dict(velocity)
+    for name, node, end in _moved_ends(model):
+        v = velocity[name]
         rate = velocity_of(end.motion, t).astype(v.dtype)
         if end.release is not None:
-            begun = end.release.begun(t)
-            place = jnp.where(begun, u[:, node], place)
-            rate = jnp.where(begun, v[:, node], rate)
-        displacement[name] = place_at_end(u, node, place)
+            rate = jnp.where(end.release.begun(t), v[:, node], rate)
         velocity[name] = place_at_end(v, node, rate)
     displacement = follow(model, t, displacement)
     return displacement, follow_rate(model, t, displacement, velocity)
+
+
+def on_course(
+    model: Model, t: Float[Array, ""], displacement: dict[str, Array]
+) -> dict[str, Array]:
+    """The same displacements (m), with the ends that are moved where their paths are at t (s)."""
+    displacement = dict(displacement)
+    for name, node, end in _moved_ends(model):
+        u = displacement[name]
+        place = way_of(end.motion, jnp.zeros_like(t), t).astype(u.dtype)
+        if end.release is not None:
+            place = jnp.where(end.release.begun(t), u[:, node], place)
+        displacement[name] = place_at_end(u, node, place)
+    return displacement
+
+
+def _moved_ends(model: Model) -> Iterator[tuple[str, int, Driven]]:
+    for name, node, end in model.outer_ends():
+        if isinstance(end, Driven) and not isinstance(end.motion, Still):
+            yield name, node, end
 
 
 def start_velocities(model: Model, velocity: dict[str, Array]) -> dict[str, Array]:

@@ -17,6 +17,7 @@ __all__ = [
     "Still",
     "mean_velocity_of",
     "velocity_of",
+    "way_of",
 ]
 
 
@@ -34,13 +35,25 @@ def velocity_of(motion: AbstractMotion, t: Float[Array, ""]) -> Float[Array, " d
     return jax.jvp(motion.position, (t,), (jnp.ones_like(t),))[1]
 
 
+def way_of(
+    motion: AbstractMotion, start: Float[Array, ""], end: Float[Array, ""]
+) -> Float[Array, " d"]:
+    """x(end) - x(start) (m) between two times (s), in double precision.
+
+    Places of tens of metres have steps of micrometres in single precision: an end that goes by these
+    stands still and jumps, and a stiff line rings with it.
+    """
+    path = jax.tree.map(lambda x: x.astype(float) if eqx.is_inexact_array(x) else x, motion)
+    return path.position(end) - path.position(start)
+
+
 def mean_velocity_of(
     motion: AbstractMotion, t: Float[Array, ""], dt: Float[Array, ""]
 ) -> Float[Array, " d"]:
     """(x(t + dt) - x(t)) / dt (m/s): a step of dt (s) with it lands on the path exactly."""
     if isinstance(motion, Still):
         return jnp.zeros_like(motion.at)
-    return (motion.position(t + dt) - motion.position(t)) / dt
+    return way_of(motion, t, t + dt) / dt
 
 
 class Still(AbstractMotion):

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.attached import on_course
 from lumpedcable.model.energy import powers
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Workspace
@@ -136,6 +137,8 @@ class Leapfrog(diffrax.AbstractSolver):
         # worked out once and not at every step
         dt = kept.dt.astype(next(iter(before.values())).dtype)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
+        if dt.dtype != t1.dtype:  # in single precision steps that are rounded add up to a way off
+            place = on_course(model, t1, place)
         place = model.followed(t1, place)
         kicked = model.kick(t1, place, before, y0.reaction, dt, over or None)
         middle, after, found = kicked.middle, kicked.after, kicked.found

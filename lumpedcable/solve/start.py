@@ -101,10 +101,7 @@ def start_of(
         found = at_rest(model)
         return found._replace(model=eqx.tree_at(lambda m: m.lines, model, found.model.lines))
     riders = carried_equilibrium(_part(model, wound, ()), tolerance, most)
-    if not rest:
-        found = riders
-    else:
-        found = at_rest(_part(model, rest, model.junctions))
+    found = riders if not rest else at_rest(_part(model, rest, model.junctions))
     both = found.model.lines | riders.model.lines, riders.model.bodies
     return Equilibrium(
         eqx.tree_at(lambda m: (m.lines, m.bodies), model, both),

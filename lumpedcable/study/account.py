@@ -27,6 +27,8 @@ GIVERS = ("lost_control", "lost_drag", "lost_hull")
 # share of the released energy beyond which a run is not to be trusted: what is resolved stays below
 # a hundredth, what runs away gains tens of per cents and then multiples
 ENERGY_LIMIT = 0.05
+AT_REST = 2e-10  # share of the largest energy that is nothing
+DIGITS = 64.0  # times the relative precision, to which an energy is told
 
 
 class Account:
@@ -169,7 +171,7 @@ def balance(
         released = np.nanmax(np.where(usable, moved, 0.0), axis=1)
         worst = np.nanmax(np.where(usable, np.abs(residual), 0.0), axis=1)
         # what has not moved has released rounding alone, which nothing can be a share of
-        moving = released > np.finfo(account.part.plan.dtype).eps * _peaks(account)
+        moving = released > np.finfo(account.part.plan.dtype).eps * _peaks(account.energy)
         closure = np.divide(worst, released, out=np.zeros_like(worst), where=moving)
         tolerated = np.maximum(ENERGY_LIMIT * released, _tolerated(account))
         opened = np.abs(residual) > tolerated[:, None]
@@ -185,12 +187,26 @@ def _tolerated(account: Account) -> NDArray[np.float64]:
     A hundredth of the strain energy that it starts with, so that the first steps of a break are no
     alarm; and what rounding can do, which is all that a line at rest has.
     """
-    rounding = 1e6 * float(np.finfo(account.part.plan.dtype).eps) * _peaks(account)
+    rounding = _rounding(account)
     strain = account.energy.get("strain")
     return rounding if strain is None else np.maximum(0.01 * strain[:, 0], rounding)
 
 
-def _peaks(account: Account) -> NDArray[np.float64]:
-    """The largest size of any energy of each run (J)."""
-    tables = account.energy.values()
-    return np.nanmax([np.nanmax(np.abs(t), axis=1, initial=0.0) for t in tables], axis=0)
+def _rounding(account: Account) -> NDArray[np.float64]:
+    """What rounding can do to the energy account of each run (J).
+
+    An energy is told to some digits of its size, which for weights goes by how high they are. What is
+    summed up step by step, which is as much as energies change, loses half a digit at every step, by
+    chance up or down. A share `AT_REST` of the largest energy is nothing in either precision.
+    """
+    eps = float(np.finfo(account.part.plan.dtype).eps)
+    steps = max(account.part.steps, 1) * account.count
+    changes = _peaks({n: t - t[:, :1] for n, t in account.energy.items()})
+    size = _peaks(account.energy)
+    return np.maximum(AT_REST * size, eps * (DIGITS * size + 10.0 * steps**0.5 * changes))
+
+
+def _peaks(tables: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The largest size of any energy (runs, times) of each run (J)."""
+    sizes = [np.nanmax(np.abs(table), axis=1, initial=0.0) for table in tables.values()]
+    return np.nanmax(sizes, axis=0)
