@@ -48,11 +48,11 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
 from lumpedcable.scene.lines import (
-    FixedEnd,
     HeldForce,
     JoinedEnd,
     MovingEnd,
     RecordedMotion,
+    clamp_of,
     held_force,
     held_place,
 )
@@ -179,9 +179,7 @@ def _loads(
         loads.append(Weight(weight * coordinates.vector((0.0, 0.0, -1.0))))
     if part.bending is not None and coordinates.dimensions > 1:
         clamps = [
-            coordinates.vector(end.direction)
-            if mine and isinstance(end, FixedEnd) and end.direction is not None
-            else None
+            coordinates.vector(clamp) if mine and (clamp := clamp_of(end)) is not None else None
             for end, mine in zip((part.start, part.end), outer, strict=True)
         ]
         if segments > 1 or not all(outer) or any(clamp is not None for clamp in clamps):

@@ -13,12 +13,12 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, WAYS, Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import (
-    FixedEnd,
     HarmonicMotion,
     JoinedEnd,
     Line,
     MovingEnd,
     RecordedMotion,
+    clamp_of,
     held_force,
     held_place,
 )
@@ -164,8 +164,11 @@ class _Needs:
         for end, mine in zip(ends, found, strict=True):
             self.places += mine
             self.directions += _directions_of(end)
-        if slack and scene.gravity is not None and found[0] and found[1]:
-            self.folds |= bool(np.linalg.norm(found[1][0] - found[0][0]) < line.unstretched)
+        chord = found[1][0] - found[0][0] if found[0] and found[1] else None
+        if slack and chord is not None and (scene.gravity is not None or line.bending is not None):
+            self.folds |= bool(np.linalg.norm(chord) < line.unstretched)
+        if line.bending is not None:
+            self.folds |= not _leaves_along(scene, line, chord)
 
     def _body(self, body: Body | CarriedBody | MovedBody) -> None:
         if isinstance(body, MovedBody):
@@ -182,6 +185,25 @@ class _Needs:
             self.directions += _pushes(body) + _steered(body)
             if body.rigid:
                 self.rigid.append(body)
+
+
+def _leaves_along(scene: Scene, line: Line, chord: np.ndarray | None) -> bool:
+    """Whether a line that bends leaves its clamps the way that it goes, along its chord or its loads."""
+    loads = []
+    for end in (line.start, line.end):
+        if (force := held_force(end)) is not None:
+            loads.append(np.asarray(force.direction))
+    if scene.gravity is not None:
+        displaced = 0.0
+        if scene.fluid is not None and line.diameter is not None:
+            displaced = scene.fluid.density * 0.25 * np.pi * line.diameter**2
+        loads.append(np.array([0.0, 0.0, 1.0 if displaced > line.mass else -1.0]))
+    for end, out in ((line.start, 1.0), (line.end, -1.0)):
+        if (clamp := clamp_of(end)) is not None:
+            ways = loads if chord is None else [out * chord]
+            if any(out * np.dot(clamp, way) < 0.0 for way in ways):
+                return False
+    return True
 
 
 def _turned(body: Body) -> np.ndarray:
@@ -288,8 +310,8 @@ def _on_body(scene: Scene, end) -> list[np.ndarray]:
 def _directions_of(end) -> list[np.ndarray]:
     if (force := held_force(end)) is not None:
         return [np.asarray(force.direction)]
-    if isinstance(end, FixedEnd) and end.direction is not None:
-        return [np.asarray(end.direction)]
+    if (clamp := clamp_of(end)) is not None:
+        return [np.asarray(clamp)]
     if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
         both = (end.motion.velocity, end.motion.amplitude)
         return [np.asarray(v) for v in both if v is not None]

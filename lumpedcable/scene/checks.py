@@ -19,10 +19,10 @@ from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.event_checks import event_problems
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
-    FixedEnd,
     HeldForce,
     JoinedEnd,
     Line,
+    clamp_of,
     held_force,
 )
 from lumpedcable.scene.materials import Material
@@ -207,7 +207,7 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
             yield from _joined_end(draft, (*path, side, "joined"), end.joined)
         elif (held := held_force(end)) is not None:
             yield from _pretension(draft, (*path, side, "held", "pretension"), line, held)
-        elif _clamped(end) and line.bending is None:
+        elif clamp_of(end) is not None and line.bending is None:
             yield Problem(
                 (*path, side, "direction"),
                 "expected bending on a line whose end keeps a direction, found none",
@@ -328,7 +328,3 @@ def _pretension(draft: Draft, path: Path, line: Line, held: HeldForce) -> Iterat
             f'"{line.material}" up to its strain {strain}, '
             f"found {format_quantity(held.pretension, 'N')}",
         )
-
-
-def _clamped(end: Any) -> bool:
-    return isinstance(end, FixedEnd) and end.direction is not None

@@ -8,7 +8,7 @@ from math import inf
 from typing import Any
 
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import FixedEnd, Line, held_force, tie_of
+from lumpedcable.scene.lines import Line, clamp_of, held_force, tie_of
 from lumpedcable.scene.part import Path, Problem, unknown
 from lumpedcable.scene.run import Output, Solver
 from lumpedcable.scene.units import format_quantity
@@ -84,7 +84,7 @@ def _beginning(at: Path, event: Event, others: Mapping[str, Any]) -> Iterator[Pr
 
 def _end(at: Path, event: Event, end: Any, lines: Lines) -> Iterator[Problem]:
     """What is wrong with the end of a line that is to break."""
-    if isinstance(end, FixedEnd) and end.direction is not None:
+    if clamp_of(end) is not None:
         message = "expected an end that is free to turn, found"
         yield Problem((*at, "breaks"), f'{message} "{event.breaks}", which keeps a direction')
     if _tied(lines, event.breaks):

@@ -205,6 +205,11 @@ def held_force(end: Any) -> HeldForce | None:
     return end.held if isinstance(end, HeldEnd) and isinstance(end.held, HeldForce) else None
 
 
+def clamp_of(end: Any) -> tuple[float, float, float] | None:
+    """Return the direction out of which a line with bending leaves an end, None where it may turn."""
+    return end.direction if isinstance(end, FixedEnd) else None
+
+
 ENDS: dict[str, type[Part]] = {
     "fixed": FixedEnd,
     "held": HeldEnd,

@@ -12,12 +12,15 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.physics.linear import differences
 from lumpedcable.physics.vectors import dot, size
-from lumpedcable.solve.hanging import nodal_weight
+from lumpedcable.solve.hanging import nodal_weight, spanning_line
 
-__all__ = ["bent_out", "folded", "stiffened"]
+__all__ = ["bent_out", "folded", "opened_out", "stiffened"]
 
 ASIDE = 0.1
 """Part that a first shape goes aside where it turns, since between opposite directions there is none."""
+
+ROOM, WIDEST = 3.0, 0.6
+"""Width of a loop over (EI / w)^(1/3), and at most over the line's length."""
 
 
 def bent_out(
@@ -59,6 +62,33 @@ def bent_out(
     return moved if held[0] else moved + missed
 
 
+def opened_out(
+    line: Line, start: Float[Array, " d"], end: Float[Array, " d"]
+) -> Float[Array, "d nodes"]:
+    """First shape (m) between two places (m) of a line that bends: hanging, with room for its turn.
+
+    A loop under a weight of w (N/m) is some (EI / w)^(1/3) wide. Between ends that are nearer than
+    `ROOM` times that, a line without bending hangs in a fold, in which one that bends can be at rest as
+    well. Here it hangs between ends so far apart, across w, and is brought together evenly: a balloon.
+    """
+    bending = line.bending
+    if bending is None or line.dimensions == 1:
+        return spanning_line(line, start, end)
+    length = jnp.sum(jnp.broadcast_to(line.segment_length, (line.segments,)))
+    span, weight = jax.lax.stop_gradient((end - start, jnp.sum(nodal_weight(line), axis=1)))
+    heavy = size(weight)
+    down = weight / jnp.maximum(heavy, 1e-300)
+    level = span - jnp.dot(span, down) * down
+    gap = size(level)
+    away = jnp.where(gap > 1e-9 * length, level / jnp.maximum(gap, 1e-300), _across(down))
+    room = ROOM * jnp.cbrt(bending.EI * length / jnp.maximum(heavy, 1e-300))
+    room = jnp.minimum(room, WIDEST * length)
+    more = jax.lax.stop_gradient(jnp.maximum(room - gap, 0.0)) * away
+    path = spanning_line(line, start, end + more)
+    shares = jnp.linspace(0.0, 1.0, line.segments + 1)
+    return path - more[:, None] * shares
+
+
 def stiffened(
     line: Line, path: Float[Array, "d nodes"], pull: Float[Array, " d"], from_start: bool
 ) -> Float[Array, "d nodes"]:
@@ -88,10 +118,12 @@ def _across(direction: Float[Array, " d"]) -> Float[Array, " d"]:
 
 
 def folded(model: Model) -> Bool[Array, ""]:
-    """Whether a line at rest points backwards into a clamp, where a touch would turn it over.
+    """Whether a line at rest is folded back on itself, or into a clamp, where a touch would open it.
 
-    The segment at the clamp turns like a pendulum: the tension T (N) rights it with T l at most, and the
-    clamp turns it over with -(EI / s) t . c, l and s = l / 2 the lengths of `Bending` (m).
+    The segment at a clamp turns like a pendulum: the tension T (N) rights it with T l at most, and the
+    clamp turns it over with -(EI / s) t . c, l and s = l / 2 the lengths of `Bending` (m). Two segments
+    at a joint open with -(EI / s) t . t'; what goes on beyond them rights them with sqrt(EI T), as a
+    beam under tension does whose end is turned.
     """
     found = jnp.zeros((), bool)
     for line in model.lines.values():
@@ -99,8 +131,13 @@ def folded(model: Model) -> Bool[Array, ""]:
         if bending is None:
             continue
         shape = line.shape(jnp.zeros_like(line.reference))
-        tension = line.law.tension(shape.strain)
+        pull = jnp.maximum(line.law.tension(shape.strain), 0.0)
         for node, clamp in line.clamps.items():
             over = -bending.EI / shape.node_length[node] * jnp.dot(shape.tangent[:, node], clamp)
-            found |= over > jnp.maximum(tension[node], 0.0) * shape.length[node]
+            found |= over > pull[node] * shape.length[node]
+        opens = dot(shape.tangent[:, 1:], shape.tangent[:, :-1])
+        opens = -bending.EI / shape.node_length[1:-1] * opens
+        most = jnp.maximum(pull[1:], pull[:-1])
+        length = jnp.maximum(shape.length[1:], shape.length[:-1])
+        found |= jnp.any(opens > most * length + jnp.sqrt(bending.EI * most))
     return found

@@ -19,8 +19,8 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
-from lumpedcable.solve.clamps import bent_out, folded, stiffened
-from lumpedcable.solve.hanging import hanging_line, nodal_weight, spanning_line
+from lumpedcable.solve.clamps import bent_out, folded, opened_out, stiffened
+from lumpedcable.solve.hanging import hanging_line, nodal_weight
 from lumpedcable.solve.resting import (
     draped_line,
     laid_on_slope,
@@ -113,7 +113,7 @@ def start_of(
 
 def _upright(found: Equilibrium) -> Equilibrium:
     """What was found, unless a touch would turn it over."""
-    if not any(line.clamps for line in found.model.lines.values()):
+    if all(line.bending is None for line in found.model.lines.values()):
         return found
     return found._replace(converged=found.converged & ~folded(found.model))
 
@@ -209,7 +209,7 @@ def _laid_between(
 ) -> Float[Array, "d nodes"]:
     """First shape (m) of a line between two places (m)."""
     bed, slope = seabed_of(line), slope_under(line)
-    path = bent_out(line, spanning_line(line, start, end), jnp.zeros_like(start), (True, True))
+    path = bent_out(line, opened_out(line, start, end), jnp.zeros_like(start), (True, True))
     if slope is not None:
         return lifted(slope, path)
     return path if bed is None else resting_line(line, bed, start, end, path)
