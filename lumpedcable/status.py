@@ -72,7 +72,8 @@ ADVICE = {
     Status.OK: "",
     Status.STATICS_NOT_CONVERGED: (
         "check that something holds each line in its place (an end that is fixed, moved or on a "
-        "body), that the ends and forces can balance (a slack line needs gravity to have a shape), that "
+        "body), that the ends and forces can balance (a slack line needs gravity to have a shape, and "
+        "tension_only where it lies slack on a bed), that "
         "the tension of a winch or of a target is not too low to hold up its line, and that no body "
         "of a target lies beyond the ends, or raise statics.max_iterations"
     ),

@@ -11,13 +11,17 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.physics.linear import differences
+from lumpedcable.physics.seabed import AbstractSeabed
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.solve.hanging import nodal_weight, spanning_line
 
-__all__ = ["bent_out", "folded", "opened_out", "stiffened"]
+__all__ = ["bent_out", "folded", "opened_out", "pushes_on_bed", "stiffened"]
 
 ASIDE = 0.1
 """Part that a first shape goes aside where it turns, since between opposite directions there is none."""
+
+STRUT = 1e-6
+"""Push over the largest tension from which on a segment that is turned back is a strut."""
 
 ROOM, WIDEST = 3.0, 0.6
 """Width of a loop over (EI / w)^(1/3), and at most over the line's length."""
@@ -117,21 +121,35 @@ def _across(direction: Float[Array, " d"]) -> Float[Array, " d"]:
     return across / jnp.sqrt(jnp.dot(across, across))
 
 
+def pushes_on_bed(line: Line) -> bool:
+    """Whether an elastic line on a bed can push."""
+    on_bed = any(isinstance(load, AbstractSeabed) for load in line.loads)
+    return on_bed and not line.tension_only and not line.inextensible
+
+
 def folded(model: Model) -> Bool[Array, ""]:
     """Whether a line at rest is folded back on itself, or into a clamp, where a touch would open it.
 
     The segment at a clamp turns like a pendulum: the tension T (N) rights it with T l at most, and the
     clamp turns it over with -(EI / s) t . c, l and s = l / 2 the lengths of `Bending` (m). Two segments
     at a joint open with -(EI / s) t . t'; what goes on beyond them rights them with sqrt(EI T), as a
-    beam under tension does whose end is turned.
+    beam under tension does whose end is turned. On a bed, where the nodes of a slack line are crowded, a
+    segment that pushes and is turned back upon its neighbour is a strut that gives way.
     """
     found = jnp.zeros((), bool)
     for line in model.lines.values():
         bending = line.bending
-        if bending is None:
+        if bending is None and not pushes_on_bed(line):
             continue
         shape = line.shape(jnp.zeros_like(line.reference))
-        pull = jnp.maximum(line.law.tension(shape.strain), 0.0)
+        tension = line.law.tension(shape.strain)
+        if pushes_on_bed(line):
+            back = dot(shape.tangent[:, 1:], shape.tangent[:, :-1]) < 0.0
+            least = jnp.minimum(tension[1:], tension[:-1])
+            found |= jnp.any(back & (least < -STRUT * jnp.max(jnp.abs(tension))))
+        if bending is None:
+            continue
+        pull = jnp.maximum(tension, 0.0)
         for node, clamp in line.clamps.items():
             over = -bending.EI / shape.node_length[node] * jnp.dot(shape.tangent[:, node], clamp)
             found |= over > pull[node] * shape.length[node]

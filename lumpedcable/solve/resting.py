@@ -171,10 +171,21 @@ def laid_on_slope(
     return laid if from_start else laid[:, ::-1]
 
 
-def lifted(bed: SlopingSeabed, path: Float[Array, "d nodes"]) -> Float[Array, "d nodes"]:
-    """The same positions (m), with what lies below a bed with a profile put upon it."""
+def lifted(
+    line: Line, bed: SlopingSeabed, path: Float[Array, "d nodes"]
+) -> Float[Array, "d nodes"]:
+    """The same path (m), with what lies below a bed with a profile put upon it.
+
+    Nodes that come to lie on top of each other there are shared out along it, as their line is long.
+    """
     under = bed.level(path) - bed.up @ path
-    return path + bed.up[:, None] * jnp.maximum(under, 0.0)
+    put = path + bed.up[:, None] * jnp.maximum(under, 0.0)
+    steps = put[:, 1:] - put[:, :-1]
+    way = jnp.concatenate([jnp.zeros(1), jnp.cumsum(jnp.sqrt(jnp.sum(steps**2, axis=0)))])
+    along = jnp.cumsum(jnp.broadcast_to(line.segment_length, (line.segments,)))
+    even = [jnp.interp(way[-1] / along[-1] * along[:-1], way, x) for x in put]
+    inner = jnp.where(jnp.any(under > 0.0), jnp.stack(even), put[:, 1:-1])
+    return jnp.concatenate([path[:, :1], inner, path[:, -1:]], axis=1)
 
 
 def rest_level(line: Line, bed: Seabed) -> tuple[Float[Array, ""], Float[Array, ""]]:

@@ -19,7 +19,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
-from lumpedcable.solve.clamps import bent_out, folded, opened_out, stiffened
+from lumpedcable.solve.clamps import bent_out, folded, opened_out, pushes_on_bed, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight
 from lumpedcable.solve.resting import (
     draped_line,
@@ -113,7 +113,8 @@ def start_of(
 
 def _upright(found: Equilibrium) -> Equilibrium:
     """What was found, unless a touch would turn it over."""
-    if all(line.bending is None for line in found.model.lines.values()):
+    lines = found.model.lines.values()
+    if not any(line.bending is not None or pushes_on_bed(line) for line in lines):
         return found
     return found._replace(converged=found.converged & ~folded(found.model))
 
@@ -211,7 +212,7 @@ def _laid_between(
     bed, slope = seabed_of(line), slope_under(line)
     path = bent_out(line, opened_out(line, start, end), jnp.zeros_like(start), (True, True))
     if slope is not None:
-        return lifted(slope, path)
+        return lifted(line, slope, path)
     return path if bed is None else resting_line(line, bed, start, end, path)
 
 

@@ -7,11 +7,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from lumpedcable.model.line import placed
+from lumpedcable.model.line import Line, placed
 from lumpedcable.model.materials import rest_stiffness
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.tension import AbstractTensionLaw, Linear, Rigid, TensionOnly
 from lumpedcable.scene import Scene
+from lumpedcable.solve.clamps import pushes_on_bed
+from lumpedcable.solve.resting import slope_under
 from lumpedcable.solve.statics import Equilibrium, equilibrium
 
 __all__ = ["stiffening"]
@@ -41,18 +43,28 @@ def stiffening(
 
     Newton's method does not find a chain that lies stretched out on the bed from a guess that is
     wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does. So it is
-    with steel between joints whose places are `given`.
+    with steel between joints whose places are `given`, and with lines on a bed with a profile. Along
+    such a bed nodes of a first shape are crowded: lines that push begin there as if they did not, lest
+    some stay struts, folded back upon their neighbours.
 
     Rods go on from there, ten times stiffer at each stage, up to `STIFFEST` times what they carry,
     and begin it with the tension that they have: their strain falls to nothing. The last stage is a
     soft one, whose tensions have no rounding. Rods with `EA` end at theirs. Where lines are a little too
     short, by rounded numbers, and stretch for ever, the state before is kept.
     """
+    if not given and any(map(_pushed_together, model.lines.values())):
+        slack = stiffening(scene, _slackened(model), tolerance, max_iterations, given)
+        there = jax.lax.stop_gradient(slack.model.lines)
+        lines = {name: placed(line, _from(line, there[name])) for name, line in model.lines.items()}
+        at = eqx.tree_at(lambda m: m.lines, model, lines)
+        return equilibrium(at, tolerance, max_iterations)
     rods = [name for name, line in model.lines.items() if line.inextensible]
     soft = [
         name
         for name, line in model.lines.items()
-        if given and not line.inextensible and isinstance(_uncut(line.law), Linear)
+        if (given or slope_under(line) is not None)
+        and not line.inextensible
+        and isinstance(_uncut(line.law), Linear)
     ]
     if not rods and not soft:
         return equilibrium(model, tolerance, max_iterations)
@@ -63,7 +75,7 @@ def stiffening(
         share, keeps, ends = now
         laws = {}
         for name in soft:
-            laws[name] = jax.tree.map(lambda EA: share * EA, model.lines[name].law)
+            laws[name] = _softer(model.lines[name].law, share)
         for name in rods:
             own = model.lines[name]
             if own.give is None:
@@ -103,6 +115,21 @@ def stiffening(
     return Equilibrium(there, end.imbalance, end.converged, jnp.sum(every.iterations))
 
 
+def _slackened(model: Model) -> Model:
+    """The model with laws that do not push along lines on a bed with a profile."""
+    lines = {
+        name: eqx.tree_at(lambda x: x.law, line, TensionOnly(line.law, line.max_strain))
+        for name, line in model.lines.items()
+        if _pushed_together(line)
+    }
+    return eqx.tree_at(lambda m: m.lines, model, model.lines | lines)
+
+
+def _pushed_together(line: Line) -> bool:
+    """Whether a line can push on a bed with a profile: a strut of nodes that are crowded there."""
+    return slope_under(line) is not None and pushes_on_bed(line)
+
+
 def _rigid(first, tension, share, keeps, ends) -> Rigid:
     """The law of rods at a stage, from the `tension` (N) of the one before and their `first` EA (N)."""
     most = _stiffest(first, tension)
@@ -115,6 +142,16 @@ def _stiffest(first, tension) -> Float[Array, ""]:
     """The largest EA (N) of rods that carry a `tension` (N), which is no less than the `first`."""
     carried = jnp.max(jnp.abs(jax.lax.stop_gradient(tension)))
     return jnp.maximum(first, STIFFEST * carried)
+
+
+def _softer(law: AbstractTensionLaw, share) -> AbstractTensionLaw:
+    """A linear law, cut at zero or not, with a share of its stiffness."""
+    return eqx.tree_at(lambda x: _uncut(x).EA, law, share * _uncut(law).EA)
+
+
+def _from(line: Line, there: Line) -> Float[Array, "d nodes"]:
+    """Where another line lies (m), from the ends that this one has, with their derivatives."""
+    return line.reference + (there.reference - jax.lax.stop_gradient(line.reference))
 
 
 def _uncut(law: AbstractTensionLaw) -> AbstractTensionLaw:
