@@ -108,6 +108,11 @@ MISTAKES = {
         'low: expected a non-negative mass per length (kg/m), found "-1 kg/m"'),
     "nan": (GOOD, TABLE.replace("3.5", "nan"), 'column load, found "nan" in bench.csv:3'),
     "empty cell": (GOOD, TABLE.replace("3.5", ""), "found nothing in bench.csv:3"),
+    "a load of a galaxy": (GOOD, TABLE.replace("3.5", "-1e200"),
+                           "experiments.bench.tension.column: expected values up to 1e+100 N in "
+                           "column load, found -1e+203 N in bench.csv:3"),
+    "a load of no number": (GOOD, TABLE.replace("3.5", "1e306"),
+                            "found what is too large for a number in bench.csv:3"),
     "too few rows": (GOOD, "strain (%),load\n1,2\n", "at least 2 rows"),
     "too few values": (
         'scene = "scene.toml"\n' + free([2e5, 10, -2, 2e5], [f"materials.nylon.p{k}" for k in
