@@ -45,6 +45,13 @@ MISTAKES = {
     "method": (GOOD.replace("materials.nylon.p1", "solver.courant"), TABLE, "number of the physics"),
     "not used": (GOOD.replace("materials.nylon.p1", "lines.rope.mass"), TABLE,
                  'an experiment depends on, found "lines.rope.mass"'),
+    "not used, of the material": (GOOD.replace("p1", "max_strain").replace("200000.0", "0.4"), TABLE,
+                                  'depends on, found "materials.nylon.max_strain"'),
+    "not used by a record either": (RECORD.replace("p1", "max_strain").replace("200000.0", "0.4"),
+                                    TIMES, 'depends on, found "materials.nylon.max_strain"'),
+    "not used by a bench at rest": (
+        GOOD.replace("[free]", '[set]\n"materials.nylon.damping" = "1 kN s"\n[free]')
+        .replace("p1", "damping"), TABLE, 'depends on, found "materials.nylon.damping"'),
     "unit of a start": (GOOD.replace("start = 200000.0", 'start = "2 m"'), TABLE,
                         "expected a force (N), found a length (m)"),
     "start beyond a bound": (GOOD.replace("start = 200000.0", "start = 2e5, high = 1e5"), TABLE,
