@@ -21,6 +21,8 @@ from lumpedcable.commands.console import (
     Set,
     Timed,
     at_home,
+    bare_name,
+    checked,
     fail,
     interrupted,
     share_cores,
@@ -82,6 +84,8 @@ def run(
     clock.mark("read")
     target = output or Path(f"{scene.stem}.h5")
     _check_target(target, scene)
+    if pictures:
+        checked(target.parent / bare_name(target))
 
     try:
         with _told():
@@ -115,8 +119,8 @@ def run(
 
 
 def _check_target(target: Path, scene: Path) -> None:
-    """Refuse to write results over a folder, the scene itself or what is no results file."""
-    from lumpedcable.results.target import keep_others
+    """Refuse to write results over a folder, the scene itself or what is no results file, or nowhere."""
+    from lumpedcable.results.target import check_folder, followed, keep_others
 
     if os.path.isdir(target):
         fail(f"--output: expected a file name, found the folder {target}")
@@ -124,6 +128,7 @@ def _check_target(target: Path, scene: Path) -> None:
         fail(f"--output: expected another file than the scene, found {target}")
     with _told():
         keep_others(target, "results")
+        check_folder(followed(target).parent, target)
 
 
 @app.command
@@ -253,6 +258,7 @@ def modes(
     if count < 1:
         fail(f"--count: expected at least 1, found {count}")
     study = study_of(scene, set_, run_)
+    folder = checked(output or Path(scene.stem))
     clock.mark("read")
 
     from lumpedcable.results.modes import write_modes
@@ -261,7 +267,6 @@ def modes(
     from lumpedcable.study.modes_report import heading, modes_contents, modes_table, titles
     from lumpedcable.view import ModeShapes, plot_modes
 
-    folder = output or Path(scene.stem)
     with _told():
         clock.mark("load")
         try:

@@ -13,6 +13,8 @@ from command_line import SMALL, files, process, refused, say
 from matplotlib.figure import Figure
 from mistakes import MISTAKES, spoilt
 
+from lumpedcable.results.target import check_folder
+
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
@@ -144,6 +146,45 @@ def test_results_that_cannot_be_written(tmp_path, _what, path, words):
     told = refused(tmp_path, "run", "scene.toml", "-o", path)
     assert told.count("\n") == 1
     assert words in told
+
+
+BY_COMMAND = {
+    "run": (["scene.toml", "-o", "scene.toml/x.h5"], "lumpedcable.study.report.run_with_progress"),
+    "run --plot": (["scene.toml", "-o", "taken.h5"], "lumpedcable.study.report.run_with_progress"),
+    "modes": (["scene.toml", "-o", "scene.toml/x"], "lumpedcable.study.modes.find_modes"),
+    "sensitivity": (["scene.toml", "-o", "scene.toml"], "lumpedcable.fits.study_sensitivity"),
+    "fit": (["fit.toml", "-o", "scene.toml/x/y"], "lumpedcable.fitting.whole.fit_study"),
+    "view": (["scene.h5", "-o", "scene.toml/x.html"], "lumpedcable.page.open.recorded"),
+}
+BENCH = """scene = "scene.toml"
+[free]
+"materials.nylon.p1" = {}
+[experiments.bench]
+material = "nylon"
+file = "bench.csv"
+strain = { column = "strain" }
+tension = { column = "load" }
+"""
+
+
+@pytest.mark.parametrize("command", BY_COMMAND)
+def test_a_folder_that_cannot_be_is_told_before_anything_is_computed(
+    results, tmp_path, monkeypatch, command
+):
+    good_scenes.write(tmp_path, SMALL)
+    (tmp_path / "fit.toml").write_text(BENCH)
+    (tmp_path / "bench.csv").write_text("strain,load\n0.1,1e4\n0.2,3e4\n")
+    (tmp_path / "scene.h5").write_bytes((results / "scene.h5").read_bytes())
+    (tmp_path / "taken").touch()
+    arguments, computing = BY_COMMAND[command]
+    monkeypatch.setattr(computing, lambda *_, **__: pytest.fail("it was computed first"))
+    told = refused(tmp_path, *command.split(), *arguments)
+    way = "taken" if "--plot" in command else "scene.toml"
+    assert f"expected a folder, found the file {way}" in told
+    assert told.count("\n") == 1
+    # one that is not there yet is no obstacle, nor is it made before there is anything to put into it
+    check_folder(tmp_path / "some" / "where")
+    assert not (tmp_path / "some").exists()
 
 
 OTHERS = {

@@ -24,6 +24,7 @@ __all__ = [
     "Timed",
     "at_home",
     "bare_name",
+    "checked",
     "fail",
     "interrupted",
     "share_cores",
@@ -78,6 +79,15 @@ def bare_name(result: Path) -> str:
     if result.is_dir():
         return result.resolve().name  # dots and all, also of the folder "."
     return Path(result.name.removesuffix(".partial")).stem
+
+
+def checked(folder: Path) -> Path:
+    """A folder for what a command makes, or the end of it before it has computed anything."""
+    from lumpedcable.results.target import check_folder
+
+    with told():
+        check_folder(folder)
+    return folder
 
 
 def interrupted(left: str = "") -> NoReturn:

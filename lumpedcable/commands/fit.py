@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lumpedcable.commands.console import Formats, OneRun, Output, Set, Timed, fail, study_of, told
+from lumpedcable.commands.console import (
+    Formats,
+    OneRun,
+    Output,
+    Set,
+    Timed,
+    checked,
+    fail,
+    study_of,
+    told,
+)
 from lumpedcable.timings import Timings, command_timings
 
 __all__ = ["fit", "sensitivity"]
@@ -41,9 +51,9 @@ def fit(
     clock.mark("load")
     with told():
         study = load_fit(file)
+    folder, formats = checked(output or Path(file.stem)), tuple(format_ or ["png"])
     clock.mark("read")
 
-    folder, formats = output or Path(file.stem), tuple(format_ or ["png"])
     with heard(clock):
         found = (_fit_ropes if study.ropes else _fit_one)(study, folder, formats, clock)
     if timings:
@@ -138,11 +148,11 @@ def sensitivity(
         png (default), svg or pdf; may be given several times.
     """
     study = study_of(scene, set_, run_)
+    folder = checked(output or Path(scene.stem))
 
     from lumpedcable.fits import study_sensitivity
     from lumpedcable.fitting.scalar import AskedError
 
-    folder = output or Path(scene.stem)
     with told():
         try:
             found = study_sensitivity(study, of, run_)

@@ -17,6 +17,9 @@ from lumpedcable.scene.quantities import Quantity, found
 from lumpedcable.scene.texts import FileError
 from lumpedcable.scene.units import format_quantity
 
+MOST = 1e100
+"""Largest size of a measured value in SI: squares of what is larger are no numbers any more."""
+
 __all__ = ["Columns", "check_times", "noise_of", "read_data"]
 
 NOISES = (1e-12, 1e6)
@@ -69,8 +72,25 @@ def read_data(
         problems.append(Problem((*path, "file"), message))
     if problems:
         return None, problems
-    values = np.array([row for _, row in rows]).T * np.array(factors)[:, None]
-    return Columns(values, tuple(line for line, _ in rows), file.name), []
+    with np.errstate(over="ignore"):  # told
+        values = np.array([row for _, row in rows]).T * np.array(factors)[:, None]
+    columns = Columns(values, tuple(line for line, _ in rows), file.name)
+    huge = [_huge(columns, k, one) for k, one in enumerate(wanted) if np.any(abs(values[k]) > MOST)]
+    return (None, huge) if huge else (columns, [])
+
+
+def _huge(columns: Columns, k: int, wanted: tuple[Path, Column, str]) -> Problem:
+    """What is wrong with a column of sizes that nothing has."""
+    where, column, unit = wanted
+    point = int(np.argmax(abs(columns.values[k]) > MOST))
+    size = f"{columns.values[k][point]:g} {unit}".strip()
+    if not np.isfinite(columns.values[k][point]):
+        size = "what is too large for a number"
+    message = (
+        f"expected values up to {MOST:g} {unit}".rstrip()
+        + f" in column {column.column}, found {size} in {columns.at(point)}"
+    )
+    return Problem((*where, "column"), message)
 
 
 def _missing(where: Path, name: str, header: Sequence[str], file: FilePath) -> Problem:

@@ -115,7 +115,7 @@ def read_parameters(
     Args:
         free: free numbers by key, as in the file.
         studies: name, scene and material of every experiment; the material is "" for a record,
-            which may depend on any number.
+            which may depend on any number but a law's range.
         at: where `free` stands in the file.
     """
     parameters: list[Parameter] = []
@@ -125,7 +125,7 @@ def read_parameters(
         for name, study, material in studies:
             numbers, wrong = numbers_of(study, key)
             message = message or wrong
-            if numbers and (not material or key.startswith(f"materials.{material}.")):
+            if numbers and _depends(key, material):
                 users.append((name, numbers))
         if not users:
             said = message or f'expected a number that an experiment depends on, found "{key}"'
@@ -139,6 +139,17 @@ def read_parameters(
                 parameters += [made] if made else []
     problems += _twice(parameters, at)
     return _distinct(parameters), list(dict.fromkeys(problems))
+
+
+def _depends(key: str, material: str) -> bool:
+    """Whether an experiment depends on a number: a bench on the law of its material alone.
+
+    `material` is "" for a record. A law's range bounds the step of a run and moves nothing.
+    """
+    last = key.rpartition(".")[2]
+    if key.startswith("materials.") and last == "max_strain":
+        return False
+    return not material or (key.startswith(f"materials.{material}.") and last != "damping")
 
 
 def _parameter(

@@ -36,7 +36,8 @@ LARGE_GAP, MOST_POLISH = 1.25, 3
 """Difference of two roots, over one step, between which the limit is not interpolated but looked for,
 and in how many searches at most."""
 FARTHEST = 1e3
-"""Largest std, over the value or its start, by which a first step is measured."""
+"""Largest std, over the value or its start, by which a first step is measured; and the farthest place
+where data without noise still tell a limit from rounding, of 1e-16 beside `LEAST_NOISE`."""
 LEAST_GROWTH, MOST_GROWTH, LEAST_BACK = 0.5, 4.0, 0.1
 """Factors by which a step may change from one to the next, and by how much at most when taken back."""
 LEAST_NOISE = 1e-12
@@ -143,6 +144,9 @@ def _side(fitted: Fitted, k: int, side: float, s: float, reach: float) -> _Side:
             break
         met[limit] = root
         limit = _limit(best, met, reach)
+    far = abs(limit - best) > FARTHEST * max(abs(best), abs(p.start))
+    if s <= LEAST_NOISE and np.isfinite(limit) and far:
+        limit = edge  # which rounding has come before
     failed = failed and not np.isfinite(limit)
     if not np.isfinite(limit):
         limit = edge if ended else side * float(np.inf)

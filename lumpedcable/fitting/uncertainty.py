@@ -126,26 +126,32 @@ def certainty_of(
     free = float(free) if free > LEAST_FREE else 0.0
     reached = float(np.sqrt(np.sum(deviation**2) / (free or 1.0)))
     s = given if known else reached if free else np.inf
-    std = s * _spreads(v, inverse) * sizes
+    std = _times(s, _spreads(v, inverse)) * sizes
     if not np.all(inner):
         v, inverse = _directions(whole[:, inner])
-        std[inner] = s * _spreads(v, inverse) * sizes[inner]
+        std[inner] = _times(s, _spreads(v, inverse)) * sizes[inner]
     covariance, correlation = np.zeros((count, count)), np.eye(count)
     square = np.ix_(inner, inner)
     with np.errstate(invalid="ignore"):
         scaled = np.where(v == 0.0, 0.0, v * inverse[:, None])
-        covariance[square] = s**2 * (scaled.T @ scaled) * np.outer(sizes[inner], sizes[inner])
+        product = _times(s**2, scaled.T @ scaled)
+        covariance[square] = product * np.outer(sizes[inner], sizes[inner])
     correlation[square] = _correlation(v, inverse)
     reach = reach_of(known, confidence, free)
-    combinations = []
+    combinations, spreads = [], _times(s, inverse)
     for k in np.argsort(-inverse, kind="stable"):
         parts = np.zeros(count)
         parts[inner] = _signed(v[k])
-        combinations.append(Combination(parts, float(s * inverse[k])))
+        combinations.append(Combination(parts, float(spreads[k])))
     return Certainty(
         std, values - reach * std, values + reach * std, covariance, correlation,
         tuple(combinations), reached, effective, free, s,
     )  # fmt: skip
+
+
+def _times(s: float, spread: Array) -> Array:
+    """A spread per unit of noise times the noise: what no data tell has none, even if s is 0."""
+    return np.where(np.isfinite(spread), s * np.where(np.isfinite(spread), spread, 1.0), spread)
 
 
 def _directions(slope: Array) -> tuple[Array, Array]:

@@ -117,6 +117,12 @@ class Line(eqx.Module):
         return self.reference.shape[0]
 
     @property
+    def mass_along(self) -> Float[Array, ""]:
+        """What waves of tension move (kg per m of unstretched length): mass, and fluid along it."""
+        added = None if self.added_mass is None else self.added_mass.tangential
+        return self.mass if added is None else self.mass + added
+
+    @property
     def segments(self) -> int:
         """Number of segments n."""
         return self.reference.shape[1] - 1

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lumpedcable.page.document import document, save
 from lumpedcable.page.recorded import recorded
 from lumpedcable.results.errors import OutputError
+from lumpedcable.results.target import check_folder, followed
 
 if TYPE_CHECKING:
     from lumpedcable.scene import Study
@@ -24,6 +25,7 @@ def write_recorded(result: Path, target: Path, run: int | None = None) -> Path:
         ResultError: the file cannot be read or shows nothing.
         OutputError: the page cannot be written there.
     """
+    check_folder(followed(target).parent, target)
     payload = recorded(result, run)
     if target.is_dir():
         raise OutputError(f"--output: expected a file name, found the folder {target}")

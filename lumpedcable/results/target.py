@@ -6,6 +6,8 @@ import csv
 import os
 import re
 import secrets
+import stat
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -13,9 +15,10 @@ from pathlib import Path
 
 import h5py
 
+from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError
 
-__all__ = ["followed", "is_draft", "keep_others", "whole"]
+__all__ = ["check_folder", "followed", "is_draft", "keep_others", "whole"]
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SIGNS = {
@@ -70,6 +73,35 @@ def _clear_drafts(target: Path) -> None:
             draft = target.with_name(name)
             if is_draft(name, target.name) and time.time() - draft.stat().st_mtime > _LEFT:
                 draft.unlink()
+
+
+def check_folder(folder: Path, file: Path | None = None) -> None:
+    """Refuse a folder where nothing can be written, before somebody computes what would go there.
+
+    It is not made: where it is missing, the nearest one that is there must take a new file.
+
+    Args:
+        folder: where files are to be written.
+        file: the one that is, to be named; None of several.
+
+    Raises:
+        OutputError: a file is in its way, or the system refuses it.
+    """
+    what = f"cannot make the folder {folder}" if file is None else f"cannot write {file}"
+    place = folder
+    with reported(file or folder):
+        while True:
+            try:
+                kind = os.stat(place).st_mode
+                break
+            except (FileNotFoundError, NotADirectoryError):
+                if place == place.parent:
+                    raise
+                place = place.parent
+        if not stat.S_ISDIR(kind):
+            raise OutputError(f"{what}: expected a folder, found the file {place}")
+        with tempfile.TemporaryFile(dir=place):
+            pass
 
 
 def keep_others(target: Path, kind: str) -> None:

@@ -269,6 +269,8 @@ def _carried(
             f'expected a place on the span of "{name}", between 0 m and '
             f"{format_quantity(span, 'm')}, found {format_quantity(body.on.place, 'm')}",
         )
+    elif line.model == "lumped" and line.count:
+        yield from _beside_posts((*path, "on"), body, span, span / line.count)
     if body.on.speed is None:
         return
     if body.on.place + body.on.stop + body.on.speed * body.on.ease >= span:
@@ -285,6 +287,29 @@ def _carried(
         yield Problem(
             (*path, "on", "speed"),
             f'expected "{name}" along x or along y where a body is hauled on it, found it aslant',
+        )
+
+
+def _beside_posts(path: Path, body: CarriedBody, span: float, segment: float) -> Iterator[Problem]:
+    """Yield a fault where a trolley starts or stops within a segment (m) of a post.
+
+    Nearer it hangs too low: on 5 m in 50 segments by 4 % at half a segment and by 36 % at a quarter.
+    """
+    least = segment * (1.0 - 1e-9)
+    far = format_quantity(segment, "m")
+    place, stop = body.on.place, body.on.stop
+    if place < least or span - place < least:
+        yield Problem(
+            (*path, "place"),
+            f"expected a place at least a segment, {far}, from either post, found "
+            f"{format_quantity(place, 'm')} on a span of {format_quantity(span, 'm')}: move it, or take "
+            "more segments",
+        )
+    if body.on.speed is not None and stop < least:
+        yield Problem(
+            (*path, "stop"),
+            f"expected a stop at least a segment, {far}, from the line's end, found "
+            f"{format_quantity(stop, 'm')}: stop it before, or take more segments",
         )
 
 

@@ -21,7 +21,7 @@ def record_problems(
     duration: float | None,
     until: str = "the run ends",
 ) -> Iterator[Problem]:
-    """Yield records that begin after 0 s or end before the run does, in the middle of a motion.
+    """Yield records of ends with gaps, and all that begin after 0 s or end early in mid-motion.
 
     What a record does not cover rests: a record may begin and end early where it rests there itself.
     `duration` (s) is None where it is not known; `until` says what ends after it.
@@ -38,10 +38,10 @@ def record_problems(
                 path: Path = ("lines", name, side, "motion")
                 rows = [[place[k] for place in end.motion.position] for k in range(3)]
                 yield from _covers(path, end.motion, rows, duration, until)
-                if end.motion.file and next(end.motion.problems(), None) is None:
+                if next(end.motion.problems(), None) is None:
                     message = gap_fault(end.motion.time)
                     if message:
-                        yield Problem((*path, "file"), message)
+                        yield Problem((*path, "file" if end.motion.file else "time"), message)
 
 
 def _covers(

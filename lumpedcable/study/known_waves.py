@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lumpedcable.study.run import Part
 
-__all__ = ["curve_of", "exact_wave", "still", "tensions_of"]
+__all__ = ["curve_of", "exact_wave", "mass_along", "still", "tensions_of"]
 
 
 def still(
@@ -80,6 +80,18 @@ def _smooth(law: AbstractTensionLaw, strain: ArrayLike) -> jax.Array:
     return law.tension(jnp.asarray(strain))
 
 
+def mass_along(scene: Scene, line: str) -> float:
+    """What waves along a line of the scene move (kg/m): its mass and, with C_t, C_t rho pi d^2/4.
+
+    In double precision, as `Line.mass_along` is not always.
+    """
+    own, fluid = scene.lines[line], scene.fluid
+    added = own.added_mass
+    if fluid is None or added is None or added.tangential is None or own.diameter is None:
+        return own.mass
+    return own.mass + added.tangential * fluid.density * 0.25 * np.pi * own.diameter**2
+
+
 def exact_wave(
     scene: Scene, line: Line, recoil: Recoil, k: int, tension: float, begins: float
 ) -> dict[str, float]:
@@ -92,7 +104,7 @@ def exact_wave(
     source = source_of(scene, recoil.line)
     length = part_length(line, k, recoil.node)
     try:
-        wave = release_wave(curve_of(scene, source), scene.lines[source].mass, tension0=tension)
+        wave = release_wave(curve_of(scene, source), mass_along(scene, source), tension0=tension)
     except ValueError:
         return {}  # a law that falls somewhere has no single wave
     return {

@@ -154,7 +154,7 @@ def _waves(broken: _Broken, peak: NDArray[np.float64]) -> dict[int, dict[str, fl
     # after an earlier break the line is no longer at rest under this tension
     known &= begins == np.min(list(ended.starts.values()), axis=0)
     if not ended.contents.exact:
-        mass = np.asarray(broken.line.mass, float)
+        mass = np.asarray(broken.line.mass_along, float)
         with np.errstate(invalid="ignore"):
             known &= peak > (1.0 + EXCESS) * np.sqrt(broken.tension * broken.strain / mass)
     waves = {}

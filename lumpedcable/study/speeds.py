@@ -21,8 +21,8 @@ def allowance(scene: Scene, line: str, length: float, wave: ReleaseWave, begins:
     stay where they are, alone in the scene and pulled by nothing that moves, on no bed: the end is then
     fastest behind the first front, since drag, damping and a slower break take speed from it, and what
     comes back from the far end adds none as long as the law is a straight line or cannot push. Of other
-    laws it is one until that comes back. Weight less buoyancy, w in N/m of a mass m in kg/m, adds
-    w t / m in the time t that is left, as long as it is little beside the tension.
+    laws it is one until that comes back. Weight less buoyancy, w in N/m of what the wave moves, m in
+    kg/m, adds w t / m in the time t that is left, as long as it is little beside the tension.
 
     Args:
         scene: the scene of the run.
@@ -48,7 +48,7 @@ def allowance(scene: Scene, line: str, length: float, wave: ReleaseWave, begins:
     if scene.fluid is not None and own.diameter is not None:
         displaced = scene.fluid.density * 0.25 * np.pi * own.diameter**2
     per_metre = gravity * abs(own.mass - displaced)
-    more, weight = per_metre / own.mass * max(left, 0.0), per_metre * own.unstretched
+    more, weight = per_metre / wave.mass * max(left, 0.0), per_metre * own.unstretched
     if weight > EXCESS * wave.tension0 or more > EXCESS * wave.end_speed:
         return np.inf
     return more

@@ -219,7 +219,8 @@ def law_figure(pictures: FitPictures) -> Figure:
         ax.plot(law.strain, factor * law.found, color=style.COLOURS[1])
         for _, strain, tension in law.data:
             ax.plot(strain, factor * tension, ".", color=style.COLOURS[0], markersize=3)
-        top = factor * max(style.largest(law.found), style.largest(law.start))
+        # a law of which the data show nothing but its zero has axes as well
+        top = factor * max(style.largest(law.found), style.largest(law.start)) or 1.0
         ax.set_ylim(-0.15 * top, 1.15 * top)
     style.label_outer(axes, "strain (-)", style.with_unit("tension", unit))
     handles = [

@@ -45,6 +45,13 @@ MISTAKES = {
     "method": (GOOD.replace("materials.nylon.p1", "solver.courant"), TABLE, "number of the physics"),
     "not used": (GOOD.replace("materials.nylon.p1", "lines.rope.mass"), TABLE,
                  'an experiment depends on, found "lines.rope.mass"'),
+    "not used, of the material": (GOOD.replace("p1", "max_strain").replace("200000.0", "0.4"), TABLE,
+                                  'depends on, found "materials.nylon.max_strain"'),
+    "not used by a record either": (RECORD.replace("p1", "max_strain").replace("200000.0", "0.4"),
+                                    TIMES, 'depends on, found "materials.nylon.max_strain"'),
+    "not used by a bench at rest": (
+        GOOD.replace("[free]", '[set]\n"materials.nylon.damping" = "1 kN s"\n[free]')
+        .replace("p1", "damping"), TABLE, 'depends on, found "materials.nylon.damping"'),
     "unit of a start": (GOOD.replace("start = 200000.0", 'start = "2 m"'), TABLE,
                         "expected a force (N), found a length (m)"),
     "start beyond a bound": (GOOD.replace("start = 200000.0", "start = 2e5, high = 1e5"), TABLE,
@@ -108,6 +115,11 @@ MISTAKES = {
         'low: expected a non-negative mass per length (kg/m), found "-1 kg/m"'),
     "nan": (GOOD, TABLE.replace("3.5", "nan"), 'column load, found "nan" in bench.csv:3'),
     "empty cell": (GOOD, TABLE.replace("3.5", ""), "found nothing in bench.csv:3"),
+    "a load of a galaxy": (GOOD, TABLE.replace("3.5", "-1e200"),
+                           "experiments.bench.tension.column: expected values up to 1e+100 N in "
+                           "column load, found -1e+203 N in bench.csv:3"),
+    "a load of no number": (GOOD, TABLE.replace("3.5", "1e306"),
+                            "found what is too large for a number in bench.csv:3"),
     "too few rows": (GOOD, "strain (%),load\n1,2\n", "at least 2 rows"),
     "too few values": (
         'scene = "scene.toml"\n' + free([2e5, 10, -2, 2e5], [f"materials.nylon.p{k}" for k in

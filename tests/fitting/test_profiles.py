@@ -10,6 +10,9 @@ from scipy.optimize import brentq, least_squares
 from lumpedcable.fitting.profile import flagged, profile_of, untold, with_profiles
 from lumpedcable.fitting.report import contents_of, remarks_of
 from lumpedcable.fitting.run import fit_problem
+from lumpedcable.fitting.write import pictures_of
+from lumpedcable.view import plot_fit
+from lumpedcable.view.fit import pictures_from
 
 KNOWN = 'noise = "1 %"\n'
 
@@ -99,6 +102,31 @@ def test_a_number_that_is_told_of_by_a_sum_alone_is_open_but_for_its_bound(tmp_p
     # with c2 = 0 the sum of squares rises by 3 (0.1 c1 - 10 kN)^2; s^2 = 2 kN^2 / (3 - 2), and the reach
     # is Student's t with 1 degree of freedom, 12.7062
     assert profile.high == pytest.approx(1e5 + 12.7062 * np.sqrt(2e6 / 3) / 0.1, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("strain", "load", "first"),
+    [(0.05, 8e4, 8e4 / 0.05), (0.0, 0.0, np.inf)],
+    ids=["sum", "nothing"],
+)
+@pytest.mark.filterwarnings("error")
+def test_data_without_noise_leave_open_what_they_do_not_tell(tmp_path, strain, load, first):
+    rows = np.full(6, strain), np.full(6, load)
+    fitted = with_profiles(polynomial(tmp_path, *rows, [4e5, 1e5]))
+    sure = fitted.certainty
+    assert sure.noise < 1e-15
+    assert np.all(sure.std == np.inf)
+    assert np.all(sure.low == -np.inf)
+    assert np.all(sure.high == np.inf)
+    assert np.max([c.spread for c in sure.combinations]) == np.inf
+    assert untold(fitted) == {0, 1}
+    assert "at all" in " ".join(remarks_of(fitted))
+    plot_fit(pictures_from(pictures_of(fitted)), tmp_path)  # without a warning
+    # neither is below 0, so that none is more than what makes the load by itself
+    bounded = polynomial(tmp_path, *rows, [4e5, 1e5], extra="low = 0")
+    profile = profile_of(bounded, 0)
+    assert profile.low == pytest.approx(0.0, abs=1.0)
+    assert bounded.values[0] < profile.high <= first * (1.0 + 1e-6)
 
 
 def test_a_single_strain_tells_no_number_and_rounding_is_no_better_fit(tmp_path):

@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from engine_runs import equilibrium_of, scene_of
 
+from lumpedcable.exact import IdealHighline
 from lumpedcable.scene import SceneError, load_study
 
 TRANSFER = Path(__file__).parents[2] / "configs" / "highline" / "transfer.toml"
@@ -44,6 +47,13 @@ SWAPPED = [
         ([('level = "11 m"\nnear = "receiver.post"\nwithin = "15 m"', 'level = "16.5 m"')],
          "measures.h_d.level", "expected a deck below receiver.post, which is at 16.2 m"),
         ([('stop = "2 m"', 'stop = "59 m"')], "bodies.cargo.on.stop", "expected room to haul it"),
+        ([WHOLE, ('place = "1 m"', 'place = "0.7 m"')], "bodies.cargo.on.place",
+         "expected a place at least a segment, 750 mm, from either post, found 700 mm on a span of "
+         "60 m: move it, or take more segments"),
+        ([WHOLE, ('place = "1 m"', 'place = "59.5 m"')], "bodies.cargo.on.place",
+         "found 59.5 m on a span of 60 m"),
+        ([WHOLE, ('stop = "2 m"', 'stop = "0.7 m"')], "bodies.cargo.on.stop",
+         "expected a stop at least a segment, 750 mm, from the line's end, found 700 mm"),
         ([('line = "highline"', 'line = "highlin"')], "bodies.cargo.on.line",
          'did you mean "highline"'),
         ([('at = "receiver.post"', 'at = "receiver.pst"')], "lines.highline.end.winch.at",
@@ -88,6 +98,49 @@ def test_a_mistake_is_told_where_it_is(tmp_path, edits, key, words):
     found = dict(faults(tmp_path, *edits))
     assert key in found
     assert words in found[key]
+
+
+def test_a_trolley_may_be_a_segment_from_a_post_and_nearer_on_an_ideal_line(tmp_path):
+    text = TRANSFER.read_text()
+    text = text[: text.index("[sweep]")] + text[text.index("[solver]") :]
+    (tmp_path / "scene.toml").write_text(text)
+    at = "bodies.cargo.on"
+    for changes in (
+        [f"{at}.place=0.75", f"{at}.stop=0.75", "highline.model=lumped"],
+        [f"{at}.place=0.25", f"{at}.stop=0.25"],
+    ):
+        on = load_study(tmp_path / "scene.toml", changes).runs[0].bodies["cargo"].on
+        assert on.place == on.stop < 1.0
+
+
+# 1 t at 40 kN, 5 m in 50 segments of a wire that is all but weightless
+SPAN = """
+gravity = 9.81
+[materials.steel]
+law = "linear"
+EA = "57.1 MN"
+[bodies.cargo]
+mass = "1 t"
+on = {{ line = "wire", place = {place} }}
+[lines.wire]
+material = "steel"
+length = "5 m"
+segments = 50
+mass = "1 g/m"
+start = {{ fixed = [0, 0, 0] }}
+end = {{ winch = {{ at = [5, 0, 0], tension = "40 kN" }} }}
+[output]
+"""
+
+
+@pytest.mark.parametrize("place", [0.1, 0.15, 4.9])
+def test_from_a_segment_on_the_line_hangs_as_it_should(tmp_path, place):
+    found, coordinates = equilibrium_of(scene_of(tmp_path, SPAN.format(place=place)))
+    at = coordinates.expand(np.asarray(found.model.bodies["cargo"].reference)[:2], 0, place=True)
+    # two straight parts of the tension of the winch; half a segment from a post it would be 4 % off
+    assert at[2] == pytest.approx(
+        IdealHighline(5.0, 40e3, 1e3, 9.81, place=place).height(), rel=0.01
+    )
 
 
 def test_a_line_may_break_across_from_its_winch(tmp_path):

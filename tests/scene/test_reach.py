@@ -107,7 +107,8 @@ tension = "1 kN"
 HAULED = YAWED[: YAWED.index("[output]")].replace(
     '{ fixed = [0, 0, "10 m"] }', '{ winch = { at = [0, 0, "10 m"], tension = "80 kN" } }'
 ) + (
-    '[bodies.cargo]\nmass = "1 t"\non = { line = "rope", place = "25 m", speed = "1 m/s" }\n'
+    '[bodies.cargo]\nmass = "1 t"\n'
+    'on = { line = "rope", place = "25 m", speed = "1 m/s", stop = "2 m" }\n'
     '[output]\nduration = "4 s"\nevery = "1 s"\n'
 )
 

@@ -137,6 +137,11 @@ def test_another_record_is_another_structure(tmp_path):
          "lines.highline.start.motion.file", "found its last time at 1.5 s"),
         ([('start = "supply.post"', 'start = { motion = { file = "torn.csv" } }')], {},
          "lines.highline.start.motion.file", "found none between 0.5 s and 2.5 s"),
+        # its spline would go on at 1 s as it came, 16 times as far as it ever is
+        ([('start = "supply.post"', 'start = { motion = { time = [0, 0.5, 1, 100], position = '
+           "[[0, 0, 0], [0, 0, 0.01], [0, 0, 0.02], [0, 0, 0.02]] } }")], {},
+         "lines.highline.start.motion.time",
+         "a value about every 0.5 s, found none between 1 s and 100 s"),
         ([], {"record": "t,x,y\n0,0,0\n"}, "bodies.receiver.motion.file",
          "expected the columns t and any of surge, sway, heave"),
         ([('{ rao = "rao.csv" }', '{ rao = "rao.csv", ramp = "20 m" }')], {}, "bodies.third.motion.ramp",

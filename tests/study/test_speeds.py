@@ -135,6 +135,33 @@ def test_where_the_exact_speed_is_a_bound(tmp_path, text, more, expected):
     assert allowed(tmp_path, text, *more) == pytest.approx(expected)
 
 
+# as much fluid goes along with it as makes 4 kg/m of 1: 500 m/s, and 25 m/s where it is let go
+HEAVY = HOOKE.replace("mass =", f"""diameter = {np.sqrt(4.0 * 12e-3 / np.pi)}
+added_mass = {{ normal = 1.0, tangential = 0.25 }}
+mass =""")  # fmt: skip
+
+
+def test_fluid_that_goes_along_slows_the_exact_wave(tmp_path):
+    text = "[water]\ndensity = 1000\n" + HEAVY
+    (outcome,) = run_study(study_of(tmp_path, text, "output.duration=10 ms"), tmp_path / "r.h5")
+    numbers = outcome.recoils["rope.end"]
+    assert numbers["exact_peak_end_speed"] == pytest.approx(50e3 / np.sqrt(1e6 * 4.0), rel=1e-9)
+    assert numbers["exact_front_arrival"] == pytest.approx(100.0 / np.sqrt(1e6 / 4.0), rel=1e-9)
+    # it lets go at once, which overshoots: known by itself, as a study does, as beside the exact wave
+    runs = lay_out(study_of(tmp_path, text, "output.duration=10 ms"))
+    ((_, table),) = run_runs(runs, np.arange(1), tmp_path / "alone.h5", exact=False)
+    assert "above the exact bound" in outcome.message
+    assert table["status_message"].tolist() == [outcome.message]
+
+
+def test_weight_hastens_what_moves_and_not_the_line_alone(tmp_path):
+    # 1 kg/m in 12 kg/m of water is pushed up by 11 g N/m, which moves 4 kg/m, in 1 ms
+    text = "gravity = 9.81\n[water]\ndensity = 1000\n" + HEAVY
+    scene = scene_of(tmp_path, text, "output.duration=1 ms", "rope.length=10 m")
+    wave = release_wave(scene.materials["hooke"].curve, 4.0, tension0=50e3)
+    assert allowance(scene, "rope", 10.0, wave, 0.0) == pytest.approx(11 * 9.81 / 4.0 * 1e-3)
+
+
 def test_a_twentieth_more_and_what_weight_adds_is_not_told():
     assert excess_words("rope.end", 21.0, 20.0, 0.0) == ""
     assert excess_words("rope.end", 21.4, 20.0, 0.5) == ""
