@@ -28,7 +28,6 @@ from lumpedcable.solve.pencil import Pencil
 __all__ = [
     "Found",
     "Rods",
-    "_pencil",
     "lowest_of_rods",
     "rods_of",
     "shares_of_rods",
@@ -77,7 +76,7 @@ def rods_of(line: Line, shape: Shape) -> Rods:
 def with_known_tensions(model: Model) -> Model:
     """The model with rods that carry what they do, however they are stretched.
 
-    By what they resist stretching with at rest is how their shape was found, and nothing of theirs.
+    The stiffness of their law at rest is a means to find their shape, and nothing that they have.
     """
     laws = {}
     for name, line in model.lines.items():

@@ -178,7 +178,7 @@ def four_bars():
     def slope(angle, h=1e-4):
         return (height(angle + h) - height(angle - h)) / (2.0 * h)
 
-    rest, h = brentq(slope, -1.7, -1.0, xtol=1e-13), 1e-3
+    rest, h = float(brentq(slope, -1.7, -1.0, xtol=1e-13)), 1e-3  # pyright: ignore
     curve = (slope(rest + h) - slope(rest - h)) / (2.0 * h)
     v = (joints(rest + 1e-5) - joints(rest - 1e-5)) / 2e-5
     ends = np.sum(v[1:] ** 2 + v[1:] * v[:-1] + v[:-1] ** 2, axis=1)
@@ -213,6 +213,17 @@ def test_rods_that_give_way_have_both_kinds_of_modes(tmp_path):
     bounce = 1e9 / 2.0 / (50.0 + 3.0 * 2.0 / 3)
     assert found.frequency == pytest.approx(in_hertz(np.array([swing, bounce])), rel=2e-6)
     assert found.axial + found.bodies * [0.0, 1.0] == pytest.approx([0.0, 1.0], abs=1e-6)
+
+
+def test_rods_that_give_way_below_others_that_do_not(tmp_path):
+    # straight down, the lower rod's spring sees a third of its mass and the tip
+    lower = DOUBLE.split("[lines.lower]")
+    lines = f"{lower[0]}[lines.lower]{lower[1].replace('stiff', 'soft')}"
+    soft = '[materials.soft]\nlaw = "inextensible"\nEA = "1 MN"'
+    found = modes_of(tmp_path, scene(lines, f"{WEIGHTS}{soft}"))
+    assert found.unknowns == 3
+    assert found.frequency[:2] == pytest.approx(double_pendulum(), rel=1e-4)
+    assert found.frequency[2] == pytest.approx(in_hertz(1e6 / L2 / (TIP + M2 / 3)), rel=1e-6)
 
 
 def test_too_few_dimensions_are_told(tmp_path):
