@@ -1,6 +1,5 @@
 """Natural modes of lines that keep their length: masses of rods, and no stretching."""
 
-import good_scenes
 import numpy as np
 import pytest
 from command_line import refused
@@ -227,11 +226,11 @@ def test_rods_that_give_way_below_others_that_do_not(tmp_path):
 
 
 def test_too_few_dimensions_are_told(tmp_path):
-    good_scenes.write(tmp_path, ROD.replace("dimensions = 2", ""))
+    (tmp_path / "scene.toml").write_text(ROD.replace("dimensions = 2", ""))
     told = refused(tmp_path, "modes", "scene.toml")
     assert "dimensions: expected 2 or 3 for natural modes, found 1: inextensible lines on" in told
-    good_scenes.write(tmp_path, scene(VEE))
+    (tmp_path / "scene.toml").write_text(scene(VEE))
     told = refused(tmp_path, "modes", "scene.toml")
     assert "dimensions: expected 3 for natural modes, found 2: inextensible lines that" in told
-    good_scenes.write(tmp_path, ROD.replace('"free"', "{ fixed = [0, 0, -1] }"))
+    (tmp_path / "scene.toml").write_text(ROD.replace('"free"', "{ fixed = [0, 0, -1] }"))
     assert "lines: nothing can move: every node is held" in refused(tmp_path, "modes", "scene.toml")
