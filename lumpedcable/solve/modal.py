@@ -10,10 +10,14 @@ along and across the line, added mass included, and the points at junctions. Dam
 corrections take no part. The drag of a current has no energy and makes K unsymmetric; its symmetric
 part is used, and what is left out is reported: it changes single frequencies to second order.
 
+Inextensible lines have the masses of rods and only those motions that keep their lengths
+(`solve.modal_rods`).
+
 Frequencies converge with the square of the segment length: on N segments n half-waves of a string are
 low by (n pi / N)^2 / 24, 0.05 % at 30 segments to a half-wave.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -28,8 +32,17 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import node_tangent
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
+from lumpedcable.physics.rod import ROD_SHARES
 from lumpedcable.physics.tension import tension_and_stiffness
 from lumpedcable.solve.blocks import BlockTridiagonal, block_jacobian
+from lumpedcable.solve.modal_rods import (
+    Found,
+    Rods,
+    lowest_of_rods,
+    rods_of,
+    shares_of_rods,
+    with_known_tensions,
+)
 from lumpedcable.solve.spectrum import SymmetricBlocks, lowest
 from lumpedcable.solve.statics import static_residual
 
@@ -92,14 +105,15 @@ class Linear(NamedTuple):
 
     stiffness: K (N/m) by blocks of the net. mass: of every place (places, d, d), in kg. points: the
     part of it that is point masses (places,), in kg. frames: tangents and masses of the lines' own
-    nodes. reference: their places (d, nodes) in m, in the model's coordinates. doubt: what rounding
-    of the places leaves uncertain of each segment's tension over its length (n,), in N/m.
+    nodes, or of their rods. reference: their places (d, nodes) in m, in the model's coordinates.
+    doubt: what rounding of the places leaves uncertain of each segment's tension over its length
+    (n,), in N/m.
     """
 
     stiffness: BlockTridiagonal
     mass: Float[Array, "places d d"]
     points: Float[Array, " places"]
-    frames: dict[str, inertia.Frame]
+    frames: dict[str, inertia.Frame | Rods]
     reference: dict[str, Float[Array, "d nodes"]]
     doubt: dict[str, Float[Array, " n"]]
 
@@ -110,8 +124,10 @@ def linearised(model: Model) -> Linear:
     d = next(iter(model.lines.values())).dimensions
     blocks = (net.size // net.width, net.width * d)
 
+    known = with_known_tensions(model)
+
     def force(x):
-        return static_residual(model, x.reshape(net.size, d), net).reshape(blocks)
+        return static_residual(known, x.reshape(net.size, d), net).reshape(blocks)
 
     lower, diagonal, upper = block_jacobian(force, jnp.zeros(blocks))
     points = jnp.zeros(net.size)
@@ -123,11 +139,16 @@ def linearised(model: Model) -> Linear:
     frames, doubt = {}, {}
     for name, line in model.lines.items():
         shape = line.shape(jnp.zeros_like(line.reference))
-        nodes = inertia.frame(line, shape, None)
-        mass_n = nodes.mass_t if nodes.tangent is None else nodes.mass_n
-        nodes = nodes._replace(tangent=node_tangent(shape.tangent), mass_n=mass_n)
-        mass = mass.at[net.index[name]].add(_nodal_masses(nodes, d))
-        frames[name] = nodes
+        if line.inextensible:
+            frames[name] = rods = rods_of(line, shape)
+            for end in (net.index[name][:-1], net.index[name][1:]):
+                mass = mass.at[end].add(ROD_SHARES[0] * rods.whole)
+        else:
+            nodes = inertia.frame(line, shape, None)
+            mass_n = nodes.mass_t if nodes.tangent is None else nodes.mass_n
+            nodes = nodes._replace(tangent=node_tangent(shape.tangent), mass_n=mass_n)
+            mass = mass.at[net.index[name]].add(_nodal_masses(nodes, d))
+            frames[name] = nodes
         _, stiff = tension_and_stiffness(line.law, shape.strain)
         far = jnp.max(jnp.abs(line.reference))
         doubt[name] = 8.0 * EPS * jnp.abs(stiff) * (1.0 + far / shape.length) / shape.length
@@ -164,16 +185,16 @@ def natural_modes(
     if not free.any():
         raise ValueError("nothing can move: every node is held")
     here: Any = jax.device_get(linear)
-    root = _inverse_root(here.mass, net)
     lower, diagonal, upper = _free_parts(here.stiffness, free)
     even, odd = _half(lower, diagonal, upper, 1.0), _half(lower, diagonal, upper, -1.0)
-    matrix = SymmetricBlocks(root @ even.diagonal @ root, root @ even.lower @ _before(root), free)
+    rods = {name: own for name, own in here.frames.items() if isinstance(own, Rods)}
     # two more than asked for, so that a pair of equal ones is not parted
-    square, vectors, resolution = lowest(matrix, count + 2)
-    motion = np.zeros((vectors.shape[1], net.size * d))
-    motion[:, free] = vectors.T
-    motion = (root @ motion.reshape(-1, *diagonal.shape[:2], 1)).reshape(-1, net.size, d)
-    motion = _aligned(square, resolution, motion, here.mass, coordinates)
+    if rods:
+        found = lowest_of_rods((even.diagonal, even.lower), here.mass, rods, net, count + 2)
+    else:
+        found = _of_lumps(here, even, net, free, count + 2)
+    square, resolution = found.square, found.resolution
+    motion = _aligned(square, resolution, found.motion, found.weigh, coordinates)
     square, resolution, motion = square[:count], resolution[:count], motion[:count]
 
     lines = {name: np.moveaxis(motion[:, places], 1, 2) for name, places in net.index.items()}
@@ -193,10 +214,26 @@ def natural_modes(
         transverse=transverse,
         bodies=bodies,
         asymmetry=odd.size() / max(even.size(), TINY),
-        skew=odd.force(root, motion) / np.maximum(even.force(root, motion), TINY),
-        unknowns=int(free.sum()),
+        skew=found.reach(odd.force(motion)) / np.maximum(found.reach(even.force(motion)), TINY),
+        unknowns=found.unknowns,
         axes=coordinates.axes,
     )
+
+
+def _of_lumps(linear: Linear, even: "_Half", net: Net, free: np.ndarray, count: int) -> Found:
+    """The lowest modes where every place has a mass of its own: M^-1/2 K M^-1/2 by blocks."""
+    mass = np.asarray(linear.mass)
+    root = _inverse_root(mass, net)
+    matrix = SymmetricBlocks(root @ even.diagonal @ root, root @ even.lower @ _before(root), free)
+    square, vectors, resolution = lowest(matrix, count)
+    motion = np.zeros((vectors.shape[1], free.size))
+    motion[:, free] = vectors.T
+    motion = root @ motion.reshape(-1, *even.diagonal.shape[:2], 1)
+    return Found(
+        square, resolution, motion.reshape(-1, net.size, mass.shape[1]), int(free.sum()),
+        weigh=lambda u: np.einsum("pij,kpj->kpi", mass, u),
+        reach=lambda f: np.sqrt(np.sum((root @ f[..., None]) ** 2, axis=(1, 2, 3))),
+    )  # fmt: skip
 
 
 def _inverse_root(mass: np.ndarray, net: Net) -> np.ndarray:
@@ -240,13 +277,13 @@ class _Half:
         """Frobenius norm (N/m)."""
         return float(np.sqrt(2.0 * np.sum(self.lower**2) + np.sum(self.diagonal**2)))
 
-    def force(self, root: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Norm of M^-1/2 K phi of each mode."""
+    def force(self, motion: np.ndarray) -> np.ndarray:
+        """K phi (N) of each mode, (k, blocks, b)."""
         x = motion.reshape(motion.shape[0], *self.diagonal.shape[:2], 1)
         force = self.diagonal @ x
         force[:, 1:] += self.lower[1:] @ x[:, :-1]
         force[:, :-1] += self.sign * np.swapaxes(self.lower[1:], 1, 2) @ x[:, 1:]
-        return np.sqrt(np.sum((root @ force) ** 2, axis=(1, 2, 3)))
+        return force[..., 0]
 
 
 def _half(lower, diagonal, upper, sign: float) -> _Half:
@@ -259,8 +296,8 @@ def _half(lower, diagonal, upper, sign: float) -> _Half:
 
 
 def _aligned(
-    square: np.ndarray, resolution: np.ndarray, motion: np.ndarray, mass: np.ndarray,
-    coordinates: Coordinates,
+    square: np.ndarray, resolution: np.ndarray, motion: np.ndarray,
+    weigh: Callable[[np.ndarray], np.ndarray], coordinates: Coordinates,
 ) -> np.ndarray:  # fmt: skip
     """Modes of equal frequency turned so that they move along z, x or y as far as they can.
 
@@ -276,8 +313,7 @@ def _aligned(
             continue
         if stop - start > 1:
             group = motion[start:stop]
-            weighted = np.einsum("pij,kpj->kpi", mass, group)
-            form = np.einsum("kpi,ij,lpj->kl", weighted, prefer, group)
+            form = np.einsum("kpi,ij,lpj->kl", weigh(group), prefer, group)
             _, turn = np.linalg.eigh(form + form.T)
             motion[start:stop] = np.einsum("kl,kpi->lpi", turn, group)
         start = stop
@@ -288,6 +324,10 @@ def _shares(linear: Linear, lines: dict[str, np.ndarray], motion: np.ndarray):
     """phi . M phi (kg) of each mode, and its shares along the lines, across them, of points."""
     along, across = np.zeros(motion.shape[0]), np.zeros(motion.shape[0])
     for name, nodes in linear.frames.items():
+        if isinstance(nodes, Rods):
+            mine = shares_of_rods(nodes, lines[name])
+            along, across = along + mine[0], across + mine[1]
+            continue
         part = np.sum(lines[name] * nodes.tangent, axis=1)
         rest = lines[name] - part[:, None] * nodes.tangent
         along += np.sum(nodes.mass_t * part**2, axis=1)

@@ -146,7 +146,10 @@ def _stiffest(first, tension) -> Float[Array, ""]:
 
 def _softer(law: AbstractTensionLaw, share) -> AbstractTensionLaw:
     """A linear law, cut at zero or not, with a share of its stiffness."""
-    return eqx.tree_at(lambda x: _uncut(x).EA, law, share * _uncut(law).EA)
+    own = _uncut(law)
+    assert isinstance(own, Linear)
+    soft = Linear(share * own.EA)
+    return TensionOnly(soft, law.max_strain) if isinstance(law, TensionOnly) else soft
 
 
 def _from(line: Line, there: Line) -> Float[Array, "d nodes"]:

@@ -21,6 +21,12 @@ from lumpedcable.study.plan import common_coordinates
 __all__ = ["NoEquilibriumError", "find_modes"]
 
 
+ROOM = {
+    1: "inextensible lines on one straight line move across it alone",
+    2: "inextensible lines that hold each other in this plane move out of it alone",
+}
+
+
 class NoEquilibriumError(Exception):
     """Statics found no equilibrium to vibrate about; the message says what to do."""
 
@@ -29,7 +35,8 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     """The `count` lowest natural modes of run number `run` of a study.
 
     Raises:
-        SceneError: the scene cannot be laid out or has a trolley or an ideal line; nothing can move.
+        SceneError: the scene cannot be laid out or has a trolley or an ideal line; nothing can
+            move, or not in the dimensions that it is computed in.
         NoEquilibriumError: it has no static equilibrium that could be found.
     """
     scene = study.runs[run]
@@ -52,10 +59,15 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
             f"largest): {ADVICE[status]}"
         )
     model = jax.tree.map(lambda x: np.asarray(x)[0], ready.model)
+    net = make_net(model)
     try:
-        return natural_modes(linearise(model), make_net(model), layout, coordinates, count)
+        return natural_modes(linearise(model), net, layout, coordinates, count)
     except ValueError as error:
-        raise SceneError([study.fault("lines", str(error))]) from None
+        d = coordinates.dimensions
+        if d == 3 or net.fixed.all():
+            raise SceneError([study.fault("lines", str(error))]) from None
+        message = f"expected {'2 or ' if d == 1 else ''}3 for natural modes, found {d}: {ROOM[d]}"
+        raise SceneError([study.fault("dimensions", message)]) from None
 
 
 def _left_out(study: Study, scene: Scene) -> Iterator[Fault]:

@@ -54,7 +54,7 @@ def exact(length: float, slope: float) -> tuple[float, float]:
         z = quad(step, 0.0, hangs, args=(lambda s: V + WEIGHT * s,))[0]
         return way * np.cos(p) + x - 100.0, -way * np.sin(p) + z - 10.0
 
-    touch, lying = fsolve(reached, (500.0, 0.7 * length), xtol=1e-12)
+    touch, lying = np.asarray(fsolve(reached, (500.0, 0.7 * length), xtol=1e-12), float)
     start = touch + WEIGHT * np.sin(p) * lying
     return start, np.hypot(touch * np.cos(p), WEIGHT * (length - lying) - touch * np.sin(p))
 
