@@ -149,7 +149,7 @@ def _softer(law: AbstractTensionLaw, share) -> AbstractTensionLaw:
     own = _uncut(law)
     assert isinstance(own, Linear)
     soft = Linear(share * own.EA)
-    return TensionOnly(soft, law.max_strain) if isinstance(law, TensionOnly) else soft
+    return eqx.tree_at(lambda x: x.law, law, soft) if isinstance(law, TensionOnly) else soft
 
 
 def _from(line: Line, there: Line) -> Float[Array, "d nodes"]:
