@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import jax
@@ -24,6 +24,8 @@ from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure
 
 __all__ = ["AtRest", "Resting", "RestingLine", "UnrestError"]
+
+STEPS = 8  # from the file's numbers to others: a hand that drags waits for them
 
 
 class UnrestError(ValueError):
@@ -97,11 +99,13 @@ class Resting:
         self.scene: Scene = study.runs[run]
         layout = layout_of(study, self.scene)
         self._structure = Structure(self.scene.skeleton(), layout, self.scene)
-        # lengths that targets chose, by path: numbers that change a little ask for a little more
-        self._near: dict[str, float] = {}
 
     def solve(self, numbers: Mapping[str, float]) -> AtRest:
-        """The lines and bodies at rest, by name.
+        """The lines and bodies at rest, by name: a function of these numbers, whatever was asked before.
+
+        Lengths that targets choose are looked for from the file's first guesses. Where that does not
+        get there, they are followed from where they are with the file's own numbers, along the straight
+        line to the ones asked for.
 
         Args:
             numbers: by path, as in `Scene.numbers`; those left out are the scene's.
@@ -110,14 +114,35 @@ class Resting:
             UnrestError: there is no equilibrium, or none was found; the message says so.
         """
         asked = {key: float(value) for key, value in numbers.items()}
-        found = self._at_rest(asked | self._near)
-        if found is None and self._near:
-            found = self._at_rest(asked)  # as from the file
+        found = self._at_rest(asked)
+        if found is None and self.scene.targets:
+            found = self._followed(asked)
         if found is None:
             status = Status.STATICS_NOT_CONVERGED
             raise UnrestError(f"{MEANING[status]}: {ADVICE[status]}")
-        self._near = _chosen(self.scene.with_numbers(asked), found.lines)
         return found
+
+    @cached_property
+    def _own(self) -> dict[str, float]:
+        """The lengths (m) that targets choose with the file's own numbers, by path; none if there are none."""
+        found = self._at_rest({})
+        return {} if found is None else _chosen(self.scene, found.lines)
+
+    def _followed(self, asked: Mapping[str, float]) -> AtRest | None:
+        """The scene with these numbers, by way of some between the file's own and them."""
+        near, at, step, own = self._own, 0.0, 0.5, self.scene.numbers()
+        for _ in range(STEPS if near else 0):
+            to = min(at + step, 1.0)
+            numbers = {key: own[key] + to * (value - own[key]) for key, value in asked.items()}
+            found = self._at_rest((asked if to == 1.0 else numbers) | near)
+            if found is None:
+                step *= 0.5
+                continue
+            if to == 1.0:
+                return found
+            scene = self.scene.with_numbers(numbers)
+            near, at, step = _chosen(scene, found.lines), to, 2.0 * step
+        return None
 
     def _at_rest(self, numbers: Mapping[str, float]) -> AtRest | None:
         """The scene with these numbers, None where no equilibrium was found."""
