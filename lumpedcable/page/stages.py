@@ -114,7 +114,8 @@ def _model(key: str, numbers: Mapping[str, float]) -> Model:
     own = {control.key: control.value for control in controls}
 
     def solve(values: dict[str, float]) -> dict[str, Any]:
-        return _answer(_shape(key, _POINTS, own | values))
+        with np.errstate(all="ignore"):  # what comes of it is looked at
+            return _answer(_shape(key, _POINTS, own | values))
 
     def toml(values: dict[str, float]) -> str:
         every = own | values
@@ -125,9 +126,12 @@ def _model(key: str, numbers: Mapping[str, float]) -> Model:
 
 def _shape(key: str, points: int, values: Mapping[str, float]) -> StageShape:
     try:
-        return stage_shape(key, points=points, **values)
+        with np.errstate(all="ignore"):
+            return stage_shape(key, points=points, **values)
     except ValueError as error:
         raise FaultError(str(error)) from error
+    except ArithmeticError as error:  # of Python's own numbers, whose words tell a reader nothing
+        raise FaultError("found no line for these numbers") from error
 
 
 def _answer(shape: StageShape) -> dict[str, Any]:
@@ -165,6 +169,8 @@ def _scene(words: str, values: Mapping[str, float], shape: StageShape) -> str:
     x, z = shape.x, shape.z
     cut = len(x) - 1 if shape.split is None else shape.split - 1
     stiff = _STIFF * max(shape.numbers["F_TA"], shape.numbers["F_TB"])
+    if not np.isfinite(stiff):
+        raise FaultError("expected tensions that a scene can have, found them too large")
     long = np.hypot(np.diff(x), np.diff(z))
     # the tension is H ds/dx; the lengths before it stretches them, so that it hangs where it should
     rest = long / (1.0 + shape.numbers["F_H"] * long / np.maximum(np.diff(x), 1e-12) / stiff)

@@ -31,6 +31,7 @@ __all__ = ["rest_of", "sag_of"]
 
 ITERATIONS = 60
 SMALLEST = 1e-14  # relative change of a length that is rounding
+NO_WAY = 1e-3  # of a length: a step back so short finds no state of rest either
 MOST_ROUNDING = 1e-6  # relative miss that rounding of forces may explain at most
 SHRUNK = 1e-6  # of its first guess: a length that has gone to nothing
 NODES = {"start": 0, "end": -1}
@@ -71,30 +72,36 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     still = frozen(scene)
 
     def unfinished(carry):
-        worst, change, count = carry[3:]
+        worst, change, count = carry[4:]
         return (worst > still.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
 
     def step(carry):
-        lengths, nodes, _, _, _, count = carry
+        lengths, before, nodes, *_, count = carry
         slope, (miss, found) = jax.jacfwd(lambda x: at(still, x, nodes), has_aux=True)(lengths)
         change = jnp.linalg.solve(slope, -miss)
+        far = alone & (jnp.diag(slope) > 0.0) & (change > 0.5 * lengths)
+        change = jnp.where(far, -0.5 * lengths, change)
+        change = change * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(change / lengths)))
         usable = jnp.all(jnp.isfinite(change))
-        taut = alone & (jnp.diag(slope) > 0.0) & (change > 0.5 * lengths)
-        change = jnp.where(taut, -0.5 * lengths, change)
-        share = jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(change / lengths)))
-        change = jnp.where(usable, share * change, 0.0)
         worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
+        # without a state of rest there, part of the way back to where there was one
+        lost = ~usable | (~found.converged & jnp.any(lengths != before))
+        change = jnp.where(lost, 0.75 * (before - lengths), change)
         moved = jnp.max(jnp.abs(change / lengths))
-        nodes = {name: nodes_of(found.model)[name] for name in nodes}
-        return lengths + change, nodes, slope, worst, moved, count + 1
+        moved = jnp.where(lost & (moved < NO_WAY), 0.0, moved)
+        nodes = {
+            name: jnp.where(lost, nodes[name], nodes_of(found.model)[name]) for name in nodes
+        }
+        before = jnp.where(lost, before, lengths)
+        return lengths + change, before, nodes, slope, worst, moved, count + 1
 
     guess = jnp.stack([jnp.asarray(still.lines[t.line].length) for t in still.targets.values()])
     # lines without joints are laid out anew each time, and need no shape to begin from
     first = nodes_of(start_of(still, layout, coordinates).model) if layout.joints else {}
     alone = jnp.array([_between_places(still, target) for target in still.targets.values()])
     far = jnp.full((), jnp.inf)
-    carry = (guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
-    lengths, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
+    carry = (guess, guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
+    lengths, _, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
 
     miss, found = finished(lambda x: at(scene, x, nodes)[1], lengths, slope, lengths)
     met = jnp.all(jnp.abs(miss) <= _goals(scene, found.model))

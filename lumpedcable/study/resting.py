@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property, partial
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -24,9 +24,6 @@ from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure
 
 __all__ = ["AtRest", "Resting", "RestingLine", "UnrestError"]
-
-STEPS = 8  # from the file's numbers to others: a hand that drags waits for them
-
 
 class UnrestError(ValueError):
     """A scene has no equilibrium with some numbers, or none was found; the message says why."""
@@ -103,9 +100,8 @@ class Resting:
     def solve(self, numbers: Mapping[str, float]) -> AtRest:
         """The lines and bodies at rest, by name: a function of these numbers, whatever was asked before.
 
-        Lengths that targets choose are looked for from the file's first guesses. Where that does not
-        get there, they are followed from where they are with the file's own numbers, along the straight
-        line to the ones asked for.
+        Lengths that targets choose are looked for from the file's first guesses each time. From those
+        chosen last it would take half as long, but what is found could be another root.
 
         Args:
             numbers: by path, as in `Scene.numbers`; those left out are the scene's.
@@ -115,34 +111,10 @@ class Resting:
         """
         asked = {key: float(value) for key, value in numbers.items()}
         found = self._at_rest(asked)
-        if found is None and self.scene.targets:
-            found = self._followed(asked)
         if found is None:
             status = Status.STATICS_NOT_CONVERGED
             raise UnrestError(f"{MEANING[status]}: {ADVICE[status]}")
         return found
-
-    @cached_property
-    def _own(self) -> dict[str, float]:
-        """The lengths (m) that targets choose with the file's own numbers, by path; none if there are none."""
-        found = self._at_rest({})
-        return {} if found is None else _chosen(self.scene, found.lines)
-
-    def _followed(self, asked: Mapping[str, float]) -> AtRest | None:
-        """The scene with these numbers, by way of some between the file's own and them."""
-        near, at, step, own = self._own, 0.0, 0.5, self.scene.numbers()
-        for _ in range(STEPS if near else 0):
-            to = min(at + step, 1.0)
-            numbers = {key: own[key] + to * (value - own[key]) for key, value in asked.items()}
-            found = self._at_rest((asked if to == 1.0 else numbers) | near)
-            if found is None:
-                step *= 0.5
-                continue
-            if to == 1.0:
-                return found
-            scene = self.scene.with_numbers(numbers)
-            near, at, step = _chosen(scene, found.lines), to, 2.0 * step
-        return None
 
     def _at_rest(self, numbers: Mapping[str, float]) -> AtRest | None:
         """The scene with these numbers, None where no equilibrium was found."""
@@ -172,14 +144,3 @@ class Resting:
             for name, q in found.bodies.items()
         }
         return AtRest(lines, bodies)
-
-
-def _chosen(scene: Scene, lines: Mapping[str, RestingLine]) -> dict[str, float]:
-    """The lengths (m) that the targets of a scene chose for lines at rest, by path."""
-    found = {}
-    for target in scene.targets.values():
-        line, payout = lines[target.line], scene.lines[target.line].payout
-        steps = np.linalg.norm(np.diff(line.position, axis=0), axis=1) / (1.0 + line.strain)
-        out = 0.0 if payout is None else payout.way
-        found[target.change] = float(steps.sum()) - out
-    return found
