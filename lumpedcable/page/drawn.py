@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumpedcable.page.controls import FaultError
 from lumpedcable.results.human import scale
 
-__all__ = ["drawn_line", "shown_number"]
+__all__ = ["NO_SHAPE", "drawn_line", "shown_number"]
 
 NO_SHAPE = "these numbers have no shape at rest that can be worked out"  # no JSON has inf or NaN
 

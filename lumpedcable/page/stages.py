@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lumpedcable.exact import STAGES, StageShape, stage_shape
 from lumpedcable.exact.stages import UNITS
 from lumpedcable.page.controls import Control, FaultError, Model
-from lumpedcable.page.drawn import drawn_line, shown_number
+from lumpedcable.page.drawn import NO_SHAPE, drawn_line, shown_number
 from lumpedcable.scene import Body, Scene
 
 __all__ = ["highline_of", "stage_models"]
@@ -119,7 +119,8 @@ def _model(key: str, numbers: Mapping[str, float]) -> Model:
 
     def toml(values: dict[str, float]) -> str:
         every = own | values
-        return _scene(stage.words, every, _shape(key, 4001, every))
+        with np.errstate(all="ignore"):
+            return _scene(stage.words, every, _shape(key, 4001, every))
 
     return Model(key, stage.words, controls, solve, toml)
 
@@ -169,11 +170,9 @@ def _scene(words: str, values: Mapping[str, float], shape: StageShape) -> str:
     x, z = shape.x, shape.z
     cut = len(x) - 1 if shape.split is None else shape.split - 1
     stiff = _STIFF * max(shape.numbers["F_TA"], shape.numbers["F_TB"])
-    if not np.isfinite(stiff):
-        raise FaultError("expected tensions that a scene can have, found them too large")
     long = np.hypot(np.diff(x), np.diff(z))
     # the tension is H ds/dx; the lengths before it stretches them, so that it hangs where it should
-    rest = long / (1.0 + shape.numbers["F_H"] * long / np.maximum(np.diff(x), 1e-12) / stiff)
+    rest = long / (1.0 + shape.numbers["F_H"] / stiff * (long / np.maximum(np.diff(x), 1e-12)))
     rest = np.where(np.diff(x) > 0.0, rest, 0.0)
     weights = [values["weight"], values.get("traction_weight", values["weight"])]
     lengths, masses = [], []
@@ -181,6 +180,8 @@ def _scene(words: str, values: Mapping[str, float], shape: StageShape) -> str:
         lengths.append(float(rest[part].sum()))
         whole = float(long[part].sum())
         masses.append(weight / _GRAVITY * (whole / lengths[-1] if lengths[-1] else 1.0))
+    if not np.isfinite([stiff, *lengths, *masses]).all():
+        raise FaultError(NO_SHAPE)
     ends = [[0.0, 0.0, 0.0], [float(x[-1]), 0.0, float(z[-1])]]
     head = [
         f"# {words}, as Lun, Li & Hou (2018) have it. Their cable is inextensible; this one",

@@ -89,9 +89,7 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
         change = jnp.where(lost, 0.75 * (before - lengths), change)
         moved = jnp.max(jnp.abs(change / lengths))
         moved = jnp.where(lost & (moved < NO_WAY), 0.0, moved)
-        nodes = {
-            name: jnp.where(lost, nodes[name], nodes_of(found.model)[name]) for name in nodes
-        }
+        nodes = {name: jnp.where(lost, nodes[name], nodes_of(found.model)[name]) for name in nodes}
         before = jnp.where(lost, before, lengths)
         return lengths + change, before, nodes, slope, worst, moved, count + 1
 
@@ -101,7 +99,9 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     alone = jnp.array([_between_places(still, target) for target in still.targets.values()])
     far = jnp.full((), jnp.inf)
     carry = (guess, guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
-    lengths, _, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
+    lengths, _, nodes, slope, *_ = jax.lax.stop_gradient(
+        jax.lax.while_loop(unfinished, step, carry)
+    )
 
     miss, found = finished(lambda x: at(scene, x, nodes)[1], lengths, slope, lengths)
     met = jnp.all(jnp.abs(miss) <= _goals(scene, found.model))

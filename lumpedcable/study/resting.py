@@ -25,6 +25,7 @@ from lumpedcable.study.compiled import Structure
 
 __all__ = ["AtRest", "Resting", "RestingLine", "UnrestError"]
 
+
 class UnrestError(ValueError):
     """A scene has no equilibrium with some numbers, or none was found; the message says why."""
 

@@ -373,3 +373,16 @@ def test_a_span_leaves_its_clamps_forwards(tmp_path, rise):
     tangent = np.diff(places, axis=0)
     assert tangent[0, 2] > 0 > tangent[-1, 2]
     assert np.sum(tangent[1:] * tangent[:-1], axis=1).min() > 0
+
+
+def test_the_slack_line_of_a_tension_is_remarked_on(tmp_path):
+    said = say(
+        tmp_path, "run", CONFIGS / "adjustment.toml", "--set", "highline.segments=16",
+        "--set", "highline.length=[62.2 m, 92.5 m, 3940 m]",
+    )  # fmt: skip
+    assert "run 2: this line is slack" in " ".join(said.out.split())
+    with open_result(tmp_path / "adjustment.h5") as result:
+        found = result.rest("highline")["length"]
+    # the taut one from both, though 92.5 m are slack; a slack one pulls with about half its weight
+    assert found[:2] == pytest.approx(FROM_80_KN[0], rel=1e-5)
+    assert 0.5 * WEIGHT * found[2] == pytest.approx(80e3, rel=0.05)
