@@ -85,7 +85,8 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
         usable = jnp.all(jnp.isfinite(change))
         worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
         # without a state of rest there, part of the way back to where there was one
-        lost = ~usable | (~found.converged & jnp.any(lengths != before))
+        astray = ~found.converged & (worst > still.statics.tolerance)
+        lost = ~usable | (astray & jnp.any(lengths != before))
         change = jnp.where(lost, 0.75 * (before - lengths), change)
         moved = jnp.max(jnp.abs(change / lengths))
         moved = jnp.where(lost & (moved < NO_WAY), 0.0, moved)
