@@ -75,7 +75,8 @@ ADVICE = {
         "body), that the ends and forces can balance (a slack line needs gravity to have a shape, and "
         "tension_only where it lies slack on a bed), that "
         "the tension of a winch or of a target is not too low to hold up its line, and that no body "
-        "of a target lies beyond the ends, or raise statics.max_iterations"
+        "of a target lies beyond the ends; lengths that targets choose may begin too far from what is "
+        "wanted; or raise statics.max_iterations"
     ),
     Status.NON_FINITE: (
         "lower solver.courant; if strains can go beyond max_strain of the material, raise it; check "

@@ -69,6 +69,7 @@ def _of_tension(pair: Pair, known: Values) -> Highline:
 
     top = np.log(np.real(known)) + 1e-12
     low, least = _turning(lambda x: np.real(miss(x)), top)
+    hold(np.isfinite(least), "found no line for these numbers")
     hold(
         least <= 0.0,
         "expected a tension F_TA of {:.6g} N or more, the least that holds this line, found {:g} N",

@@ -237,6 +237,7 @@ def highline_from_tension(
     """
     l, c, q, F = _checked(span, drop, weight, ("tension F_TA", "N", tension))
     slackest, least = least_tension(np.real(l), np.real(c), np.real(q))
+    hold(np.isfinite(least), "found no line for these numbers")
     hold(
         np.real(F) >= least,
         "expected a tension F_TA of {:.6g} N or more, the least between these ends, found {:g} N",

@@ -145,6 +145,10 @@ def _drawn(line: Highline | StraightHighline, points: int, words: str) -> StageS
         own, traction = (float(part.length) for part in line.parts)
         numbers = {**numbers, "S": own, "S_traction": traction}
     z = np.asarray(line.height(x), float)
+    parts = line.parts if isinstance(line, Highline) else ()
+    sizes = [float(part.horizontal / part.weight / line.span) for part in parts]
+    if not (np.isfinite([*numbers.values(), *x, *z, *sizes]).all() and all(s > 0.0 for s in sizes)):
+        raise ValueError("found no line for these numbers")
     return StageShape(x, z, _equations(line), numbers, mark, words, split)
 
 

@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumpedcable.page.controls import FaultError
 from lumpedcable.results.human import scale
 
-__all__ = ["drawn_line", "shown_number"]
+__all__ = ["NO_SHAPE", "drawn_line", "shown_number"]
+
+NO_SHAPE = "these numbers have no shape at rest that can be worked out"  # no JSON has inf or NaN
 
 
 def drawn_line(
@@ -29,10 +32,10 @@ def drawn_line(
         diameter: m.
 
     Raises:
-        ValueError: a number is not finite.
+        FaultError: a number is not finite.
     """
-    if not (np.isfinite(position).all() and np.isfinite(tension).all()):
-        raise ValueError("these numbers have no shape at rest")
+    if not all(np.isfinite(values).all() for values in (position, tension, place)):
+        raise FaultError(NO_SHAPE)
     return {
         "name": name,
         "diameter": diameter,
@@ -45,7 +48,13 @@ def drawn_line(
 def shown_number(
     key: str, words: str, value: float, unit: str, second: float | None = None
 ) -> dict[str, Any]:
-    """A read-out: SI value with the factor and unit to show it in; `second` is an approximation."""
+    """A read-out: SI value with the factor and unit to show it in; `second` is an approximation.
+
+    Raises:
+        FaultError: a value is not finite.
+    """
+    if not (np.isfinite(value) and (second is None or np.isfinite(second))):
+        raise FaultError(NO_SHAPE)
     largest = max(abs(value), abs(second or 0.0))
     factor, text = (1.0, unit) if unit in ("m", "deg") else scale(largest, unit)
     if unit == "N":  # kilonewtons throughout, so that digits keep their place under a slider

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lumpedcable.exact import STAGES, StageShape, stage_shape
 from lumpedcable.exact.stages import UNITS
 from lumpedcable.page.controls import Control, FaultError, Model
-from lumpedcable.page.drawn import drawn_line, shown_number
+from lumpedcable.page.drawn import NO_SHAPE, drawn_line, shown_number
 from lumpedcable.scene import Body, Scene
 
 __all__ = ["highline_of", "stage_models"]
@@ -114,20 +114,25 @@ def _model(key: str, numbers: Mapping[str, float]) -> Model:
     own = {control.key: control.value for control in controls}
 
     def solve(values: dict[str, float]) -> dict[str, Any]:
-        return _answer(_shape(key, _POINTS, own | values))
+        with np.errstate(all="ignore"):  # what comes of it is looked at
+            return _answer(_shape(key, _POINTS, own | values))
 
     def toml(values: dict[str, float]) -> str:
         every = own | values
-        return _scene(stage.words, every, _shape(key, 4001, every))
+        with np.errstate(all="ignore"):
+            return _scene(stage.words, every, _shape(key, 4001, every))
 
     return Model(key, stage.words, controls, solve, toml)
 
 
 def _shape(key: str, points: int, values: Mapping[str, float]) -> StageShape:
     try:
-        return stage_shape(key, points=points, **values)
+        with np.errstate(all="ignore"):
+            return stage_shape(key, points=points, **values)
     except ValueError as error:
         raise FaultError(str(error)) from error
+    except ArithmeticError as error:  # of Python's own numbers, whose words tell a reader nothing
+        raise FaultError("found no line for these numbers") from error
 
 
 def _answer(shape: StageShape) -> dict[str, Any]:
@@ -167,7 +172,7 @@ def _scene(words: str, values: Mapping[str, float], shape: StageShape) -> str:
     stiff = _STIFF * max(shape.numbers["F_TA"], shape.numbers["F_TB"])
     long = np.hypot(np.diff(x), np.diff(z))
     # the tension is H ds/dx; the lengths before it stretches them, so that it hangs where it should
-    rest = long / (1.0 + shape.numbers["F_H"] * long / np.maximum(np.diff(x), 1e-12) / stiff)
+    rest = long / (1.0 + shape.numbers["F_H"] / stiff * (long / np.maximum(np.diff(x), 1e-12)))
     rest = np.where(np.diff(x) > 0.0, rest, 0.0)
     weights = [values["weight"], values.get("traction_weight", values["weight"])]
     lengths, masses = [], []
@@ -175,6 +180,8 @@ def _scene(words: str, values: Mapping[str, float], shape: StageShape) -> str:
         lengths.append(float(rest[part].sum()))
         whole = float(long[part].sum())
         masses.append(weight / _GRAVITY * (whole / lengths[-1] if lengths[-1] else 1.0))
+    if not np.isfinite([stiff, *lengths, *masses]).all():
+        raise FaultError(NO_SHAPE)
     ends = [[0.0, 0.0, 0.0], [float(x[-1]), 0.0, float(z[-1])]]
     head = [
         f"# {words}, as Lun, Li & Hou (2018) have it. Their cable is inextensible; this one",

@@ -3,8 +3,11 @@
 The state of rest is a function of the lengths of the lines; with n lengths to be found and as many
 conditions r = 0 on that state, Newton's method finds them: J dL = -r, J the derivative of the state
 of rest (implicit function theorem). A tension falls and is convex in the length of a taut line, so
-that from a line that is too short no step goes too far; a step never changes a length by more than
-a half. Whether the conditions are met is judged like the forces of statics.
+that from a line that is too short no step goes too far; a step is cut to where no length changes by
+more than a half, all by one share, so that conditions that are linear stay met. A line between two
+places has a tension twice, taut and slack; where the slack one is far from the first guess, the taut
+one is meant. Each miss is judged by the size of what is wanted, never by the forces alone: a line that
+shrinks to nothing between places raises forces beside which every miss is small.
 """
 
 import jax
@@ -17,6 +20,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.seams import opened
 from lumpedcable.scene import Scene, Target
+from lumpedcable.scene.lines import MovingEnd, held_place
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.settling import settled
@@ -27,6 +31,9 @@ __all__ = ["rest_of", "sag_of"]
 
 ITERATIONS = 60
 SMALLEST = 1e-14  # relative change of a length that is rounding
+NO_WAY = 1e-3  # of a length: a step back so short finds no state of rest either
+MOST_ROUNDING = 1e-6  # relative miss that rounding of forces may explain at most
+SHRUNK = 1e-6  # of its first guess: a length that has gone to nothing
 NODES = {"start": 0, "end": -1}
 
 
@@ -65,32 +72,66 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     still = frozen(scene)
 
     def unfinished(carry):
-        worst, change, count = carry[3:]
+        worst, change, count = carry[4:]
         return (worst > still.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
 
     def step(carry):
-        lengths, nodes, _, _, _, count = carry
+        lengths, before, nodes, *_, count = carry
         slope, (miss, found) = jax.jacfwd(lambda x: at(still, x, nodes), has_aux=True)(lengths)
         change = jnp.linalg.solve(slope, -miss)
+        far = alone & (jnp.diag(slope) > 0.0) & (change > 0.5 * lengths)
+        change = jnp.where(far, -0.5 * lengths, change)
+        change = change * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(change / lengths)))
         usable = jnp.all(jnp.isfinite(change))
-        change = jnp.where(usable, jnp.clip(change, -0.5 * lengths, 0.5 * lengths), 0.0)
         worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
+        # without a state of rest there, part of the way back to where there was one
+        astray = ~found.converged & (worst > still.statics.tolerance)
+        lost = ~usable | (astray & jnp.any(lengths != before))
+        change = jnp.where(lost, 0.75 * (before - lengths), change)
         moved = jnp.max(jnp.abs(change / lengths))
-        nodes = {name: nodes_of(found.model)[name] for name in nodes}
-        return lengths + change, nodes, slope, worst, moved, count + 1
+        moved = jnp.where(lost & (moved < NO_WAY), 0.0, moved)
+        nodes = {name: jnp.where(lost, nodes[name], nodes_of(found.model)[name]) for name in nodes}
+        before = jnp.where(lost, before, lengths)
+        return lengths + change, before, nodes, slope, worst, moved, count + 1
 
     guess = jnp.stack([jnp.asarray(still.lines[t.line].length) for t in still.targets.values()])
     # lines without joints are laid out anew each time, and need no shape to begin from
     first = nodes_of(start_of(still, layout, coordinates).model) if layout.joints else {}
+    alone = jnp.array([_between_places(still, target) for target in still.targets.values()])
     far = jnp.full((), jnp.inf)
-    carry = (guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
-    lengths, nodes, slope, *_ = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
+    carry = (guess, guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
+    lengths, _, nodes, slope, *_ = jax.lax.stop_gradient(
+        jax.lax.while_loop(unfinished, step, carry)
+    )
 
     miss, found = finished(lambda x: at(scene, x, nodes)[1], lengths, slope, lengths)
-    left = jnp.max(jnp.abs(miss))
-    goal = scene.statics.tolerance + rounding_force(found.model) / force_scale(found.model)
+    met = jnp.all(jnp.abs(miss) <= _goals(scene, found.model))
+    met &= jnp.all(lengths > SHRUNK * guess)  # false of no number
     return found._replace(
-        imbalance=jnp.maximum(found.imbalance, left), converged=found.converged & (left <= goal)
+        imbalance=jnp.maximum(found.imbalance, jnp.max(jnp.abs(miss))),
+        converged=found.converged & met,
+    )
+
+
+def _goals(scene: Scene, model: Model) -> Float[Array, " n"]:
+    """The misses (-) up to which targets are met: the tolerance, and what rounding leaves."""
+    rounding, scale = rounding_force(model), force_scale(model)
+    sizes = []
+    for target in scene.targets.values():
+        if target.measure == "length":  # a sum, of which forces know nothing
+            sizes.append(jnp.full((), 16.0 * jnp.finfo(jnp.float64).eps))
+        else:
+            size = target.wanted if target.measure == "tension" else scale
+            sizes.append(jnp.minimum(rounding / size, MOST_ROUNDING))
+    return scene.statics.tolerance + jnp.stack(sizes)
+
+
+def _between_places(scene: Scene, target: Target) -> bool:
+    """Whether a target asks for a tension of the very line that it changes, which two places hold."""
+    line = scene.lines[target.line]
+    own = target.measure == "tension" and target.of.rpartition(".")[0] == target.line
+    return own and all(
+        held_place(end) is not None or isinstance(end, MovingEnd) for end in (line.start, line.end)
     )
 
 

@@ -44,6 +44,8 @@ HEADS = {
 # in the order in which a terminal too narrow for all goes without them
 SPARE = ("joint_length", "length", "joint_z", "joint_x", "horizontal_tension", "end_tension", "sag",
          "start_tension")  # fmt: skip
+SLACK = 1.1  # times as long as the exact, taut line: another line
+MOST_NAMED = 5  # runs
 MARKS = {"exact": "*", "straight": "+"}
 STYLES = {"exact": "cyan", "straight": "dim"}
 
@@ -176,6 +178,7 @@ def _texts(values: NDArray[np.float64]) -> list[str]:
 def _notes(numbers: Numbers, models: Sequence[str], shown: Sequence[str], runs: int) -> list[str]:
     notes = rows_shown(MOST_ROWS, runs)
     notes += [f"{MARKS[model]} {model}: {MODELS[model]}." for model in shown]
+    notes += _slack(numbers)
     if "straight" in models:
         told = []
         for quantity, words in (("start_tension", "start tension"), ("sag", "sag")):
@@ -186,3 +189,23 @@ def _notes(numbers: Numbers, models: Sequence[str], shown: Sequence[str], runs: 
         if told:
             notes.append(f"Straight segments against exact: {', '.join(told)}.")
     return notes
+
+
+def _slack(numbers: Numbers) -> list[str]:
+    """A note on runs whose line is the slack one of the two that have the tension asked for.
+
+    Stretch and mesh leave a line within per cents of the exact, taut one, and shorter; only near the
+    least tension of all, where both meet, is the slack one less than a tenth longer.
+    """
+    longer = numbers["length"] > SLACK * numbers.get("exact_length", np.nan)
+    runs = ", ".join(map(str, np.flatnonzero(longer)[:MOST_NAMED]))
+    count = int(np.count_nonzero(longer))
+    if not count:
+        return []
+    which = (
+        f"run {runs}" if count == 1 else f"{count} runs ({runs}{', ...' * (count > MOST_NAMED)})"
+    )
+    return [
+        f"{which}: this line is slack, and far longer than the taut one with the same tension, which "
+        "is the exact one here: begin with a shorter length."
+    ]

@@ -97,11 +97,12 @@ class Resting:
         self.scene: Scene = study.runs[run]
         layout = layout_of(study, self.scene)
         self._structure = Structure(self.scene.skeleton(), layout, self.scene)
-        # lengths that targets chose, by path: numbers that change a little ask for a little more
-        self._near: dict[str, float] = {}
 
     def solve(self, numbers: Mapping[str, float]) -> AtRest:
-        """The lines and bodies at rest, by name.
+        """The lines and bodies at rest, by name: a function of these numbers, whatever was asked before.
+
+        Lengths that targets choose are looked for from the file's first guesses each time. From those
+        chosen last it would take half as long, but what is found could be another root.
 
         Args:
             numbers: by path, as in `Scene.numbers`; those left out are the scene's.
@@ -110,13 +111,10 @@ class Resting:
             UnrestError: there is no equilibrium, or none was found; the message says so.
         """
         asked = {key: float(value) for key, value in numbers.items()}
-        found = self._at_rest(asked | self._near)
-        if found is None and self._near:
-            found = self._at_rest(asked)  # as from the file
+        found = self._at_rest(asked)
         if found is None:
             status = Status.STATICS_NOT_CONVERGED
             raise UnrestError(f"{MEANING[status]}: {ADVICE[status]}")
-        self._near = _chosen(self.scene.with_numbers(asked), found.lines)
         return found
 
     def _at_rest(self, numbers: Mapping[str, float]) -> AtRest | None:
@@ -147,14 +145,3 @@ class Resting:
             for name, q in found.bodies.items()
         }
         return AtRest(lines, bodies)
-
-
-def _chosen(scene: Scene, lines: Mapping[str, RestingLine]) -> dict[str, float]:
-    """The lengths (m) that the targets of a scene chose for lines at rest, by path."""
-    found = {}
-    for target in scene.targets.values():
-        line, payout = lines[target.line], scene.lines[target.line].payout
-        steps = np.linalg.norm(np.diff(line.position, axis=0), axis=1) / (1.0 + line.strain)
-        out = 0.0 if payout is None else payout.way
-        found[target.change] = float(steps.sum()) - out
-    return found

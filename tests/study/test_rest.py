@@ -24,7 +24,7 @@ from highline_numbers import (
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from lumpedcable.exact import dragged_from_tension
+from lumpedcable.exact import dragged_from_tension, highline_from_length
 from lumpedcable.results import open_result
 from lumpedcable.results.chord import along_chord
 from lumpedcable.scene import load_study
@@ -373,3 +373,19 @@ def test_a_span_leaves_its_clamps_forwards(tmp_path, rise):
     tangent = np.diff(places, axis=0)
     assert tangent[0, 2] > 0 > tangent[-1, 2]
     assert np.sum(tangent[1:] * tangent[:-1], axis=1).min() > 0
+
+
+def test_the_slack_line_of_a_tension_is_remarked_on(tmp_path):
+    said = say(
+        tmp_path, "run", CONFIGS / "adjustment.toml", "--set", "winch.tension=3 kN",
+        "--set", "highline.length=[62.2 m, 130 m]",
+    )  # fmt: skip
+    assert "run 1: this line is slack" in " ".join(said.out.split())
+    with open_result(tmp_path / "adjustment.h5") as result:
+        found = result.rest("highline")["length"]
+    # both pull at the sending end with 3 kN; 64 chords: of the order of (1/64)^2
+    ends = [
+        brentq(lambda S: highline_from_length(SPAN, DROP, WEIGHT, S).tension_a - 3e3, *sides)
+        for sides in ((62.2, 70.0), (100.0, 200.0))
+    ]
+    assert found == pytest.approx(ends, rel=1e-3)
