@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from lumpedcable.results import ResultFile, open_result
-from lumpedcable.results.human import scale
+from lumpedcable.results.human import runs_named, scale
 from lumpedcable.results.reader import OK
 from lumpedcable.scene import Study, format_quantity
 from lumpedcable.scene.bodies import ANGLES
@@ -45,7 +45,6 @@ HEADS = {
 SPARE = ("joint_length", "length", "joint_z", "joint_x", "horizontal_tension", "end_tension", "sag",
          "start_tension")  # fmt: skip
 SLACK = 1.1  # times as long as the exact, taut line: another line
-MOST_NAMED = 5  # runs
 MARKS = {"exact": "*", "straight": "+"}
 STYLES = {"exact": "cyan", "straight": "dim"}
 
@@ -198,14 +197,10 @@ def _slack(numbers: Numbers) -> list[str]:
     least tension of all, where both meet, is the slack one less than a tenth longer.
     """
     longer = numbers["length"] > SLACK * numbers.get("exact_length", np.nan)
-    runs = ", ".join(map(str, np.flatnonzero(longer)[:MOST_NAMED]))
-    count = int(np.count_nonzero(longer))
-    if not count:
+    if not np.any(longer):
         return []
-    which = (
-        f"run {runs}" if count == 1 else f"{count} runs ({runs}{', ...' * (count > MOST_NAMED)})"
-    )
+    which = runs_named(np.flatnonzero(longer).tolist())
     return [
-        f"{which}: this line is slack, and far longer than the taut one with the same tension, which "
-        "is the exact one here: begin with a shorter length."
+        f"{which}: this line is slack, and far longer than the taut one with the same tension, which is "
+        "the exact one here: begin with a shorter length."
     ]
