@@ -15,7 +15,6 @@ from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.lines import (
     HarmonicMotion,
     JoinedEnd,
-    Line,
     MovingEnd,
     RecordedMotion,
     clamp_of,
@@ -142,8 +141,8 @@ class _Needs:
         """Those of a scene; with `slack`, a line that is slack at the start asks for a plane."""
         found = cls()
         found._surroundings(scene)
-        for line in scene.lines.values():
-            found._line(scene, line, slack)
+        for name in scene.lines:
+            found._line(scene, name, slack)
         for body in scene.bodies.values():
             found._body(body)
         return found
@@ -158,7 +157,8 @@ class _Needs:
         if scene.seabed is not None and scene.seabed.profile is not None:
             self.directions.append(np.array([1.0, 0.0, 0.0]))
 
-    def _line(self, scene: Scene, line: Line, slack: bool) -> None:
+    def _line(self, scene: Scene, name: str, slack: bool) -> None:
+        line = scene.lines[name]
         ends = [line.start, line.end]
         found = [_places_of(end) or _on_body(scene, end) for end in ends]
         for end, mine in zip(ends, found, strict=True):
@@ -168,7 +168,7 @@ class _Needs:
         if slack and chord is not None and (scene.gravity is not None or line.bending is not None):
             self.folds |= bool(np.linalg.norm(chord) < line.unstretched)
         if line.bending is not None:
-            self.folds |= not _leaves_along(scene, line, chord)
+            self.folds |= not _leaves_along(scene, name, chord)
 
     def _body(self, body: Body | CarriedBody | MovedBody) -> None:
         if isinstance(body, MovedBody):
@@ -187,17 +187,16 @@ class _Needs:
                 self.rigid.append(body)
 
 
-def _leaves_along(scene: Scene, line: Line, chord: np.ndarray | None) -> bool:
+def _leaves_along(scene: Scene, name: str, chord: np.ndarray | None) -> bool:
     """Whether a line that bends leaves its clamps the way that it goes, along its chord or its loads."""
+    line = scene.lines[name]
     loads = []
     for end in (line.start, line.end):
         if (force := held_force(end)) is not None:
             loads.append(np.asarray(force.direction))
     if scene.gravity is not None:
-        displaced = 0.0
-        if scene.fluid is not None and line.diameter is not None:
-            displaced = scene.fluid.density * 0.25 * np.pi * line.diameter**2
-        loads.append(np.array([0.0, 0.0, 1.0 if displaced > line.mass else -1.0]))
+        lifts = scene.displaced(name) > line.mass
+        loads.append(np.array([0.0, 0.0, 1.0 if lifts else -1.0]))
     for end, out in ((line.start, 1.0), (line.end, -1.0)):
         if (clamp := clamp_of(end)) is not None:
             ways = loads if chord is None else [out * chord]

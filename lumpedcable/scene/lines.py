@@ -332,6 +332,11 @@ class Line(Part):
         return self.length if self.payout is None else self.length + self.payout.way
 
     @property
+    def section(self) -> float:
+        """Area of the cross-section in m2, 0 where the scene does not give it."""
+        return 0.0 if self.diameter is None else 0.25 * math.pi * self.diameter * self.diameter
+
+    @property
     def count(self) -> int:
         """Number of segments, 0 of an ideal line."""
         if self.segment_lengths is not None:

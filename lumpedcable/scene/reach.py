@@ -104,7 +104,7 @@ def _tensions(
     if gravity is None:
         return
     density = 0.0 if water is None else water.density
-    weights = [gravity * (lines[n].mass - density * _section(lines[n])) for n in names]
+    weights = [gravity * (lines[n].mass - density * lines[n].section) for n in names]
     level = math.dist(first[:2], last[:2])
     if min(weights) <= 0.0 or max(weights) > min(weights) * (1 + 1e-9) or level == 0.0:
         return
@@ -141,11 +141,6 @@ def _along(target: Target, first, last) -> tuple[float, float]:
     """Return where the span begins and how long it is (m) on the axis of a target."""
     axis = "xyz".index(target.measure)
     return first[axis], last[axis] - first[axis]
-
-
-def _section(line: Line) -> float:
-    """Return the area of the cross-section (m2), 0 where the scene does not give it."""
-    return 0.0 if line.diameter is None else 0.25 * math.pi * line.diameter * line.diameter
 
 
 def _strain(material: Any, tension: float) -> float:

@@ -67,6 +67,10 @@ class Scene(Part):
         """The water or the air, or None."""
         return self.water if self.water is not None else self.air
 
+    def displaced(self, line: str) -> float:
+        """Return the mass of the fluid that a line displaces, in kg/m."""
+        return 0.0 if self.fluid is None else self.fluid.density * self.lines[line].section
+
     def point_of(self, end: Any) -> tuple[MovedBody, tuple[float, float, float]] | None:
         """Return the moved body that an end names a point of, "ship.post", and that point in m."""
         name, _, point = (tie_of(end) or "").partition(".")

@@ -85,11 +85,9 @@ def mass_along(scene: Scene, line: str) -> float:
 
     In double precision, as `Line.mass_along` is not always.
     """
-    own, fluid = scene.lines[line], scene.fluid
-    added = own.added_mass
-    if fluid is None or added is None or added.tangential is None or own.diameter is None:
-        return own.mass
-    return own.mass + added.tangential * fluid.density * 0.25 * np.pi * own.diameter**2
+    own = scene.lines[line]
+    along = None if own.added_mass is None else own.added_mass.tangential
+    return own.mass if along is None else own.mass + along * scene.displaced(line)
 
 
 def exact_wave(

@@ -46,15 +46,8 @@ def models_of(scene: Scene, cable: Cable) -> list[str]:
 
 def _weights(scene: Scene, cable: Cable) -> list[float]:
     """Weights less buoyancy of the lines (N/m)."""
-    gravity, fluid = scene.gravity or 0.0, scene.fluid
-    found = []
-    for name in cable.lines:
-        line = scene.lines[name]
-        carried = 0.0
-        if fluid is not None and line.diameter is not None:
-            carried = fluid.density * 0.25 * np.pi * line.diameter**2
-        found.append(gravity * (line.mass - carried))
-    return found
+    gravity = scene.gravity or 0.0
+    return [gravity * (scene.lines[name].mass - scene.displaced(name)) for name in cable.lines]
 
 
 def _load(scene: Scene, cable: Cable) -> float:

@@ -44,10 +44,7 @@ def allowance(scene: Scene, line: str, length: float, wave: ReleaseWave, begins:
     goes_back = material.law == "linear" or material.tension_only
     if not (goes_back or left <= wave.reflection_return(length)):
         return np.inf
-    gravity, displaced = scene.gravity or 0.0, 0.0
-    if scene.fluid is not None and own.diameter is not None:
-        displaced = scene.fluid.density * 0.25 * np.pi * own.diameter**2
-    per_metre = gravity * abs(own.mass - displaced)
+    per_metre = (scene.gravity or 0.0) * abs(own.mass - scene.displaced(line))
     more, weight = per_metre / wave.mass * max(left, 0.0), per_metre * own.unstretched
     if weight > EXCESS * wave.tension0 or more > EXCESS * wave.end_speed:
         return np.inf
