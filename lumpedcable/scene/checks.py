@@ -133,15 +133,18 @@ def problems(draft: Draft) -> Iterator[Problem]:
         if line is not None:
             yield from _line(draft, name, line)
     gravity = draft.others.get("gravity")
-    yield from carried_problems(draft.lines, draft.bodies, draft.measures, draft.events, gravity)
+    output = draft.others.get("output")
+    duration = output.duration if output else None
+    yield from carried_problems(
+        draft.lines, draft.bodies, draft.measures, draft.events, gravity, duration
+    )
     yield from stepping_problems(
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )
     fluid = draft.others.get(draft.fluid) if draft.fluid is not None else None
     yield from hull_problems(draft.bodies, draft.others.get("water"))
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
-    output = draft.others.get("output")
-    yield from record_problems(draft.lines, draft.bodies, output.duration if output else None)
+    yield from record_problems(draft.lines, draft.bodies, duration)
     yield from joined_problems(draft.lines)
     yield from settling_problems(draft.bodies, draft.lines, draft.materials, draft.targets)
     seabed = draft.others.get("seabed")

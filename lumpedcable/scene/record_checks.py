@@ -39,7 +39,8 @@ def record_problems(
                 rows = [[place[k] for place in end.motion.position] for k in range(3)]
                 yield from _covers(path, end.motion, rows, duration, until)
                 if next(end.motion.problems(), None) is None:
-                    message = gap_fault(end.motion.time)
+                    # what somebody wrote down may rest for long; what was measured has lost something
+                    message = gap_fault(end.motion.time, () if end.motion.file else rows)
                     if message:
                         yield Problem((*path, "file" if end.motion.file else "time"), message)
 

@@ -19,13 +19,17 @@ def times_fault(time: Sequence[float]) -> str | None:
     return None
 
 
-def gap_fault(time: Sequence[float]) -> str | None:
-    """Return where times (s) that increase leave a gap, or None."""
+def gap_fault(time: Sequence[float], rows: Sequence[Sequence[float]] = ()) -> str | None:
+    """Return where times (s) that increase leave a gap, or None.
+
+    What rests there, before and after, has none: `rows` are what is recorded at these times.
+    """
     steps = [after - before for before, after in pairwise(time)]
     usual = sorted(steps)[len(steps) // 2]
     even = sum(abs(step - usual) <= 0.01 * usual for step in steps) >= 0.8 * len(steps)
-    for before, step in zip(time, steps, strict=False):
-        if step > (EVEN_GAP if even else GAP) * usual:
+    for k, (before, step) in enumerate(zip(time, steps, strict=False)):
+        rests = rows and all(len(set(row[max(k - 1, 0) : k + 3])) == 1 for row in rows)
+        if step > (EVEN_GAP if even else GAP) * usual and not rests:
             return (
                 f"expected a record without gaps, a value about every {usual:g} s, found none "
                 f"between {before:g} s and {before + step:g} s"

@@ -135,7 +135,9 @@ def test_a_body_that_is_let_go_with_a_velocity_rests_too(tmp_path):
             return result.line("leg").field("tension")[0, 0]
 
     moving = free('velocity = ["1 m/s", 0, 0]\n')
-    np.testing.assert_allclose(moving, free(""), rtol=1e-12)
+    # two programs: places of 170 m in segments of 20 m are known to a digit, which is so much tension
+    digit = np.finfo(float).eps * 170.0 / 20.0 * 600e6
+    np.testing.assert_allclose(moving, free(""), rtol=0, atol=digit)
 
 
 @pytest.mark.parametrize("times", ["", LASTS], ids=["at rest", "a run"])
