@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import finite, hold, positive, reaching
+from .checks import NO_LINE, finite, hold, positive, reaching
 from .highline import SHOWN, Highline
 from .pair import Pair
 from .roots import Values, bracketed, widened
@@ -69,7 +69,7 @@ def _of_tension(pair: Pair, known: Values) -> Highline:
 
     top = np.log(np.real(known)) + 1e-12
     low, least = _turning(lambda x: np.real(miss(x)), top)
-    hold(np.isfinite(least), "found no line for these numbers")
+    hold(np.isfinite(least), NO_LINE)
     hold(
         least <= 0.0,
         "expected a tension F_TA of {:.6g} N or more, the least that holds this line, found {:g} N",
@@ -77,7 +77,7 @@ def _of_tension(pair: Pair, known: Values) -> Highline:
         np.real(known),
     )
     line = _closed(pair, np.exp(bracketed(miss, low, top)))
-    hold(pair.meant(line, _tension, known), "found no line for these numbers")
+    hold(pair.meant(line, _tension, known), NO_LINE)
     return line
 
 

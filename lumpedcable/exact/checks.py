@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 Values = NDArray[Any]
 """Array of float64, or of complex128 where derivatives are carried."""
 
+NO_LINE = "found no line for these numbers"
+
 
 def finite(**numbers: ArrayLike) -> None:
     """Raise ValueError where one of the numbers, called by their names, is NaN or infinite."""

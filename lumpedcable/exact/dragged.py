@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import finite, hold, positive, reaching
+from .checks import NO_LINE, finite, hold, positive, reaching
 from .highline import Highline
 from .law import Array, root, smallest
 from .newton import convex_minimum
@@ -30,7 +30,6 @@ from .roots import STEP, Values, carried
 
 __all__ = ["dragged_from_length", "dragged_from_tension"]
 
-_NONE = "found no line for these numbers"
 _TRIES = 32  # lengths of the traction cable, each so many times as long as the one before
 
 
@@ -146,7 +145,7 @@ def _sought(numbers: Sequence[Values], known: Values, tension: bool) -> Values:
     better = pair.at_once(of, whole, *found)
     if better is not None and np.max(np.abs(better - found)) < 1e-4 * (1.0 + abs(found[1])):
         return better
-    hold(pair.meant(pair.line(np.exp(found[0]), found[1]), of, whole), _NONE)
+    hold(pair.meant(pair.line(np.exp(found[0]), found[1]), of, whole), NO_LINE)
     return found
 
 
@@ -170,7 +169,7 @@ def _held(numbers: Sequence[float], traction: float, start: Array | None = None)
     try:
         return convex_minimum(gradient, start, s + traction, positive=1)
     except ValueError:  # lengths so far over the span that rounding hides it
-        raise ValueError(_NONE) from None
+        raise ValueError(NO_LINE) from None
 
 
 def _hung(H: complex, W: complex, weight: float, length: float) -> tuple[complex, complex, complex]:

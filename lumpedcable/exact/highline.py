@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import finite, hold, positive, reaching
+from .checks import NO_LINE, finite, hold, positive, reaching
 from .roots import Values, bracketed
 
 __all__ = [
@@ -237,7 +237,7 @@ def highline_from_tension(
     """
     l, c, q, F = _checked(span, drop, weight, ("tension F_TA", "N", tension))
     slackest, least = least_tension(np.real(l), np.real(c), np.real(q))
-    hold(np.isfinite(least), "found no line for these numbers")
+    hold(np.isfinite(least), NO_LINE)
     hold(
         np.real(F) >= least,
         "expected a tension F_TA of {:.6g} N or more, the least between these ends, found {:g} N",

@@ -21,6 +21,7 @@ from .cargo import (
     straight_from_length,
     straight_from_tension,
 )
+from .checks import NO_LINE
 from .dragged import dragged_from_tension
 from .highline import (
     Highline,
@@ -148,7 +149,7 @@ def _drawn(line: Highline | StraightHighline, points: int, words: str) -> StageS
     parts = line.parts if isinstance(line, Highline) else ()
     sizes = [float(part.horizontal / part.weight / line.span) for part in parts]
     if not (np.isfinite([*numbers.values(), *x, *z, *sizes]).all() and all(s > 0.0 for s in sizes)):
-        raise ValueError("found no line for these numbers")
+        raise ValueError(NO_LINE)
     return StageShape(x, z, _equations(line), numbers, mark, words, split)
 
 

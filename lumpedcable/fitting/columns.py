@@ -17,11 +17,10 @@ from lumpedcable.scene.quantities import Quantity, found
 from lumpedcable.scene.texts import FileError
 from lumpedcable.scene.units import format_quantity
 
-MOST = 1e100
-"""Largest size of a measured value in SI: squares of what is larger are no numbers any more."""
-
 __all__ = ["Columns", "check_times", "noise_of", "read_data"]
 
+MOST = 1e100
+"""Largest size of a measured value in SI: squares of what is larger are no numbers any more."""
 NOISES = (1e-12, 1e6)
 """Least and largest noise over the largest value: beyond, the data tell nothing, or more than digits."""
 

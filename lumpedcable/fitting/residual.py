@@ -16,8 +16,9 @@ from lumpedcable.fitting.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
+from lumpedcable.physics.precision import cast
 from lumpedcable.solve.bound import step_bound
-from lumpedcable.solve.integrate import Numbers, Progress, begin, cast, interval
+from lumpedcable.solve.integrate import Numbers, Progress, begin, interval
 from lumpedcable.solve.observe import Sample, sample, signs
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.targets import rest_of

@@ -21,7 +21,7 @@ from lumpedcable.model.grip import held_back
 from lumpedcable.model.hauled import steered, steered_gain
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.junctions import junction_gain
-from lumpedcable.model.line import Line, Workspace
+from lumpedcable.model.line import Line, Workspace, placed
 from lumpedcable.model.passing import drifting
 from lumpedcable.model.places import PlaceMeasured
 from lumpedcable.model.splices import add_splices
@@ -127,6 +127,11 @@ class Model(eqx.Module):
         if self.up is not None and self.base is not None and line.current is not None:
             height = self.base + self.up @ shape.position
         return inertia.frame(line, shape, height)
+
+    def placed(self, places: Vectors) -> "Model":
+        """The model with the references of its lines at other places (m)."""
+        lines = {name: placed(self.lines[name], places[name]) for name in self.lines}
+        return eqx.tree_at(lambda m: m.lines, self, lines)
 
     def followed(self, t: Float[Array, ""], displacement: Vectors) -> Vectors:
         """The same displacements (m), with the ends that are tied to bodies where those are."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.exact import STAGES, StageShape, stage_shape
+from lumpedcable.exact.checks import NO_LINE
 from lumpedcable.exact.stages import UNITS
 from lumpedcable.page.controls import Control, FaultError, Model
 from lumpedcable.page.drawn import NO_SHAPE, drawn_line, shown_number
@@ -127,12 +128,11 @@ def _model(key: str, numbers: Mapping[str, float]) -> Model:
 
 def _shape(key: str, points: int, values: Mapping[str, float]) -> StageShape:
     try:
-        with np.errstate(all="ignore"):
-            return stage_shape(key, points=points, **values)
+        return stage_shape(key, points=points, **values)
     except ValueError as error:
         raise FaultError(str(error)) from error
     except ArithmeticError as error:  # of Python's own numbers, whose words tell a reader nothing
-        raise FaultError("found no line for these numbers") from error
+        raise FaultError(NO_LINE) from error
 
 
 def _answer(shape: StageShape) -> dict[str, Any]:

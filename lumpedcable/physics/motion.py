@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.precision import cast
 from lumpedcable.physics.ramp import grown_time, growth
 
 __all__ = [
@@ -43,7 +44,7 @@ def way_of(
     Places of tens of metres have steps of micrometres in single precision: an end that goes by these
     stands still and jumps, and a stiff line rings with it.
     """
-    path = jax.tree.map(lambda x: x.astype(float) if eqx.is_inexact_array(x) else x, motion)
+    path = cast(motion, "float64")
     return path.position(end) - path.position(start)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumpedcable.results.errors import first_line
 from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
-from lumpedcable.results.human import quantity, runs_named, same_words, size
+from lumpedcable.results.human import first_told, quantity, size
 from lumpedcable.results.reader import OK, Axis, ResultFile, open_result
 from lumpedcable.status import remark_of
 
@@ -170,12 +170,9 @@ def _failures(result: ResultFile) -> list[tuple[str, str]]:
 def _remarks(result: ResultFile) -> list[tuple[str, str]]:
     """What is to be said of runs that went well."""
     every = enumerate(map(remark_of, result.status_message))
-    said = same_words((run, remark) for run, remark in every if remark)
-    rows = [("remark", f"{runs_named(runs)}: {words}") for runs, words in said[:_FAILURES_SHOWN]]
-    left = sum(len(runs) for runs, _ in said[_FAILURES_SHOWN:])
-    if left:
-        rows.append(("", f"and {left} more run{'' if left == 1 else 's'} with such a remark"))
-    return rows
+    remarks = ((run, remark) for run, remark in every if remark)
+    said, more = first_told(remarks, _FAILURES_SHOWN, "with such a remark")
+    return [("remark", words) for words in said] + ([("", more)] if more else [])
 
 
 def _origin(result: ResultFile) -> list[tuple[str, str]]:

@@ -76,3 +76,11 @@ def runs_named(runs: list[int], most: int = 8) -> str:
     left = len(runs) - sum(map(len, spans))
     *before, last = [*each, f"{left} more"] if left else each
     return f"run{'s' * (len(runs) > 1)} {', '.join(before)}{' and ' * bool(before)}{last}"
+
+
+def first_told(told: Iterable[tuple[int, str]], most: int, rest: str) -> tuple[list[str], str]:
+    """The first so many things that are told of runs, and how many more there are `rest`, or ""."""
+    every = same_words(told)
+    left = sum(len(runs) for runs, _ in every[most:])
+    more = f"and {left} more run{'' if left == 1 else 's'} {rest}" if left else ""
+    return [f"{runs_named(runs)}: {words}" for runs, words in every[:most]], more

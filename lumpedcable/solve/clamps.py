@@ -1,7 +1,7 @@
-"""Lines that bend out of a clamp: a first shape that leaves it forwards, and a look at what was found.
+"""Lines at rest without folds: first shapes that have none, and a look at what was found.
 
-Pointed backwards into its clamp, a line that bends is at rest as well, as a pencil on its tip is.
-Newton's method finds that state where it begins near it.
+Pointed backwards into its clamp or folded back on itself, a line that bends is at rest as well, as a
+pencil on its tip is. Newton's method finds that state where it begins near it.
 """
 
 import jax
@@ -10,7 +10,9 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
+from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.linear import differences
+from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seabed import AbstractSeabed
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.solve.hanging import nodal_weight, spanning_line
@@ -130,32 +132,41 @@ def pushes_on_bed(line: Line) -> bool:
 def folded(model: Model) -> Bool[Array, ""]:
     """Whether a line at rest is folded back on itself, or into a clamp, where a touch would open it.
 
-    The segment at a clamp turns like a pendulum: the tension T (N) rights it with T l at most, and the
-    clamp turns it over with -(EI / s) t . c, l and s = l / 2 the lengths of `Bending` (m). Two segments
-    at a joint open with -(EI / s) t . t'; what goes on beyond them rights them with sqrt(EI T), as a
-    beam under tension does whose end is turned. On a bed, where the nodes of a slack line are crowded, a
-    segment that pushes and is turned back upon its neighbour is a strut that gives way.
+    On a bed, where the nodes of a slack line are crowded, a segment that pushes and is turned back upon
+    its neighbour is a strut that gives way; of lines that bend see `_opens`.
     """
     found = jnp.zeros((), bool)
     for line in model.lines.values():
-        bending = line.bending
-        if bending is None and not pushes_on_bed(line):
+        pushes = pushes_on_bed(line)
+        if not pushes and line.bending is None:
             continue
         shape = line.shape(jnp.zeros_like(line.reference))
         tension = line.law.tension(shape.strain)
-        if pushes_on_bed(line):
-            back = dot(shape.tangent[:, 1:], shape.tangent[:, :-1]) < 0.0
+        turn = dot(shape.tangent[:, 1:], shape.tangent[:, :-1])
+        if pushes:
             least = jnp.minimum(tension[1:], tension[:-1])
-            found |= jnp.any(back & (least < -STRUT * jnp.max(jnp.abs(tension))))
-        if bending is None:
-            continue
-        pull = jnp.maximum(tension, 0.0)
-        for node, clamp in line.clamps.items():
-            over = -bending.EI / shape.node_length[node] * jnp.dot(shape.tangent[:, node], clamp)
-            found |= over > pull[node] * shape.length[node]
-        opens = dot(shape.tangent[:, 1:], shape.tangent[:, :-1])
-        opens = -bending.EI / shape.node_length[1:-1] * opens
-        most = jnp.maximum(pull[1:], pull[:-1])
-        length = jnp.maximum(shape.length[1:], shape.length[:-1])
-        found |= jnp.any(opens > most * length + jnp.sqrt(bending.EI * most))
+            strut = least < -STRUT * jnp.max(jnp.abs(tension))
+            found |= jnp.any((turn < 0.0) & strut)
+        if line.bending is not None:
+            found |= _opens(line, line.bending, shape, jnp.maximum(tension, 0.0), turn)
     return found
+
+
+def _opens(
+    line: Line, bending: Bending, shape: Shape, pull: Float[Array, " n"], turn: Float[Array, " n-1"]
+) -> Bool[Array, ""]:
+    """Whether a line that bends opens at a touch, under the pulls T (N) of its segments.
+
+    The segment at a clamp turns like a pendulum: T rights it with T l at most, and the clamp turns it
+    over with -(EI / s) t . c, l and s = l / 2 the lengths of `Bending` (m). Two segments at a joint
+    open with -(EI / s) t . t', `turn` is t . t'; what goes on beyond them rights them with sqrt(EI T),
+    as a beam under tension does whose end is turned.
+    """
+    found = jnp.zeros((), bool)
+    for node, clamp in line.clamps.items():
+        over = -bending.EI / shape.node_length[node] * jnp.dot(shape.tangent[:, node], clamp)
+        found |= over > pull[node] * shape.length[node]
+    opens = -bending.EI / shape.node_length[1:-1] * turn
+    most = jnp.maximum(pull[1:], pull[:-1])
+    length = jnp.maximum(shape.length[1:], shape.length[:-1])
+    return found | jnp.any(opens > most * length + jnp.sqrt(bending.EI * most))

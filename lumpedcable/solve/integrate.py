@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import diffrax
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PyTree
@@ -24,6 +23,7 @@ from lumpedcable.model.hauled import steered
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
+from lumpedcable.physics.precision import cast
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
@@ -168,11 +168,6 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
     }
     reaction = reactions_at_rest(model, displacement)
     return State(displacement, velocity, work if energy else {}, reaction, tension)
-
-
-def cast(tree: PyTree, dtype: str) -> PyTree:
-    """The same tree with all its floats in one precision."""
-    return jax.tree.map(lambda x: x.astype(dtype) if eqx.is_inexact_array(x) else x, tree)
 
 
 def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]:

@@ -7,7 +7,6 @@ state of rest, looked for on a scene without derivatives, and one more step that
 from collections.abc import Callable
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -15,7 +14,6 @@ from jaxtyping import Array, Float
 from lumpedcable.model.assemble import assemble
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.scene import Scene
@@ -54,8 +52,7 @@ def rest_near(
         held = held_position(model, end)
         if held is not None:  # a place of the scene's own, which has its derivatives
             near[name] = place_at_end(near[name], node, held)
-    lines = {name: placed(line, near[name]) for name, line in model.lines.items()}
-    model = eqx.tree_at(lambda m: m.lines, model, lines)
+    model = model.placed(near)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
     return equilibrium(model, tolerance, scene.statics.max_iterations)
 

@@ -19,7 +19,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
-from lumpedcable.solve.clamps import bent_out, folded, opened_out, pushes_on_bed, stiffened
+from lumpedcable.solve.clamps import bent_out, folded, opened_out, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight
 from lumpedcable.solve.resting import (
     draped_line,
@@ -113,9 +113,6 @@ def start_of(
 
 def _upright(found: Equilibrium) -> Equilibrium:
     """What was found, unless a touch would turn it over."""
-    lines = found.model.lines.values()
-    if not any(line.bending is not None or pushes_on_bed(line) for line in lines):
-        return found
     return found._replace(converged=found.converged & ~folded(found.model))
 
 

@@ -17,7 +17,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model import inertia
 from lumpedcable.model.ends import Attached, Driven, End, Loaded
-from lumpedcable.model.line import Line, LineForces, alike, done_alike, placed
+from lumpedcable.model.line import Line, LineForces, alike, done_alike
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import Net, junction_forces, make_net
 from lumpedcable.model.rods import line_drag
@@ -297,18 +297,12 @@ def _polished(
     b = balance.blocks[1]
     others = (jnp.zeros((b, b)), jnp.eye(b), jnp.zeros((b, b)))
     stiffness = jax.tree.map(partial(jnp.where, regular), stiffness, others)
-    polished = x + solve_blocks(stiffness, balance.forces(_placed(model, laid), x))
+    polished = x + solve_blocks(stiffness, balance.forces(model.placed(laid), x))
     regular &= _worst(balance.frozen(polished)) <= 10.0 * goal
     where = {name: line.reference for name, line in model.lines.items()}
     x, where = jax.tree.map(partial(jnp.where, regular), (polished, laid), (x, where))
     moved = balance.lines(x)
-    return _placed(model, {name: where[name] + moved[name] for name in where})
-
-
-def _placed(model: Model, places: Vectors) -> Model:
-    """The model with the references of its lines at other places (m)."""
-    lines = {name: placed(line, places[name]) for name, line in model.lines.items()}
-    return eqx.tree_at(lambda m: m.lines, model, lines)
+    return model.placed({name: where[name] + moved[name] for name in where})
 
 
 def force_scale(model: Model) -> Float[Array, ""]:

@@ -54,9 +54,11 @@ def stiffening(
     """
     if not given and any(map(_pushed_together, model.lines.values())):
         slack = stiffening(scene, _slackened(model), tolerance, max_iterations, given)
-        there = jax.lax.stop_gradient(slack.model.lines)
-        lines = {name: placed(line, _from(line, there[name])) for name, line in model.lines.items()}
-        at = eqx.tree_at(lambda m: m.lines, model, lines)
+        # ends keep the derivatives of their places
+        change = jax.lax.stop_gradient(
+            {n: slack.model.lines[n].reference - line.reference for n, line in model.lines.items()}
+        )
+        at = model.placed({n: line.reference + change[n] for n, line in model.lines.items()})
         return equilibrium(at, tolerance, max_iterations)
     rods = [name for name, line in model.lines.items() if line.inextensible]
     soft = [
@@ -150,11 +152,6 @@ def _softer(law: AbstractTensionLaw, share) -> AbstractTensionLaw:
     assert isinstance(own, Linear)
     soft = Linear(share * own.EA)
     return eqx.tree_at(lambda x: x.law, law, soft) if isinstance(law, TensionOnly) else soft
-
-
-def _from(line: Line, there: Line) -> Float[Array, "d nodes"]:
-    """Where another line lies (m), from the ends that this one has, with their derivatives."""
-    return line.reference + (there.reference - jax.lax.stop_gradient(line.reference))
 
 
 def _uncut(law: AbstractTensionLaw) -> AbstractTensionLaw:

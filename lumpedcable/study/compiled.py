@@ -25,9 +25,10 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import alike
 from lumpedcable.model.model import Model
 from lumpedcable.model.seams import cut_at
+from lumpedcable.physics.precision import cast
 from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
-from lumpedcable.solve.integrate import Numbers, Plan, advance, begin, cast
+from lumpedcable.solve.integrate import Numbers, Plan, advance, begin
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.targets import rest_of

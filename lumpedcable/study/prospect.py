@@ -91,11 +91,12 @@ def _stepped(prospect: Prospect) -> list[str]:
     if output.static:
         return ["steps: none, the scene is looked at at rest alone"]
     mine = prospect.converged
-    bound = f"the largest stable one of leapfrog is {_span(prospect.bound[mine], 's')}"
     if prospect.adaptive:
         rtol, atol = tolerances(solver)
         by_error = f"by their estimated error (rtol {rtol:g}, atol {atol:g})"
-        return [f"steps: {solver.method}, {by_error}", f"step: {bound}"]
+        bound = _span(prospect.bound[mine], "s")
+        return [f"steps: {solver.method}, {by_error}",
+                f"step: the largest stable one of leapfrog is {bound}"]  # fmt: skip
     steps = prospect.steps[mine]
     endless = steps > MOST_STEPS
     if endless.any():
@@ -112,8 +113,8 @@ def _stepped(prospect: Prospect) -> list[str]:
     whose = " (solver.step)" if solver.step is not None else ""
     step = f"step: {_span(taken, 's')}{whose}"
     if np.all(np.isfinite(prospect.bound[mine])):  # not of lines that keep their length
-        own = "one" if solver.method == "leapfrog" else "one of leapfrog"
-        step += f", {_span(shares, '1')} of the largest stable {own} at rest"
+        of = "" if solver.method == "leapfrog" else " of leapfrog"
+        step += f", {_span(shares, '1')} of the largest stable one{of} at rest"
     if solver.method == "leapfrog" and np.any(shares > 1.0):
         step += ": too long, lower solver.step"
     return [f"steps: {solver.method}, {upto}{each} a run{in_all}", step]

@@ -9,7 +9,7 @@ from rich.measure import Measurement
 from rich.table import Column, Table
 from rich.text import Text
 
-from lumpedcable.results.human import runs_named, same_words
+from lumpedcable.results.human import first_told
 
 __all__ = [
     "MOST_ROWS",
@@ -137,9 +137,6 @@ def print_told(
     console: Console, told: Iterable[tuple[int, str]], rest: str = "went wrong", style: str = "red"
 ) -> None:
     """Print numbers of runs and what is told of them, the first few words, the `rest` by number."""
-    every = same_words(told)
-    for runs, message in every[:MOST_TOLD]:
-        console.print(Text(f"{runs_named(runs)}: {message}", style))
-    left = sum(len(runs) for runs, _ in every[MOST_TOLD:])
-    if left:
-        console.print(Text(f"and {left} more run{'' if left == 1 else 's'} {rest}", style))
+    said, more = first_told(told, MOST_TOLD, rest)
+    for words in filter(None, (*said, more)):
+        console.print(Text(words, style))

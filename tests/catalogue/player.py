@@ -15,6 +15,7 @@ from engine_runs import scene_of
 
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.numbers import number
+from lumpedcable.physics.precision import cast
 from lumpedcable.scene import Scene
 from lumpedcable.solve.integrate import (
     METHODS,
@@ -22,7 +23,6 @@ from lumpedcable.solve.integrate import (
     Plan,
     Progress,
     advance,
-    cast,
     initial_state,
 )
 from lumpedcable.solve.leapfrog import CableTerm

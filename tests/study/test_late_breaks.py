@@ -10,8 +10,8 @@ from lumpedcable.results import open_result
 HAULED = (
     HOOKE.replace(
         'end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }',
-        "end = { motion = { time = [0, 0.01, 0.02, 0.04, 0.05],"
-        " position = [[105, 0, 0], [105, 0, 0], [104, 0, 0], [101, 0, 0], [101, 0, 0]] } }",
+        "end = { motion = { time = [0, 0.01, 0.02, 0.04, 0.05, 9],"
+        " position = [[105, 0, 0], [105, 0, 0], [104, 0, 0], [101, 0, 0], [101, 0, 0], [101, 0, 0]] } }",
     ).replace('EA = "1 MN"', 'EA = "1 MN"\ndamping = "20 kN s"')
     + '\n[solver]\nwaves = "plain"\n'
 )
