@@ -1,6 +1,7 @@
 """Newton's linear systems on a net of lines: Jacobians by colour, solves by blocks, all O(N)."""
 
 from collections.abc import Callable
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -16,8 +17,8 @@ BlockTridiagonal = tuple[
 def block_jacobian(
     residual: Callable[[Float[Array, "blocks b"]], Float[Array, "blocks b"]],
     x: Float[Array, "blocks b"],
-) -> BlockTridiagonal:
-    """Sub-, main and superdiagonal blocks of a Jacobian that only couples neighbouring blocks.
+) -> tuple[Float[Array, "blocks b"], BlockTridiagonal]:
+    """A residual, and its Jacobian's sub-, main and superdiagonal blocks, where only neighbours couple.
 
     Blocks three apart share no row, so 3 b directional derivatives give every entry (Curtis, Powell
     & Reid, J. Inst. Maths Applics 13, 1974), however many blocks there are. The first sub- and the
@@ -27,10 +28,12 @@ def block_jacobian(
     colour = jnp.arange(count) % 3
     seeds = (colour[None, :] == jnp.arange(3)[:, None]).astype(x.dtype)  # (3, blocks)
     seeds = seeds[:, None, :, None] * jnp.eye(b, dtype=x.dtype)[None, :, None, :]
-    columns = jax.vmap(jax.vmap(lambda s: jax.jvp(residual, (x,), (s,))[1]))(seeds)
+    along = partial(jax.jvp, residual, (x,))
+    every = jax.vmap(jax.vmap(lambda s: along((s,)), out_axes=(None, 0)), out_axes=(None, 0))
+    value, columns = every(seeds)
     rows = jnp.arange(count)
     parts = [jnp.swapaxes(columns[(rows + shift) % 3, :, rows, :], 1, 2) for shift in (-1, 0, 1)]
-    return parts[0], parts[1], parts[2]
+    return value, (parts[0], parts[1], parts[2])
 
 
 def solve_blocks(

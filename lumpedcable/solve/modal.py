@@ -129,7 +129,7 @@ def linearised(model: Model) -> Linear:
     def force(x):
         return static_residual(known, x.reshape(net.size, d), net).reshape(blocks)
 
-    lower, diagonal, upper = block_jacobian(force, jnp.zeros(blocks))
+    _, (lower, diagonal, upper) = block_jacobian(force, jnp.zeros(blocks))
     points = jnp.zeros(net.size)
     for junction in model.junctions:
         if junction.mass is not None:

@@ -25,7 +25,7 @@ from lumpedcable.model.splices import spliced, splices
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.tension import Rigid
 from lumpedcable.physics.weight import Weight
-from lumpedcable.solve.blocks import block_jacobian, solve_blocks
+from lumpedcable.solve.blocks import BlockTridiagonal, block_jacobian, solve_blocks
 from lumpedcable.solve.hanging import nodal_weight
 
 __all__ = [
@@ -168,9 +168,9 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int)
     """Newton's method on the net force at every node: a search, and a step that has the derivative."""
     balance = _Balance(model, net)
     goal = jax.lax.stop_gradient(goal)
-    x, force, count = _searched(model, balance, goal, max_iterations)
+    x, force, stiffness, count = _searched(model, balance, goal, max_iterations)
     found = _worst(force) <= goal
-    there = _polished(model, balance, x, goal)
+    there = _polished(model, balance, x, force, stiffness, goal)
     return Equilibrium(there, _worst(force) / force_scale(model), found, count)
 
 
@@ -205,11 +205,10 @@ class _Balance:
         """Blocks as vectors of nodes, by line."""
         return self.net.spread(x.reshape(self.nodes))
 
-    def matrix(self, x: Float[Array, "n b"], mu: Float[Array, ""]):
-        """K + mu k I by blocks (lower, diagonal, upper), without derivatives: see `_searched`."""
-        lower, diagonal, upper = block_jacobian(self.frozen, x)
-        b = self.blocks[1]
-        return jax.lax.stop_gradient((-lower, -diagonal + mu * self.across * jnp.eye(b), -upper))
+    def sloped(self, x: Float[Array, "n b"]) -> tuple[Float[Array, "n b"], BlockTridiagonal]:
+        """F at x, and K = -dF/dx by blocks (lower, diagonal, upper), without derivatives."""
+        force, slopes = block_jacobian(self.frozen, x)
+        return jax.lax.stop_gradient((force, jax.tree.map(jnp.negative, slopes)))
 
 
 def _worst(force: Float[Array, "n b"]) -> Float[Array, ""]:
@@ -233,8 +232,8 @@ def _turn(model: Model, change: Vectors) -> Float[Array, ""]:
 
 def _searched(
     model: Model, balance: _Balance, goal: Float[Array, ""], max_iterations: int
-) -> tuple[Float[Array, "n b"], Float[Array, "n b"], Int[Array, ""]]:
-    """How far the nodes move to equilibrium (m), what force is left (N), and the steps taken.
+) -> tuple[Float[Array, "n b"], Float[Array, "n b"], BlockTridiagonal, Int[Array, ""]]:
+    """How far the nodes move to equilibrium (m), F (N) and K there, and the steps taken.
 
     (K + mu k I) dx = F with K = -dF/dx by blocks and k the stiffness of a taut segment across
     itself: implicit steps in a pseudo-time, long where mu is small (pseudo-transient continuation,
@@ -242,29 +241,36 @@ def _searched(
     its length; mu falls with the residual, so that the end is Newton's own. Slack and
     buckled shapes relax towards a stable equilibrium. Nothing of it has a derivative.
     """
+    scale = jax.lax.stop_gradient(force_scale(model))
+    raised = balance.across * jnp.eye(balance.blocks[1])
 
     def unfinished(carry):
-        _, force, _, count = carry
-        return (_worst(force) > goal) & (count < max_iterations)
+        (_, force, _), _, count = carry
+        return (_worst(force) > goal) & (count <= max_iterations)
 
     def step(carry):
-        x, force, mu, count = carry
-        change = solve_blocks(balance.matrix(x, mu), force)
+        """Looks at a trial, and from the better place for the next: followed once, F and K together."""
+        kept, (trial, share, mu), count = carry
+        after = (trial, *balance.sloped(trial))
+        begins, usable = count == 0, jnp.isfinite(_norm(after[1]))
+        ratio = jnp.where(usable, _norm(after[1]) / jnp.maximum(_norm(kept[1]), 1e-300), 10.0)
+        # a shape that is nearly right needs no pseudo-time
+        first = jnp.where(_norm(after[1]) < 1e-6 * scale, 0.0, 1.0)
+        mu = jnp.where(begins, first, eased(mu, ratio, share))
+        kept = jax.tree.map(partial(jnp.where, usable | begins), after, kept)
+        x, force, (lower, diagonal, upper) = kept
+        change = solve_blocks((lower, diagonal + mu * raised, upper), force)
         share = jnp.minimum(1.0, 0.33 / jnp.maximum(_turn(model, balance.lines(change)), 1e-300))
-        trial = x + share * change
-        after = balance.frozen(trial)
-        usable = jnp.isfinite(_norm(after))
-        ratio = jnp.where(usable, _norm(after) / jnp.maximum(_norm(force), 1e-300), 10.0)
-        mu = eased(mu, ratio, share)
-        return jnp.where(usable, trial, x), jnp.where(usable, after, force), mu, count + 1
+        return kept, (x + share * change, share, mu), count + 1
 
-    x = jnp.zeros(balance.blocks)
-    start = balance.frozen(x)
-    # a shape that is nearly right needs no pseudo-time
-    first = jnp.where(_norm(start) < 1e-6 * force_scale(model), 0.0, 1.0)
-    carry = (x, start, jax.lax.stop_gradient(first), jnp.zeros((), int))
-    x, force, _, count = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
-    return x, force, count
+    x, one = jnp.zeros(balance.blocks), jnp.ones(())
+    nothing = jnp.zeros((*balance.blocks, balance.blocks[1]))
+    unknown = x, jnp.full(balance.blocks, jnp.inf), (nothing, nothing, nothing)
+    carry = unknown, (x, one, one), jnp.zeros((), int)
+    (x, force, stiffness), _, looks = jax.lax.stop_gradient(
+        jax.lax.while_loop(unfinished, step, carry)
+    )
+    return x, force, stiffness, looks - 1
 
 
 def eased(
@@ -278,9 +284,10 @@ def eased(
 
 
 def _polished(
-    model: Model, balance: _Balance, x: Float[Array, "n b"], goal: Float[Array, ""]
-) -> Model:
-    """The model with its nodes moved by x (m) and one step with frozen K.
+    model: Model, balance: _Balance, x: Float[Array, "n b"], force: Float[Array, "n b"],
+    stiffness: BlockTridiagonal, goal: Float[Array, ""],
+) -> Model:  # fmt: skip
+    """The model with its nodes moved by x (m) and one step with K as it is at x.
 
     That gives the result its derivative with respect to every number of the scene (implicit function
     theorem); it also polishes, where K is regular.
@@ -292,8 +299,7 @@ def _polished(
         for name, line in model.lines.items()
     }
     # a singular K is replaced beforehand: what is infinite has no way back, whether chosen or not
-    stiffness = balance.matrix(x, jnp.zeros(()))
-    regular = jnp.all(jnp.isfinite(solve_blocks(stiffness, balance.frozen(x))))
+    regular = jnp.all(jnp.isfinite(solve_blocks(stiffness, force)))
     b = balance.blocks[1]
     others = (jnp.zeros((b, b)), jnp.eye(b), jnp.zeros((b, b)))
     stiffness = jax.tree.map(partial(jnp.where, regular), stiffness, others)

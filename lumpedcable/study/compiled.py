@@ -113,6 +113,8 @@ RUN_SELDOM = None if RUN_ONCE is None else RUN_ONCE | {"xla_backend_optimization
 SMALL_SUMS = {"xla_cpu_experimental_ynn_fusion_type": ""}
 RUN_OFTEN = understood(SMALL_SUMS | OLDER_WAY) or understood(SMALL_SUMS)
 
+FEW_RUNS = 64  # that are brought to rest, and begun, one after the other
+
 
 @dataclass(frozen=True)
 class Structure:
@@ -162,7 +164,7 @@ def _prepare(
 
     common = dict(shared), axes, origin
     if not beside:
-        return shared_out(jax.vmap(one, (0, None, None, None)), (dict(swept),), common)
+        return shared_out(each(one), (dict(swept),), common)
     # followed once, for a run alone: under two maps each of its operations takes twice as long
     example = jax.tree.map(lambda x: x[0], dict(swept)) | {k: x[0, 0] for k, x in beside.items()}
     again, _ = followed(one, example, *common)
@@ -192,7 +194,7 @@ def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, P
             run, found = together(lambda m: begin(m, plan, numbers), alike(mine.lines), mine)
             return pack(run), pack(found)
 
-        return in_one_piece(plan, numbers.steps > 0, jax.vmap(one), models)
+        return in_one_piece(plan, numbers.steps > 0, each(one), models)
 
     return shared_out(every, (models,), (numbers,))
 
@@ -223,6 +225,26 @@ def advance_batch(
         return in_one_piece(plan, count >= 0, partial(across, one), models, runs)
 
     return shared_out(every, (models, runs), (numbers, first, count, ends))
+
+
+def each(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function of one run for all of a batch, which is its first argument, the runs first.
+
+    A CPU goes through a few runs one after the other. Under a map each loop goes on until the last run
+    is through, with a choice for every number of which runs still do: twice as much to be followed, and
+    for runs that do not end together twice the time. What many runs gain by vectors is more than that.
+    """
+
+    def all_of(batch, *common):
+        runs = jax.tree.leaves(batch)[0].shape[0]
+        if runs == 1:
+            found = function(jax.tree.map(lambda x: x[0], batch), *common)
+            return jax.tree.map(lambda x: jnp.asarray(x)[None], found)
+        if ON_CPU and runs <= FEW_RUNS:
+            return jax.lax.map(lambda mine: function(mine, *common), batch)
+        return jax.vmap(lambda mine: function(mine, *common))(batch)
+
+    return all_of
 
 
 def in_one_piece(
