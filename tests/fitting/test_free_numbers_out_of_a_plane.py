@@ -1,11 +1,14 @@
 """Free numbers that lead out of the line or plane that their scene lies in."""
 
+import jax
 import numpy as np
 import pytest
 from engine_runs import study_of
 from fit_files import fit_of
 
+from lumpedcable.fitting.arrays import arrays_of
 from lumpedcable.fitting.axes import axes_seen, changed_scenes
+from lumpedcable.fitting.residual import predict
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.scalar import read_scalar
 from lumpedcable.fitting.sensitivity import scalar_slopes
@@ -103,11 +106,26 @@ starts = 1
 """
 
 
+def tension(x):
+    """Tension (N) of the string with its end at x (m)."""
+    return 1e6 * (np.hypot(x, 16.0) / LENGTH - 1.0)
+
+
 def write_tensions(folder):
-    T = 1e6 * (np.hypot(PULLED_TO, 16.0) / LENGTH - 1.0)
+    T = tension(PULLED_TO)
     (folder / "a.csv").write_text(f"t,T\n0.01,{float(T)!r}\n0.02,{float(T)!r}\n")
 
 
+def test_a_fit_moves_the_end_of_a_line_aslant(tmp_path):
+    write_tensions(tmp_path)
+    spec, arrays = arrays_of(fit_of(tmp_path, FIT, STRING).problem)
+    said = jax.jit(predict, static_argnums=0)
+    for x in (11.0, 12.0, PULLED_TO):
+        (model,) = np.asarray(said(spec, arrays, np.array([x])).groups[0])[0]
+        assert model == pytest.approx(np.full(2, tension(x)), rel=1e-9)
+
+
+@pytest.mark.slow
 def test_a_fit_finds_the_end_of_a_line_aslant(tmp_path):
     write_tensions(tmp_path)
     found = fit_problem(fit_of(tmp_path, FIT, STRING).problem)

@@ -31,14 +31,14 @@ def test_a_cantilever_bends_as_the_elastica_does(tmp_path):
     x, sink, angle = tip_loaded_cantilever(LENGTH, load, EI)
     assert np.rad2deg(angle) > 50.0
     errors = []
-    for segments in (10, 20, 40):
+    for segments in (10, 40):
         scene = scene_of(tmp_path, CANTILEVER, f"pretension={load}", f"segments={segments}")
         rest, coordinates = equilibrium_of(scene)
         assert bool(rest.converged)
         tip = coordinates.origin + coordinates.axes @ rest.model.lines["rod"].reference[:, -1]
         errors.append(np.hypot(tip[0] - x, tip[2] + sink))
     assert errors[-1] < 1e-3 * LENGTH
-    assert order_of(errors, 2.0) == pytest.approx([2.0, 2.0], abs=0.15)
+    assert order_of(errors, 4.0) == pytest.approx([2.0], abs=0.15)
 
 
 TAUT = """

@@ -10,14 +10,15 @@ from lumpedcable import exact
 
 LENGTH, SPAN, TENSION, EA, MASS = 100.0, 105.0, 50e3, 1e6, 1.0  # those of STRING
 G = exact.STANDARD_GRAVITY
-MESHES = (16, 32, 64)
+MESHES = (16, 64)
 PLANE = f"dimensions = 2\n{STRING}"
 HANGING = f"gravity = {G}\n{PLANE}".replace("{ fixed = [105, 0, 0] }", '"free"')
 
 
-def assert_second_order(errors):
-    """Relative errors (meshes, modes) that fall by four, to a tenth in the order, per halving."""
-    order = order_of(np.abs(errors), 2)
+def assert_second_order(errors, factor=4):
+    """Relative errors (meshes, modes) that fall with the square of the mesh, to a tenth in the order."""
+    order = order_of(np.abs(errors), factor)
+    assert order.size
     assert np.all(np.abs(order - 2.0) < 0.1), order
 
 
@@ -150,7 +151,7 @@ def test_shapes_of_a_string_are_sines(tmp_path):
 def test_a_hanging_chain(tmp_path):
     known = exact.hanging_chain_frequencies(LENGTH, 4)
     errors = []
-    for segments in (40, 80, 160):
+    for segments in (40, 160):
         nodes = exact.hanging_nodes(
             [0, 0, 0], np.full(segments, LENGTH / segments), loads(segments, LENGTH, MASS * G),
             [0, 0, 0], exact.linear_strain(1e9),
@@ -259,14 +260,14 @@ def test_a_pinned_beam(tmp_path, tension):
         length * stretch, tension, EI * stretch, mass / stretch, 4
     )
     errors = []
-    for segments in MESHES:
+    for segments in (32, 64):
         found = beam(tmp_path, tension, segments)
         errors.append(found.frequency / known - 1.0)
         # springs of tension over length, hinges of EI over length: their stiffness for a sine
         l, s2 = length / segments, 4.0 * np.sin(np.arange(1, 5) * np.pi / 2 / segments) ** 2
         lumped = tension / stretch / l * s2 + EI / stretch**2 / l**3 * s2**2
         assert found.square == pytest.approx(lumped / (mass * l), rel=1e-6)
-    assert_second_order(np.array(errors)[1:])
+    assert_second_order(errors, 2)
 
 
 def beam(folder, tension, segments):

@@ -17,7 +17,11 @@ from lumpedcable.study.compiled import RUN_ONCE
 SEGMENTS, STEPS, SPAN = 12, 240, 0.25
 
 
-def test_backward_forward_and_differences_agree(monkeypatch):
+@pytest.mark.parametrize(
+    "only_blocks",  # all steps' states are kept, or those of blocks alone
+    [True, pytest.param(False, marks=pytest.mark.slow)],
+)
+def test_backward_forward_and_differences_agree(monkeypatch, only_blocks):
     """The line goes slack once the front has come back; where it is, sqrt(T') has no slope."""
     runner = Runner(scene_of(f"segments={SEGMENTS}"))
     model = jax.tree.map(lambda x: x[0], runner.ready.model)
@@ -44,12 +48,11 @@ def test_backward_forward_and_differences_agree(monkeypatch):
     both = compiled(both)
     _, tension, forward = both(at)
     assert float(jnp.min(tension)) == 0.0, "no segment went slack"
-    for only_blocks in (False, True):  # all steps' states, or those of blocks alone
-        if only_blocks:
-            keep_blocks_alone(monkeypatch)
-        # a loop is transposed only if the number of its turns is known
-        backward = float(compiled(jax.grad(lambda mass: moved(mass, STEPS)[0]))(at))
-        np.testing.assert_allclose(backward, float(forward), rtol=1e-10)
+    if only_blocks:
+        keep_blocks_alone(monkeypatch)
+    # a loop is transposed only if the number of its turns is known
+    backward = float(compiled(jax.grad(lambda mass: moved(mass, STEPS)[0]))(at))
+    np.testing.assert_allclose(backward, float(forward), rtol=1e-10)
     h = 1e-5 * at
     difference = float((both(at + h)[0] - both(at - h)[0]) / (2.0 * h))
     # (h/m)^2 and rounding over h are both far below

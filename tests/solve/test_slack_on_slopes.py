@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text
+from engine_runs import equilibrium_of, run_text, scene_of
 from scipy.integrate import quad
 from scipy.optimize import fsolve
 
@@ -59,21 +59,27 @@ def exact(length: float, slope: float) -> tuple[float, float]:
     return start, np.hypot(touch * np.cos(p), WEIGHT * (length - lying) - touch * np.sin(p))
 
 
+def tensions_at_rest(folder, text):
+    """Tensions (N) of the segments."""
+    found, _ = equilibrium_of(scene_of(folder, text))
+    assert found.converged
+    line = found.model.lines["rope"]
+    return np.asarray(line.law.tension(line.reference_strain))
+
+
 @pytest.mark.parametrize(
     ("length", "slope", "segments", "stiffness"),
     [
         (115, 0.1, 100, "100 MPa"),
-        (115, 0.1, 400, "1 MPa"),
-        (108, 0.05, 50, "1 MPa"),
-        (113, 0.05, 50, "1 MPa"),
+        pytest.param(115, 0.1, 400, "1 MPa", marks=pytest.mark.slow),
+        (108, 0.05, 100, "1 MPa"),
+        (113, 0.05, 100, "1 MPa"),
     ],
 )
 def test_a_slack_line_lies_along_a_slope(tmp_path, length, slope, segments, stiffness):
     profile = f"profile = {{ x = [0, 100], depth = [0, {100 * slope}] }}"
     text = SCENE.format(length=length, segments=segments, stiffness=stiffness, profile=profile)
-    ran = run_text(tmp_path, text)
-    assert ran.statuses == ["OK"]
-    tension = ran["tension"][0, 0]
+    tension = tensions_at_rest(tmp_path, text)
     assert np.min(tension) > 0.0
     # chains of lumps: half a segment's weight at the end, and where a segment is half on the bed
     start, end = exact(length, slope)
@@ -89,6 +95,4 @@ def test_a_strut_on_a_flat_bed_is_no_state_of_rest(tmp_path):
     assert outcome.status is Status.STATICS_NOT_CONVERGED
     assert "tension_only" in outcome.message
     cut = text.replace('EA = "10 MN"', 'EA = "10 MN"\ntension_only = true')
-    ran = run_text(tmp_path, cut)
-    assert ran.statuses == ["OK"]
-    assert np.min(ran["tension"]) >= 0.0
+    assert np.min(tensions_at_rest(tmp_path, cut)) >= 0.0

@@ -47,9 +47,8 @@ def test_elastic_catenaries(tmp_path, case):
     span, rise, length, EA, mass = CATENARIES[case]
     exact = elastic_catenary(span, rise, length, EA, mass * 9.81)
     errors = []
-    # the steep line turns within 2 m at its foot: 20 segments do not see that
-    coarse = 40 if case == "steep" else 20
-    for n in (coarse, 2 * coarse, 4 * coarse):
+    # the steep line turns within 2 m at its foot: 20 segments would not see that
+    for n in (40, 160):
         scene = scene_of(tmp_path, text(length, fixed(span, 0, rise), EA=EA, mass=mass, segments=n))
         found, coordinates = equilibrium_of(scene)
         assert bool(found.converged)
@@ -60,9 +59,9 @@ def test_elastic_catenaries(tmp_path, case):
         wrong = np.abs(tensions(found) / middle - 1.0)
         errors.append((np.max(miss) / length, np.max(wrong)))
     places, forces = np.array(errors).T
-    assert places[-1] < 2e-3
+    assert places[-1] < 5e-4
     # lumps on a curve: second order (the taut line is straight to rounding of its sag already)
-    orders = order_of(places, 2)
+    orders = order_of(places, 4)
     assert np.all((orders > 1.8) & (orders < 2.2))
     assert forces[-1] < 0.25 * forces[0]
 
@@ -152,14 +151,14 @@ def test_a_swept_cable_carries_its_weight_at_the_end(tmp_path):
     water = "[water]\ndensity = 1025\ncurrent = { velocity = [1, 0, 0] }"
     more = "diameter = 0.03\ndrag = { normal = 1.2, tangential = 0.02 }"
     misses = []
-    for n in (20, 40, 80):
+    for n in (20, 80):
         scene = text(100, '"bob"', mass=2.0, segments=n, top=water, more=more)
         scene = scene_of(tmp_path, scene + "[bodies.bob]\nmass = 50\n")
         found, _ = equilibrium_of(scene)
         assert bool(found.converged)
         end = jax.jit(lambda model: tension_at(model.lines["rope"], -1, model))(found.model)
         misses.append(abs(float(end) / (50.0 * 9.81) - 1.0))
-    orders = order_of(misses, 2)
+    orders = order_of(misses, 4)
     assert misses[-1] < 1e-3
     assert np.all((orders > 1.8) & (orders < 2.2))
 
@@ -214,8 +213,17 @@ PULLS = {
 }
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("case", PULLS)
+@pytest.mark.parametrize(
+    ("case", "mirrored"),
+    [
+        ("pulled straight", False),
+        ("pulled aside", False),
+        ("pulled aside", True),
+        ("hanging", True),
+        pytest.param("pulled straight", True, marks=pytest.mark.slow),
+        pytest.param("hanging", False, marks=pytest.mark.slow),
+    ],
+)
 def test_two_lines_in_a_row_from_one_held_end(tmp_path, case, mirrored):
     # exact for the chain of lumps: the tension of a segment is the sum of the loads beyond it
     pull, gravity = PULLS[case]

@@ -20,7 +20,7 @@ from lumpedcable.study.run import run_study
 
 # a rope that hangs slack until its end is pulled taut, and parts where it carries 60 kN
 PULLED = (
-    nylon_rope(10, "400 ms", "2 ms")
+    nylon_rope(10, "400 ms", "10 ms")
     .replace(
         'end = { held = { pretension = "45 kN", direction = [1, 0, 0] } }',
         'end = { motion = { position = [60, 0, 0], velocity = ["20 m/s", 0, 0] } }',
@@ -201,7 +201,7 @@ def test_a_disk_without_room_for_notes_ends_no_run(tmp_path, monkeypatch):
 
 
 def test_a_command_that_was_killed_goes_on(tmp_path):
-    (tmp_path / "rope.toml").write_text(nylon_rope(200, "120 ms"))
+    (tmp_path / "rope.toml").write_text(nylon_rope(100, "120 ms"))  # ROPE, for longer
     command = ["-c", START, "run", "rope.toml", "-o", "cut.h5"]
     deadline = time.monotonic() + 120
     with python(*command, cwd=tmp_path) as child:

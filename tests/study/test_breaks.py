@@ -274,6 +274,9 @@ late = {{ breaks = "b.end", start = "30 ms", time = "2 ms" }}
 [output]
 duration = "40 ms"
 every = "2 ms"
+quantities = ["position"]
+[solver]
+waves = "plain"
 """,
     )
     found = ran.outcomes[0].recoils

@@ -19,7 +19,7 @@ from lumpedcable.model.numbers import number
 from lumpedcable.solve.integrate import Numbers
 from lumpedcable.study import compiled, known_waves
 from lumpedcable.study.compiled import advance_batch, begin_batch, prepare_batch
-from lumpedcable.study.plan import plan_of, rounded_steps, structure_of
+from lumpedcable.study.plan import plan_of, structure_of
 from lumpedcable.study.run import run_study
 
 WATER = '[water]\ndensity = "1025 kg/m3"\n'
@@ -37,17 +37,17 @@ PLAIN = BARE + '\n[solver]\nwaves = "plain"\n'
 
 
 def program(folder, text):
-    """The advance program of a scene, lowered but not run."""
+    """The advance program of a scene, lowered but not run; of what it takes, the shapes alone."""
     scene = scene_of(folder, text)
     structure = structure_of(scene)
     coordinates = coordinates_of([scene])
     shared = {key: number(value) for key, value in scene.numbers().items()}
     swept = {"output.duration": jnp.asarray([shared.pop("output.duration")])}
-    ready = prepare_batch(structure, "float64", coordinates.axes, coordinates.origin, shared, swept)
+    axes, origin = coordinates.axes, coordinates.origin
+    ready = prepare_batch.eval_shape(structure, "float64", axes, origin, shared, swept)
     plan = plan_of(scene, structure.layout)
-    steps = jnp.asarray(int(rounded_steps(scene, np.asarray(ready.bound))[0]))
-    numbers = Numbers(number(1e-3), steps, number(1e-6), number(1e-8))
-    state, _ = begin_batch(ready.packed, plan, numbers)
+    numbers = Numbers(number(1e-3), jnp.asarray(20), number(1e-6), number(1e-8))
+    state, _ = begin_batch.eval_shape(ready.packed, plan, numbers)
     return advance_batch.lower(ready.packed, plan, numbers, state, jnp.asarray(0), jnp.asarray(16))
 
 

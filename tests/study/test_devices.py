@@ -4,17 +4,22 @@ import os
 import subprocess
 import sys
 
-import good_scenes
 import h5py
 import numpy as np
 from command_line import ROOT
+from engine_runs import nylon_rope, study_of
 
-from lumpedcable.scene import load_study
 from lumpedcable.study.run import run_study
 
 # one number of steps for all: one batch of sixteen
-SMALL = good_scenes.short_runs(
-    "4 ms", '["180 kN"]\n"events.break.time" = { from = "1 ms", to = "4 ms", count = 16 }'
+SMALL = (
+    nylon_rope(12, "4 ms").replace("45 kN", "180 kN")
+    + """
+[sweep]
+"events.break.time" = { from = "1 ms", to = "4 ms", count = 16 }
+[solver]
+waves = "plain"
+"""
 )
 CODE = """
 import sys
@@ -36,10 +41,9 @@ print(jax.device_count(), seen[0])
 
 
 def test_two_devices_take_half_of_the_runs_each_and_change_nothing(tmp_path):
-    scene = good_scenes.write(tmp_path, SMALL)
-    run_study(load_study(scene), tmp_path / "one.h5")
+    run_study(study_of(tmp_path, SMALL), tmp_path / "one.h5")
     ran = subprocess.run(
-        [sys.executable, "-c", CODE, str(scene), str(tmp_path / "two.h5")],
+        [sys.executable, "-c", CODE, str(tmp_path / "scene.toml"), str(tmp_path / "two.h5")],
         env={
             **os.environ,
             "PYTHONPATH": str(ROOT),

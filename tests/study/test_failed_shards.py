@@ -1,27 +1,33 @@
 """Shards that fail as a whole: each leaves its reason, and the rest goes on."""
 
-import good_scenes
 import pytest
 from command_line import say
+from engine_runs import nylon_rope, study_of
 
 from lumpedcable.results import StudyFolder
-from lumpedcable.scene import load_study
 from lumpedcable.study import shards
 from lumpedcable.study.shards import Share, open_study, run_here
 
 # 12 short runs of one structure
-SMALL = good_scenes.short_runs(
-    "2 ms", '{ from = "45 kN", to = "180 kN", count = 12 }', '\nkeep = "summaries"'
+SMALL = (
+    nylon_rope(12, "2 ms")
+    + """
+keep = "summaries"
+[sweep]
+"lines.rope.end.held.pretension" = { from = "45 kN", to = "180 kN", count = 12 }
+[solver]
+waves = "plain"
+"""
 )
 
 
 @pytest.fixture
-def scene(tmp_path):
-    return good_scenes.write(tmp_path, SMALL)
+def study(tmp_path):
+    return study_of(tmp_path, SMALL)
 
 
-def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(scene, tmp_path, monkeypatch):
-    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
+def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(study, tmp_path, monkeypatch):
+    folder, laid = open_study(study, tmp_path / "s", 5)
     real = shards.run_runs
 
     def spoilt(laid, runs, *others, **more):
@@ -41,8 +47,8 @@ def test_a_shard_that_fails_leaves_its_reason_and_the_rest_goes_on(scene, tmp_pa
     assert folder.failures() == {}
 
 
-def test_an_error_of_the_program_leaves_where_it_arose(scene, tmp_path, monkeypatch):
-    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
+def test_an_error_of_the_program_leaves_where_it_arose(study, tmp_path, monkeypatch):
+    folder, laid = open_study(study, tmp_path / "s", 5)
 
     def spoilt(laid, runs, *others, **more):
         raise (KeyError("mass") if runs[0] else MemoryError("no room"))
@@ -68,7 +74,7 @@ def test_a_reason_begins_with_a_line_that_says_something():
 
 
 @pytest.mark.parametrize("at_once", [1, 2])
-def test_a_reason_that_cannot_be_kept_is_raised(scene, tmp_path, monkeypatch, at_once):
+def test_a_reason_that_cannot_be_kept_is_raised(study, tmp_path, monkeypatch, at_once):
     # as on a full disk: nobody waits for the shard whose end could not be told
     monkeypatch.setattr(shards, "_at_once", lambda: at_once)
 
@@ -77,6 +83,6 @@ def test_a_reason_that_cannot_be_kept_is_raised(scene, tmp_path, monkeypatch, at
 
     monkeypatch.setattr(shards, "run_runs", full)
     monkeypatch.setattr(StudyFolder, "note_failure", full)
-    folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
+    folder, laid = open_study(study, tmp_path / "s", 5)
     with pytest.raises(OSError, match="no room"):
         run_here(folder, laid, Share(), lambda done, total: None)

@@ -20,9 +20,12 @@ end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }
 [events.break]
 breaks = "rope.end"
 time = "40 ms"
+[solver]
+waves = "plain"
 [output]
 duration = "4 ms"
 every = "2 ms"
+quantities = ["position"]
 """
 COUNTED = """
 import sys

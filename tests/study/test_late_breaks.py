@@ -73,6 +73,7 @@ second = { breaks = "a.start", start = "15 ms", time = "0.5 ms" }
 [output]
 duration = "60 ms"
 every = "1 ms"
+quantities = ["position"]
 """,
     )
     found = ran.outcomes[0].recoils
@@ -93,6 +94,7 @@ second = { breaks = "b@8 m", start = "25 ms", time = "0.5 ms" }
 [output]
 duration = "26 ms"
 every = "1 ms"
+quantities = ["velocity"]
 [solver]
 waves = "plain"
 """,

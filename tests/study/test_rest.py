@@ -295,22 +295,21 @@ CLAMP = "{{ fixed = [0, 0, 0], direction = {} }}"
 HELD = "{{ held = {{ pretension = 12, direction = {} }} }}"
 
 
-@pytest.mark.parametrize("side", ["start", "end"])
-def test_a_clamped_line_carries_what_is_hung_on_it(tmp_path, side):
+def test_a_clamped_line_carries_what_is_hung_on_it(tmp_path):
     """One force at the end of a bent line without weight, more than a right angle from its clamp: every
     part of it carries that force, and at the clamp its share in that direction, to second order."""
     pull, clamp = np.array([0.3, -1.0, 0.5]), np.array([0.8, 0.6, 0.0])
     force = 12.0 * pull / np.linalg.norm(pull)
-    sign = 1 if side == "start" else -1  # a direction is that in which the line runs
-    ends = CLAMP.format((sign * clamp).tolist()), HELD.format(pull.tolist())
     errors = []
-    for segments in (40, 80):
-        start, end = ends[::sign]
+    for side, segments in (("start", 40), ("start", 80), ("end", 80)):
+        sign = 1 if side == "start" else -1  # a direction is that in which the line runs
+        start, end = (CLAMP.format((sign * clamp).tolist()), HELD.format(pull.tolist()))[::sign]
         found = rest_of(tmp_path, ROD.format(segments=segments, start=start, end=end))
         assert found["horizontal_tension"] == pytest.approx(np.hypot(*force[:2]), rel=1e-6)
         errors.append(found[f"{side}_tension"] - force @ clamp)
     assert abs(errors[0]) < 0.01
     assert abs(errors[0] / errors[1]) == pytest.approx(4.0, rel=0.25)
+    assert errors[2] == pytest.approx(errors[1], rel=1e-3)  # one is the other's mirror image
 
 
 def test_a_column_that_buckles_bends_aside(tmp_path):

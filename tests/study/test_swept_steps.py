@@ -33,9 +33,6 @@ def test_each_run_of_a_sweep_is_the_run_alone(tmp_path, key, values, solver):
         np.testing.assert_allclose(mine, its, atol=1e-9 * scale)
     # and they do differ
     assert np.max(np.abs(alone[0] - alone[1])) > 1e-6 * scale
-
-
-def test_the_steps_that_were_asked_for_are_in_the_results(tmp_path):
-    _, swept = alone_and_together(tmp_path, "solver.step", (1e-4, 2e-5))
-    steps = [outcome.solver_step for outcome in swept.outcomes]
-    assert steps == pytest.approx([1e-4, 2e-5], rel=1e-12)
+    if key == "solver.step":
+        steps = [outcome.solver_step for outcome in swept.outcomes]
+        assert steps == pytest.approx(values, rel=1e-12)

@@ -1,5 +1,7 @@
 """Breaks that begin at a tension: when, in which runs, what follows, and who is refused one."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from engine_runs import fixed, line_text, run_text, scene_of
@@ -43,22 +45,43 @@ def wall_tension(t):
     return 1e4 + 2.0 * 1000.0 * sent.sum()
 
 
+# less than at rest, three that are reached, never
+LEVELS = (5e3, 11e3, 13.5e3, 16e3, 1e6)
+
+
+@pytest.fixture(scope="module")
+def together(tmp_path_factory):
+    """The pulled line, which breaks at its wall at each of the levels, in one batch."""
+    sweep = f'[sweep]\n"events.part.tension" = {list(LEVELS)}\n'
+    text = PULLED + event("rope.start", "tension = 1") + output("200 ms") + sweep
+    return run_text(tmp_path_factory.mktemp("together"), text)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """The same line alone, with a given beginning of the break."""
+
+    @cache
+    def ran(begins):
+        text = PULLED + event("rope.start", begins) + output("200 ms")
+        return run_text(tmp_path_factory.mktemp("alone"), text)
+
+    return ran
+
+
 class TestTheInstant:
     """Of a line that is pulled from rest: d'Alembert's tension at its fixed end is exact."""
 
-    def test_is_that_of_the_exact_tension(self, tmp_path):
-        levels = (12e3, 13.5e3, 16e3)
-        sweep = f'[sweep]\n"events.part.tension" = {list(levels)}\n'
-        text = PULLED + event("rope.start", "tension = 1") + output("200 ms") + sweep
-        ran = run_text(tmp_path, text)
-        found = [own.recoils["rope.start"]["break_start"] for own in ran.outcomes]
-        exact = [brentq(lambda t, x=x: wall_tension(t) - x, 0.0, 0.25) for x in levels]
-        np.testing.assert_allclose(found, exact, atol=2e-5)  # a step is 0.33 ms
-        # the end broke under that tension: 5 ms later nothing holds it
-        for k, level in enumerate(levels):
-            wall = ran["rope.start_tension"][k]
+    def test_is_that_of_the_exact_tension(self, together):
+        for level, own, wall in zip(
+            LEVELS[1:4], together.outcomes[1:4], together["rope.start_tension"][1:4], strict=True
+        ):
+            found = own.recoils["rope.start"]["break_start"]
+            exact = brentq(lambda t, x=level: wall_tension(t) - x, 0.0, 0.25)
+            np.testing.assert_allclose(found, exact, atol=2e-5)  # a step is 0.33 ms
+            # the end broke under that tension: 5 ms later nothing holds it
             assert wall.max() == pytest.approx(level, rel=0.01)
-            assert abs(wall[ran.time > found[k] + 6e-3]).max() < 0.1 * level
+            assert abs(wall[together.time > found + 6e-3]).max() < 0.1 * level
 
     @pytest.mark.slow
     def test_at_an_output_interval_of_many_steps(self, tmp_path):
@@ -97,39 +120,51 @@ motion = { surge = { amplitude = "0.3 m", period = "1 s" } }
 )
 
 
+def follows(mine, given, tight):
+    """A run is that of a scene that gives the same start."""
+    assert mine.outcomes[0].recoils.keys() == given.outcomes[0].recoils.keys()
+    for end, numbers in given.outcomes[0].recoils.items():
+        for name, value in numbers.items():
+            own = mine.outcomes[0].recoils[end][name]
+            assert own == pytest.approx(value, rel=tight, nan_ok=True), f"{end}: {name}"
+    for line in given.lines:
+        for quantity, values in given.lines[line].items():
+            size = np.abs(values).max()
+            found = mine.lines[line][quantity]
+            np.testing.assert_allclose(found, values, atol=tight * size, err_msg=quantity)
+    assert mine.outcomes[0].energy_closure == pytest.approx(
+        given.outcomes[0].energy_closure, rel=1e-3, abs=tight
+    )
+
+
 class TestWhatFollows:
     """The run is that of the scene that gives the same start."""
 
+    def test_as_of_a_given_start(self, alone):
+        mine = alone(f"tension = {LEVELS[1]}")
+        start = mine.outcomes[0].recoils["rope.start"]["break_start"]
+        assert 4e-3 < start < 0.1
+        follows(mine, alone(f"start = {start!r}"), 1e-9)
+
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("scene", "breaks", "tension", "more"),
         [
-            (PULLED, "rope.start", 11e3, ()),
-            pytest.param(PULLED, "rope.end", 11e3, ("solver.method=rk4",), marks=pytest.mark.slow),
-            pytest.param(PULLED, "rope@20 m", 11e3, (), marks=pytest.mark.slow),
-            pytest.param(MEETING, "left.end", 18e3, (), marks=pytest.mark.slow),
-            pytest.param(SIDEWAYS, "rope.start", 18e3, (), marks=pytest.mark.slow),
-            pytest.param(ON_A_SHIP, "rope.end", 24e3, ("solver.dtype=float32",), marks=pytest.mark.slow),
+            (PULLED, "rope.end", 11e3, ("solver.method=rk4",)),
+            (PULLED, "rope@20 m", 11e3, ()),
+            (MEETING, "left.end", 18e3, ()),
+            (SIDEWAYS, "rope.start", 18e3, ()),
+            (ON_A_SHIP, "rope.end", 24e3, ("solver.dtype=float32",)),
         ],
-        ids=["wall", "motion", "along", "joint", "two dimensions", "body"],
-    )  # fmt: skip
-    def test_as_of_a_given_start(self, tmp_path, scene, breaks, tension, more):
+        ids=["motion", "along", "joint", "two dimensions", "body"],
+    )
+    def test_as_of_a_given_start_anywhere(self, tmp_path, scene, breaks, tension, more):
         tail = output("120 ms", "4 ms")
-        ran = run_text(tmp_path, scene + event(breaks, f"tension = {tension}") + tail, *more)
-        end, own = next(iter(ran.outcomes[0].recoils.items()))
-        start = own["break_start"]
+        mine = run_text(tmp_path, scene + event(breaks, f"tension = {tension}") + tail, *more)
+        start = next(iter(mine.outcomes[0].recoils.values()))["break_start"]
         assert 4e-3 < start < 0.1
         given = run_text(tmp_path, scene + event(breaks, f"start = {start!r}") + tail, *more)
-        tight = 1e-5 if more == ("solver.dtype=float32",) else 1e-9
-        for name, value in given.outcomes[0].recoils[end].items():
-            assert own[name] == pytest.approx(value, rel=tight, nan_ok=True), name
-        for line in given.lines:
-            for quantity, values in given.lines[line].items():
-                size = np.abs(values).max()
-                mine = ran.lines[line][quantity]
-                np.testing.assert_allclose(mine, values, atol=tight * size, err_msg=quantity)
-        assert ran.outcomes[0].energy_closure == pytest.approx(
-            given.outcomes[0].energy_closure, rel=1e-3, abs=tight
-        )
+        follows(mine, given, 1e-5 if more == ("solver.dtype=float32",) else 1e-9)
 
     @pytest.mark.slow
     def test_what_breaks_first_loads_what_is_left(self, tmp_path):
@@ -153,24 +188,18 @@ class TestWhatFollows:
 
 
 class TestRunsOfABatch:
-    def test_each_at_its_own_time_or_never(self, tmp_path):
-        levels = (5e3, 12e3, 1e6)  # less than at rest, reached, never
-        sweep = f'[sweep]\n"events.part.tension" = {list(levels)}\n'
-        text = PULLED + event("rope.start", "tension = 1") + output("120 ms", "2 ms")
-        together = run_text(tmp_path, text + sweep)
-        at_once, later, never = together.outcomes
+    def test_each_at_its_own_time_or_never(self, together, alone):
+        at_once, later, *_, never = together.outcomes
         assert at_once.recoils["rope.start"]["break_start"] == 0.0
         assert later.recoils["rope.start"]["break_start"] > 0.05
         assert never.recoils == {}
         assert {own.status.name for own in together.outcomes} == {"OK"}
         # and as each alone
-        for k, level in enumerate(levels):
-            alone = run_text(tmp_path, text, f"events.part.tension={level} N")
-            np.testing.assert_allclose(
-                together["rope.position"][k], alone["rope.position"][0], atol=1e-9
-            )
+        for k, level in enumerate(LEVELS):
+            same = alone(f"tension = {level}")["rope.position"][0]
+            np.testing.assert_allclose(together["rope.position"][k], same, atol=1e-9)
         # what begins at rest is what a start of 0 s is
-        given = run_text(tmp_path, text.replace("tension = 1", "start = 0"))
+        given = alone("start = 0")
         np.testing.assert_allclose(
             together["rope.position"][0], given["rope.position"][0], atol=1e-9
         )

@@ -107,7 +107,6 @@ def test_a_winch_drags_a_line_over_the_bed_if_friction_lets_it(tmp_path, frictio
 
 
 SHAKEN = """
-gravity = 9.81
 [water]
 density = 1025
 [materials.rope]
