@@ -171,7 +171,7 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int)
     x, force, stiffness, count = _searched(model, balance, goal, max_iterations)
     found = _worst(force) <= goal
     there = _polished(model, balance, x, force, stiffness, goal)
-    return Equilibrium(there, _worst(force) / force_scale(model), found, count)
+    return Equilibrium(there, _worst(force) / balance.scale, found, count)
 
 
 class _Balance:
@@ -179,7 +179,8 @@ class _Balance:
 
     Both are in blocks (n, b), as those of the Jacobian. `forces(model, x)` are those of any model on
     the net, so that they have its derivatives; `frozen(x)` are the given model's and have none but that
-    with respect to x. Where a node is held, F is -x.
+    with respect to x. Where a node is held, F is -x. Forces are judged by `scale` (N); `across` is the
+    stiffness (N/m) of a taut segment across itself.
     """
 
     def __init__(self, model: Model, net: Net):
@@ -199,7 +200,8 @@ class _Balance:
         shortest = jnp.min(
             jnp.stack([jnp.min(line.segment_length) for line in model.lines.values()])
         )
-        self.across = jax.lax.stop_gradient(force_scale(model) / shortest)
+        self.scale = jax.lax.stop_gradient(force_scale(model))
+        self.across = self.scale / jax.lax.stop_gradient(shortest)
 
     def lines(self, x: Float[Array, "n b"]) -> Vectors:
         """Blocks as vectors of nodes, by line."""
@@ -241,7 +243,6 @@ def _searched(
     its length; mu falls with the residual, so that the end is Newton's own. Slack and
     buckled shapes relax towards a stable equilibrium. Nothing of it has a derivative.
     """
-    scale = jax.lax.stop_gradient(force_scale(model))
     raised = balance.across * jnp.eye(balance.blocks[1])
 
     def unfinished(carry):
@@ -255,7 +256,7 @@ def _searched(
         begins, usable = count == 0, jnp.isfinite(_norm(after[1]))
         ratio = jnp.where(usable, _norm(after[1]) / jnp.maximum(_norm(kept[1]), 1e-300), 10.0)
         # a shape that is nearly right needs no pseudo-time
-        first = jnp.where(_norm(after[1]) < 1e-6 * scale, 0.0, 1.0)
+        first = jnp.where(_norm(after[1]) < 1e-6 * balance.scale, 0.0, 1.0)
         mu = jnp.where(begins, first, eased(mu, ratio, share))
         kept = jax.tree.map(partial(jnp.where, usable | begins), after, kept)
         x, force, (lower, diagonal, upper) = kept

@@ -1,6 +1,7 @@
 """Runs that are checked together are told what each is told alone."""
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ def values_of(value: float) -> list[float]:
     """Values about one that is right, many of them wrong."""
     some = [value * k for k in FACTORS]
     more = [value + 0.01 * k for k in range(-3, 4)]
-    return [*some, *more, *np.linspace(0.9, 1.1, ALONE + 8) * value]
+    return [*some, *more, *np.linspace(0.9, 1.1, 2 * ALONE) * value]
 
 
 def runs_over(study, *keys) -> Runs:
@@ -46,8 +47,7 @@ def test_runs_checked_together_are_told_the_same(path):
     study = load_study(path)
     # of the output nothing is swept
     keys = sorted(key for key in study.runs[0].numbers() if not key.startswith("output."))
-    pairs = zip(keys[::2], keys[1::2], strict=False)
-    for some in [*([key] for key in keys), *pairs]:
+    for some in [*([key] for key in keys), *pairwise(keys)]:
         runs = runs_over(study, *some)
         if runs._plain:
             assert runs.problems(np.arange(len(runs))) == alone(runs), some

@@ -230,3 +230,5 @@ def test_too_few_dimensions_are_told(tmp_path):
     (tmp_path / "scene.toml").write_text(scene(VEE))
     told = refused(tmp_path, "modes", "scene.toml")
     assert "dimensions: expected 3 for natural modes, found 2: inextensible lines that" in told
+    (tmp_path / "scene.toml").write_text(ROD.replace('"free"', "{ fixed = [0, 0, -1] }"))
+    assert "lines: nothing can move: every node is held" in refused(tmp_path, "modes", "scene.toml")
