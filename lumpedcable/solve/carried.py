@@ -28,11 +28,13 @@ from lumpedcable.physics.coupling import IdealCable, Posts, PostState
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.solve.paidout import hangs, hung_length, hung_line, swept
+from lumpedcable.solve.softening import Stages
 from lumpedcable.solve.statics import Equilibrium, force_scale, held_position, static_residual
 
 __all__ = ["carried_equilibrium", "is_carried"]
 
 HALVINGS = 80
+MOST_STRAIN = 0.1  # of softer lines on winches
 
 
 def is_carried(model: Model) -> bool:
@@ -122,44 +124,73 @@ def carried_equilibrium(
     frozen = jax.lax.stop_gradient(model)
     scale = _scale(frozen)
     goal = tolerance * scale + _rounding(frozen)
-
-    def residual(x):
-        return unknowns.residual(frozen, x)
-
-    def worst(force):
-        return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf), initial=0.0)
-
-    def norm(force):
-        return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
-
-    def unfinished(carry):
-        _, force, _, count = carry
-        return (count == 0) | ((worst(force) > goal) & (count < max_iterations))
-
-    def step(carry):
-        # the parts are taut: steps are Newton's own but where one of them goes wrong
-        x, force, share, count = carry
-        slope = jax.jacfwd(residual)(x)
-        trial = x - share * jnp.linalg.solve(slope, force)
-        after = residual(trial)
-        better = norm(after) <= jnp.maximum(norm(force), goal)
-        share = jnp.where(better, jnp.minimum(1.0, 2.0 * share), 0.25 * share)
-        return jnp.where(better, trial, x), jnp.where(better, after, force), share, count + 1
-
-    x = jnp.zeros(size)
-    start = (x, residual(x), jnp.ones(()), jnp.zeros((), int))
-    found = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
-    x, force, _, count = found
-    left = worst(force)
-    # at the root itself: one step before it is not good enough for derivatives
-    slope = jax.lax.stop_gradient(jax.jacfwd(residual)(x))
+    x, force, slope, count = _searched(frozen, unknowns, goal, max_iterations, size)
+    left = _worst(force)
     # a singular slope is replaced beforehand: what is infinite has no way back, whether chosen or not
-    regular = jnp.all(jnp.isfinite(jnp.linalg.solve(slope, residual(x))))
+    regular = jnp.all(jnp.isfinite(jnp.linalg.solve(slope, force)))
     last = x - jnp.linalg.solve(
         jnp.where(regular, slope, jnp.eye(size)), unknowns.residual(model, x)
     )
     x = jnp.where(regular & jnp.all(jnp.isfinite(last)), last, x)
     return Equilibrium(_settled(model, unknowns.split(model, x)), left / scale, left <= goal, count)
+
+
+def _searched(
+    model: Model, unknowns: _Unknowns, goal: Float[Array, ""], max_iterations: int, size: int
+) -> tuple[Array, Array, Array, Array]:
+    """What `unknowns` are at rest (m), the forces there (N), their slopes (N/m), and the steps taken.
+
+    The parts are taut: steps are Newton's own but where one of them goes wrong. What is not found at
+    once is looked for again in stages of softer lines (`solve.softening`). Nothing of it has a
+    derivative.
+    """
+    pulls = [body.tension for body in model.bodies.values() if isinstance(body, Winch)]
+    softest = jnp.max(jnp.stack(pulls)) / MOST_STRAIN if pulls else None
+    stages = Stages.of(model, max_iterations, softest)
+
+    def norm(force):
+        return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
+
+    def sloped(x, stage):
+        def both(x):
+            force = unknowns.residual(stages.model(model, stage), x)
+            return force, force
+
+        slope, force = jax.jacfwd(both, has_aux=True)(x)
+        return x, force, slope
+
+    def unfinished(carry):
+        (_, force, _), _, stage, _ = carry
+        return stages.unfinished(stage, _worst(force) <= goal)
+
+    def step(carry):
+        kept, (trial, share), stage, count = carry
+        after = sloped(trial, stage)
+        begins = stages.begins(stage)
+        better = norm(after[1]) <= jnp.maximum(norm(kept[1]), goal)
+        share = jnp.where(better, jnp.minimum(1.0, 2.0 * share), 0.25 * share)
+        share = jnp.where(begins, 1.0, share)
+        kept = jax.tree.map(lambda new, old: jnp.where(better | begins, new, old), after, kept)
+        x, force, slope = kept
+        stage, anew, on = stages.after(stage, _worst(force) <= goal)
+        trial = x - share * jnp.linalg.solve(slope, force)
+        trial = jnp.where(anew, 0.0, jnp.where(on, x, trial))
+        return kept, (trial, share), stage, count + 1
+
+    x, none = jnp.zeros(size), jnp.zeros((), int)
+    start = (
+        (x, jnp.full(size, jnp.inf), jnp.zeros((size, size))),
+        (x, jnp.ones(())),
+        stages.first,
+        none,
+    )
+    found, *_, looks = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
+    return *found, looks - 1
+
+
+def _worst(force: Array) -> Float[Array, ""]:
+    """The largest component, infinite where one is no number."""
+    return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf), initial=0.0)
 
 
 def _dimensions(model: Model) -> int:

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.line import Line
+from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.seabed import Seabed, SlopingSeabed
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.physics.vectors import root, size
@@ -64,15 +65,6 @@ class _Chain(NamedTuple):
         """What is reached less what is wanted (m)."""
         return jnp.sum(self.steps(force), axis=1) - self.target
 
-    def energy(self, force: Float[Array, " 3"]) -> Float[Array, ""]:
-        """The function (J) whose gradient is `miss`: sum l (T (1 + e) - U(e)) less force times way."""
-        _, size = self.pulls(force)
-        law = self.line.law
-        strain = strain_at(law, size, self.line.max_strain)
-        beyond = jnp.maximum(size - law.tension(strain), 0.0)  # out of the law's reach
-        density = size * (1.0 + strain) - law.energy(strain) + beyond * 1e3
-        return jnp.sum(density * self.line.segment_length) - jnp.dot(force, self.target)
-
 
 def resting_line(
     line: Line,
@@ -100,7 +92,7 @@ def resting_line(
     away = jnp.where(span > 0.0, across / jnp.where(span > 0.0, span, 1.0), _sideways(up))
     heights = jnp.stack([jnp.dot(start, up), jnp.dot(end, up)]) - level
     chain = _Chain(line, before, after, jnp.concatenate([span[None], jnp.maximum(heights, 0.0)]))
-    force = jax.lax.stop_gradient(_solve(chain, before[-1] + nodal[0]))
+    force = _solve(*jax.lax.stop_gradient((chain, before[-1] + nodal[0])))
     along, down, rising = chain.steps(force)
     steps = away[:, None] * along + up[:, None] * (rising - down)
     # what the ends are missed by is made up on the bed, where the line has no shape to lose
@@ -206,42 +198,42 @@ def _sideways(up: Float[Array, " d"]) -> Float[Array, " d"]:
 
 
 def _solve(chain: _Chain, weight: Float[Array, ""], iterations: int = 80) -> Float[Array, " 3"]:
-    """(H, a, b) (N) that reach the target, by damped Newton steps that lower a convex function.
+    """(H, a, b) (N) that reach the target.
 
-    H stays positive; at its least value, where a line hangs straight down and the rest of it lies
-    slack, the steps in a and b alone go on.
+    What the ends hold up is a function of the tension H along the bed, and with it the way that the line
+    leads grows with H: steps of Newton's method in log H, or to the middle of where the answer still
+    can be. H stays positive: where its least value leads far enough, a line hangs straight down and the
+    rest of it lies slack.
     """
-    # an end on the bed holds up next to nothing, less than would lift a line with so little tension
-    least = weight * jnp.asarray([LEAST, LEAST**2, LEAST**2])
-    H = 0.2 * weight
-    heights = chain.target[1:]
-    per_metre = weight / jnp.sum(jnp.broadcast_to(chain.line.segment_length, chain.before.shape))
-    held = jnp.sqrt(per_metre * heights * (per_metre * heights + 2.0 * H))
-    guess = jnp.maximum(jnp.concatenate([H[None], held]), least)
-    scales = 0.5 ** jnp.arange(24)
+    least = jnp.log(LEAST * weight)
 
     def unfinished(carry):
-        _, done, count = carry
-        return ~done & (count < iterations)
+        return ~carry[-2] & (carry[-1] < iterations)
 
     def step(carry):
-        force, _, count = carry
-        miss = chain.miss(force)
-        slope = jax.jacfwd(chain.miss)(force)
-        slope = slope + 1e-14 * jnp.trace(slope) * jnp.eye(3)
-        whole = jnp.linalg.solve(slope, -miss)
-        ends = jnp.concatenate([jnp.zeros(1), -miss[1:] / jnp.diagonal(slope)[1:]])
-        changes = jnp.concatenate([scales[:, None] * whole, scales[:, None] * ends])
-        trials = jnp.maximum(force + changes, least)
-        values = jax.vmap(chain.energy)(trials)
-        best = jnp.argmin(jnp.where(jnp.isfinite(values), values, jnp.inf))
-        better = values[best] < chain.energy(force)
-        # near the minimum the function is flat to rounding: the full step is then the best
-        far = jnp.sqrt(jnp.sum(miss**2)) / jnp.sum(chain.target)
-        close, usable = far < 1e-6, jnp.all(jnp.isfinite(changes))
-        after = jnp.where(close, trials[0], jnp.where(better, trials[best], force))
-        done = (far < 1e-9) | ~(close | better) | ~usable
-        return jnp.where(usable, after, force), done, count + 1
+        log, low, high, _, _, count = carry
+        force = _held_up(chain, jnp.exp(log), weight)
+        (over, *_), slope = chain.miss(force), jax.jacfwd(chain.miss)(force)
+        low, high = jnp.where(over < 0.0, log, low), jnp.where(over < 0.0, high, log)
+        grows = slope[0, 0] - slope[0, 1:] @ jnp.linalg.solve(slope[1:, 1:], slope[1:, 0])
+        after = log - over / (force[0] * grows)
+        done = jnp.abs(over) < 1e-9 * jnp.sum(chain.target)
+        done |= (log == least) & (over >= 0.0)
+        after = jnp.where((low < after) & (after < high), after, 0.5 * (low + high))
+        after = jnp.where(count == 0, jnp.log(0.2 * weight), after)
+        return after, low, high, force, done, count + 1
 
-    start = (guess, jnp.zeros((), bool), jnp.zeros((), int))
-    return jax.lax.while_loop(unfinished, step, start)[0]
+    start = (least, least, least + 40.0, jnp.zeros(3), jnp.zeros((), bool), jnp.zeros((), int))
+    return jax.lax.while_loop(unfinished, step, start)[3]
+
+
+def _held_up(chain: _Chain, H: Float[Array, ""], weight: Float[Array, ""]) -> Float[Array, " 3"]:
+    """(H, a, b) (N) with the weights that the ends hold up where the tension along the bed is H."""
+
+    def low(held):
+        return chain.miss(jnp.concatenate([H[None], held]))[1:] < 0.0
+
+    # an end on the bed holds up next to nothing, less than would lift a line with so little tension
+    least, most = LEAST**2 * weight, 2.0 * (weight + 10.0 * H)
+    held = bisected(low, jnp.full(2, least), jnp.full(2, most), 60)[1]
+    return jnp.concatenate([H[None], held])

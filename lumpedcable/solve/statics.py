@@ -27,6 +27,7 @@ from lumpedcable.physics.tension import Rigid
 from lumpedcable.physics.weight import Weight
 from lumpedcable.solve.blocks import BlockTridiagonal, block_jacobian, solve_blocks
 from lumpedcable.solve.hanging import nodal_weight
+from lumpedcable.solve.softening import Stage, Stages
 
 __all__ = [
     "Equilibrium",
@@ -39,6 +40,12 @@ __all__ = [
     "rounding_force",
     "static_residual",
 ]
+
+AGAIN = 1e-4
+"""Least mu after a step that made the forces that are left much larger, or no numbers."""
+
+WORST = 100.0
+"""Growth of the forces that are left from which on a step from a softer line's shape is taken back."""
 
 
 class Equilibrium(NamedTuple):
@@ -196,7 +203,8 @@ class _Balance:
 
         # asked for again and again with arrays of one shape: jax then follows it through the model once
         self.forces = jax.jit(forces)
-        self.frozen = partial(self.forces, jax.lax.stop_gradient(model))
+        self.still = jax.lax.stop_gradient(model)
+        self.frozen = partial(self.forces, self.still)
         shortest = jnp.min(
             jnp.stack([jnp.min(line.segment_length) for line in model.lines.values()])
         )
@@ -207,9 +215,11 @@ class _Balance:
         """Blocks as vectors of nodes, by line."""
         return self.net.spread(x.reshape(self.nodes))
 
-    def sloped(self, x: Float[Array, "n b"]) -> tuple[Float[Array, "n b"], BlockTridiagonal]:
-        """F at x, and K = -dF/dx by blocks (lower, diagonal, upper), without derivatives."""
-        force, slopes = block_jacobian(self.frozen, x)
+    def sloped(
+        self, x: Float[Array, "n b"], stages: Stages, stage: Stage
+    ) -> tuple[Float[Array, "n b"], BlockTridiagonal]:
+        """F at x in a stage, and K = -dF/dx by blocks (lower, diagonal, upper), without derivatives."""
+        force, slopes = block_jacobian(partial(self.forces, stages.model(self.still, stage)), x)
         return jax.lax.stop_gradient((force, jax.tree.map(jnp.negative, slopes)))
 
 
@@ -242,33 +252,40 @@ def _searched(
     Kelley & Keyes, SIAM J. Numer. Anal. 35, 1998). No step turns a segment by more than a third of
     its length; mu falls with the residual, so that the end is Newton's own. Slack and
     buckled shapes relax towards a stable equilibrium. Nothing of it has a derivative.
+
+    What is not found at once (stage 0) is looked for again from the first shape of softer lines
+    (stage 1 and on, `solve.softening`), where steps that make F so much larger are taken back.
     """
     raised = balance.across * jnp.eye(balance.blocks[1])
+    stages = Stages.of(model, max_iterations)
 
     def unfinished(carry):
-        (_, force, _), _, count = carry
-        return (_worst(force) > goal) & (count <= max_iterations)
+        (_, force, _), _, stage, _ = carry
+        return stages.unfinished(stage, _worst(force) <= goal)
 
     def step(carry):
         """Looks at a trial, and from the better place for the next: followed once, F and K together."""
-        kept, (trial, share, mu), count = carry
-        after = (trial, *balance.sloped(trial))
-        begins, usable = count == 0, jnp.isfinite(_norm(after[1]))
-        ratio = jnp.where(usable, _norm(after[1]) / jnp.maximum(_norm(kept[1]), 1e-300), 10.0)
+        kept, (trial, share, mu), stage, count = carry
+        after = (trial, *balance.sloped(trial, stages, stage))
+        begins, norm, before = stages.begins(stage), _norm(after[1]), _norm(kept[1])
+        usable = jnp.isfinite(norm) & ((stage.number == 0) | (norm <= WORST * before))
+        ratio = jnp.where(usable, norm / jnp.maximum(before, 1e-300), 10.0)
         # a shape that is nearly right needs no pseudo-time
-        first = jnp.where(_norm(after[1]) < 1e-6 * balance.scale, 0.0, 1.0)
+        first = jnp.where(norm < 1e-6 * balance.scale, 0.0, 1.0)
         mu = jnp.where(begins, first, eased(mu, ratio, share))
         kept = jax.tree.map(partial(jnp.where, usable | begins), after, kept)
         x, force, (lower, diagonal, upper) = kept
         change = solve_blocks((lower, diagonal + mu * raised, upper), force)
         share = jnp.minimum(1.0, 0.33 / jnp.maximum(_turn(model, balance.lines(change)), 1e-300))
-        return kept, (x + share * change, share, mu), count + 1
+        stage, anew, on = stages.after(stage, _worst(force) <= goal)
+        trial = jnp.where(anew, 0.0, jnp.where(on, x, x + share * change))
+        return kept, (trial, share, mu), stage, count + 1
 
     x, one = jnp.zeros(balance.blocks), jnp.ones(())
     nothing = jnp.zeros((*balance.blocks, balance.blocks[1]))
     unknown = x, jnp.full(balance.blocks, jnp.inf), (nothing, nothing, nothing)
-    carry = unknown, (x, one, one), jnp.zeros((), int)
-    (x, force, stiffness), _, looks = jax.lax.stop_gradient(
+    carry = unknown, (x, one, one), stages.first, jnp.zeros((), int)
+    (x, force, stiffness), *_, looks = jax.lax.stop_gradient(
         jax.lax.while_loop(unfinished, step, carry)
     )
     return x, force, stiffness, looks - 1
@@ -277,11 +294,17 @@ def _searched(
 def eased(
     mu: Float[Array, ""], ratio: Float[Array, ""], share: Float[Array, ""]
 ) -> Float[Array, ""]:
-    """mu after a step of pseudo-time that left a `ratio` of the residual, cut to a `share` of itself."""
+    """mu after a step of pseudo-time that left a `ratio` of the residual, cut to a `share` of itself.
+
+    Newton's own step (mu = 0) that made things much worse met a K that is next to singular, as of
+    nodes between slack segments, where the next to nothing for mu would be no better.
+    """
     free = jnp.where(ratio <= 1.0, jnp.minimum(0.3, ratio), jnp.minimum(ratio, 4.0))
     factor = jnp.where(share < 1.0, jnp.clip(ratio, 0.5, 4.0), free)
     mu = jnp.clip(mu * factor, 0.0, 1e6)
-    return jnp.where((mu < 1e-7) & (share == 1.0), 0.0, jnp.maximum(mu, 1e-9))
+    worse = ratio > 4.0
+    least = jnp.where((mu < 1e-7) & (share == 1.0), 0.0, 1e-9)
+    return jnp.maximum(mu, jnp.where(worse, AGAIN, least))
 
 
 def _polished(

@@ -10,15 +10,15 @@ from jaxtyping import Array, Bool, Float, Int
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.materials import rest_stiffness
 from lumpedcable.model.model import Model, Vectors
-from lumpedcable.physics.tension import AbstractTensionLaw, Linear, Rigid, TensionOnly
+from lumpedcable.physics.tension import Linear, Rigid, TensionOnly
 from lumpedcable.scene import Scene
 from lumpedcable.solve.clamps import pushes_on_bed
 from lumpedcable.solve.resting import slope_under
+from lumpedcable.solve.softening import STAGES
 from lumpedcable.solve.statics import Equilibrium, equilibrium
 
 __all__ = ["stiffening"]
 
-STAGES = 5  # of growing stiffness, to the final one, in which a stretched-out line finds its shape
 MORE = 8  # stages that take the stretch out of rods
 STIFFEST = 1e6  # of the largest tension: more would be rounding in the tensions
 SOFTEST = 1e3  # of it at the end, which leaves none
@@ -41,16 +41,13 @@ def stiffening(
 ) -> Equilibrium:
     """Equilibrium; of inextensible lines in stages of growing stiffness, each from the one before.
 
-    Newton's method does not find a chain that lies stretched out on the bed from a guess that is
-    wrong by a millimetre across, which is tonnes of tension; from a softer one's shape it does. So it is
-    with steel between joints whose places are `given`, and with lines on a bed with a profile. Along
-    such a bed nodes of a first shape are crowded: lines that push begin there as if they did not, lest
-    some stay struts, folded back upon their neighbours.
+    Along a bed with a profile nodes of a first shape are crowded: lines that push begin there as if they
+    did not, lest some stay struts, folded back upon their neighbours.
 
-    Rods go on from there, ten times stiffer at each stage, up to `STIFFEST` times what they carry,
-    and begin it with the tension that they have: their strain falls to nothing. The last stage is a
-    soft one, whose tensions have no rounding. Rods with `EA` end at theirs. Where lines are a little too
-    short, by rounded numbers, and stretch for ever, the state before is kept.
+    Rods begin as soft springs. From their own EA on, ten times stiffer at each stage, up to `STIFFEST`
+    times what they carry, they begin it with the tension that they have: their strain falls to nothing.
+    The last stage is a soft one, whose tensions have no rounding. Rods with `EA` end at theirs. Where
+    lines are a little too short, by rounded numbers, and stretch for ever, the state before is kept.
     """
     if not given and any(map(_pushed_together, model.lines.values())):
         slack = stiffening(scene, _slackened(model), tolerance, max_iterations, given)
@@ -61,14 +58,7 @@ def stiffening(
         at = model.placed({n: line.reference + change[n] for n, line in model.lines.items()})
         return equilibrium(at, tolerance, max_iterations)
     rods = [name for name, line in model.lines.items() if line.inextensible]
-    soft = [
-        name
-        for name, line in model.lines.items()
-        if (given or slope_under(line) is not None)
-        and not line.inextensible
-        and isinstance(_uncut(line.law), Linear)
-    ]
-    if not rods and not soft:
+    if not rods:
         return equilibrium(model, tolerance, max_iterations)
     first = {name: rest_stiffness(scene, name) for name in rods}
 
@@ -76,8 +66,6 @@ def stiffening(
         places, tension = carry
         share, keeps, ends = now
         laws = {}
-        for name in soft:
-            laws[name] = _softer(model.lines[name].law, share)
         for name in rods:
             own = model.lines[name]
             if own.give is None:
@@ -99,8 +87,7 @@ def stiffening(
 
     start = {name: line.reference for name, line in model.lines.items()}
     nothing = {name: jnp.zeros(model.lines[name].segments) for name in rods}
-    count = STAGES + MORE if rods else STAGES
-    k = jnp.arange(count)
+    k = jnp.arange(STAGES + MORE)
     now = 10.0 ** (k + 1.0 - STAGES), k >= STAGES, k == STAGES + MORE - 1
     _, every = jax.lax.scan(stage, (start, nothing), now)
     end = jax.tree.map(lambda x: x[-1], every)
@@ -144,16 +131,3 @@ def _stiffest(first, tension) -> Float[Array, ""]:
     """The largest EA (N) of rods that carry a `tension` (N), which is no less than the `first`."""
     carried = jnp.max(jnp.abs(jax.lax.stop_gradient(tension)))
     return jnp.maximum(first, STIFFEST * carried)
-
-
-def _softer(law: AbstractTensionLaw, share) -> AbstractTensionLaw:
-    """A linear law, cut at zero or not, with a share of its stiffness."""
-    own = _uncut(law)
-    assert isinstance(own, Linear)
-    soft = Linear(share * own.EA)
-    return eqx.tree_at(lambda x: x.law, law, soft) if isinstance(law, TensionOnly) else soft
-
-
-def _uncut(law: AbstractTensionLaw) -> AbstractTensionLaw:
-    """A law without its cut at zero."""
-    return law.law if isinstance(law, TensionOnly) else law
