@@ -30,7 +30,9 @@ __all__ = ["Response"]
 class Response:
     """y = f(x), a number y of a run by numbers x of its scene, all in SI.
 
-    `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. A run
+    `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. It is
+    computed in as many dimensions as the numbers can need, whatever their values: those of a run with
+    `dimensions` given where they lead out of the line or plane that the scene lies in. A run
     that fails at x, or whose waves become too fast there for the steps that `values` ask for, is NaN,
     and so are its derivatives.
 
@@ -61,7 +63,9 @@ class Response:
         self._reduction: str = scalar.reduction
         self._spec: GroupSpec
         self._arrays: GroupArrays
-        self._spec, self._arrays = setting_of(scene, scalar, self.keys, back=True, spare=spare)
+        self._spec, self._arrays = setting_of(
+            scene, scalar, self.keys, back=True, spare=spare, anywhere=True
+        )
 
     def __call__(self, x: ArrayLike) -> Float[Array, ""]:
         """y at x, shape (n,)."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.fitting.arrays import GroupArrays, GroupSpec, seen_plan
-from lumpedcable.fitting.axes import axes_seen
+from lumpedcable.fitting.axes import axes_reached, axes_seen
 from lumpedcable.fitting.checks import unknown_start
 from lumpedcable.fitting.difference import Check, checked
 from lumpedcable.fitting.observe import MEASURE, STOP, Watched, watched
@@ -158,12 +158,13 @@ def _numbers(study: Study, scene: Scene) -> list[tuple[str, str, str]]:
 
 
 def setting_of(
-    scene: Scene, scalar: Scalar, keys, back: bool, spare: float = 0.0
+    scene: Scene, scalar: Scalar, keys, back: bool, spare: float = 0.0, anywhere: bool = False
 ) -> tuple[GroupSpec, GroupArrays]:
     """One run of a scene as a group of one, looked at at its own output times.
 
     With `back` it has as many steps as the scene asks for, and a share `spare` more. A step that the
     scene gives is obeyed as by a run, which may be above the bound: what is sampled judges it alone.
+    It is right at the scene's own numbers, with their derivatives; `anywhere`, for other values too.
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
@@ -179,7 +180,10 @@ def setting_of(
     try:
         if scalar.quantity not in (MEASURE, STOP):
             what, place = watched(scene, layout, scalar.quantity, scalar.at, scalar.component)
-        coordinates = axes_seen(scene, keys, 2 if upright else what.component)
+        if anywhere:
+            coordinates = axes_reached(scene, keys)
+        else:
+            coordinates = axes_seen(scene, keys, 2 if upright else what.component)
     except ValueError as error:
         raise AskedError(str(error)) from error
     plan = plan_of(scene, layout)

@@ -6,8 +6,9 @@ import pytest
 from engine_runs import study_of
 from fit_files import fit_of
 
+import lumpedcable as lc
 from lumpedcable.fitting.arrays import arrays_of
-from lumpedcable.fitting.axes import axes_seen, changed_scenes
+from lumpedcable.fitting.axes import axes_reached, axes_seen, changed_scenes
 from lumpedcable.fitting.residual import predict
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.scalar import read_scalar
@@ -76,6 +77,28 @@ def test_what_is_alike_on_both_sides_of_a_plane_needs_no_more_axes(tmp_path):
     assert found == [2, 3, 3, 2]
 
 
+UPRIGHT = HUNG.replace("[20, 0, 0]", "[0, 0, -22.1]")
+
+
+@pytest.mark.parametrize(
+    ("text", "keys", "dimensions"),
+    [
+        (HUNG, [f"{END}.0", "lines.rope.mass"], 2),
+        (HUNG, [f"{END}.0", f"{END}.1"], 3),
+        (DRAGGED, ["water.current.velocity.1"], 3),
+        (WET, ["water.current.velocity.1"], 2),
+        # at other values it may be slack
+        (UPRIGHT, ["lines.rope.length"], 2),
+        (UPRIGHT, [f"{END}.2"], 2),
+        (UPRIGHT, ["materials.wire.EA", "lines.rope.mass"], 1),
+        (f"dimensions = 1\n{UPRIGHT}", ["lines.rope.length"], 1),
+        (UPRIGHT.replace("gravity = 9.81\n", ""), ["lines.rope.length", f"{END}.2"], 1),
+    ],
+)
+def test_the_axes_hold_all_that_numbers_can_come_to_and_no_more(tmp_path, text, keys, dimensions):
+    assert axes_reached(study_of(tmp_path, text).scene, keys).dimensions == dimensions
+
+
 @pytest.mark.parametrize(("text", "component"), [(MOVING, 1), (ASLANT, 0)])
 def test_the_middle_of_a_wire_follows_its_ends_out_of_the_plane(tmp_path, text, component):
     study, keys = study_of(tmp_path, text), tuple(f"{END}.{k}" for k in range(2))
@@ -137,3 +160,42 @@ def test_free_numbers_that_lead_out_of_the_dimensions_asked_for_are_refused(tmp_
     problem = fit_of(tmp_path, FIT, f"dimensions = 1\n{STRING}").problem
     with pytest.raises(SceneError, match="dimensions: expected at least 2"):
         fit_problem(problem)
+
+
+def test_a_response_moves_the_end_of_a_string_anywhere(tmp_path):
+    path = tmp_path / "string.toml"
+    path.write_text(STRING)
+    found = lc.response(path, [f"{END}.{k}" for k in range(3)], "max tension at rope.end")
+    for x in ([12.0, 16.0, 0.0], [3.0, -4.0, 21.0], [0.0, 0.0, -20.0]):
+        far = np.linalg.norm(x)
+        value, slopes = jax.value_and_grad(found)(np.array(x))
+        assert value == pytest.approx(1e6 * (far / LENGTH - 1.0), rel=1e-9)
+        assert slopes == pytest.approx(1e6 / LENGTH * np.array(x) / far, abs=1e-3)
+
+
+def test_a_response_to_a_current_across_is_that_of_a_run(tmp_path):
+    path, key = tmp_path / "dragged.toml", "water.current.velocity"
+    short = {"output.duration": 0.01, "output.every": 0.01}
+    path.write_text(DRAGGED)
+    found = lc.response(path, [f"{key}.0", f"{key}.1"], "last position at rope@11m in y", short)
+    for x in ([1.0, 0.0], [0.5, 2.0]):
+        ran = lc.run(path, short | {key: [*x, 0.0], "dimensions": 3}).line("rope")
+        middle = float(ran.position.isel(run=0, time=-1, node=2, xyz=1))
+        assert float(found(x)) == pytest.approx(middle, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_a_response_of_an_upright_line_that_becomes_slack_is_that_of_a_run(tmp_path):
+    path, key = tmp_path / "upright.toml", "lines.rope.length"
+    path.write_text(UPRIGHT)
+    found = lc.response(path, [key], "last tension at rope.start")
+    ran = lc.run(path, {key: 24.0}).line("rope")
+    assert float(found([24.0])) == pytest.approx(float(ran.start_tension[0, -1]), rel=1e-9)
+
+
+def test_a_response_that_leads_out_of_the_dimensions_asked_for_is_refused(tmp_path):
+    path = tmp_path / "flat.toml"
+    path.write_text(f"dimensions = 2\n{HUNG}")
+    told = f"dimensions: expected at least 3, .* found 2 where {END}.1 vary"
+    with pytest.raises(SceneError, match=told):
+        lc.response(path, [f"{END}.1"])
