@@ -212,7 +212,7 @@ def history(
             return run, run._replace(solver_state=None)  # which nobody looks at
 
         # blocks of whole outputs, or where one takes more steps than that, of a part of its steps
-        turns = block // spec.steps or spec.count
+        turns = block // spec.steps or max(1, spec.count)
         _, (values, wrong) = scan_in_blocks(turn, begun, spec.count, turns, look_at)
     now, amiss = seen(begun, first)
     wrong = jnp.concatenate([amiss[None], wrong])

@@ -23,7 +23,7 @@ def block_length(turns: int, state: Any, runs: int = 1) -> int:
     """
     size = runs * sum(x.size * x.dtype.itemsize for x in jax.tree.leaves(state))
     if turns * size <= KEPT:
-        return turns
+        return max(1, turns)  # of a loop without any too
     return min(turns, max(1, round(math.sqrt(turns)), BLOCK // size))
 
 

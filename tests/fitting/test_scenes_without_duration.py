@@ -1,11 +1,16 @@
-"""Records of a scene that has no duration of its own: it moves all the same, while its data last."""
+"""Scenes without a duration: at rest, but those of records move all the same, while their data last."""
 
 import jax
 import numpy as np
+import pytest
+from engine_runs import study_of
 from fit_files import fit_of
 
+import lumpedcable as lc
 from lumpedcable.fitting.arrays import arrays_of
 from lumpedcable.fitting.residual import predict
+from lumpedcable.fitting.scalar import read_scalar
+from lumpedcable.fitting.sensitivity import sensitivity_of
 from lumpedcable.status import Status
 
 HUNG = """\
@@ -67,3 +72,26 @@ def test_a_step_that_is_asked_for_is_taken(tmp_path):
     step = '\n[solver]\nstep = "100 us"\n'
     with_it = predicted(tmp_path / "a", HUNG + LASTS, step)
     np.testing.assert_array_equal(predicted(tmp_path / "b", HUNG + OUTPUT, step), with_it)
+
+
+# ends at rest, so that nothing moves the wire: T = EA (d / L - 1)
+TAUT = HUNG.replace('gravity = "9.81 m/s2"\n', "").partition('end = "ship')[0]
+TAUT += f"end = {{ fixed = [10.2, 0, 0] }}\n{OUTPUT}"
+EXACT = {"materials.wire.EA": 0.02, "lines.rope.length": -1e6 * 10.2 / 100.0}  # dT/dEA, dT/dL
+
+
+def test_a_response_of_a_scene_at_rest(tmp_path):
+    path = tmp_path / "taut.toml"
+    path.write_text(TAUT)
+    found = lc.response(path, list(EXACT), "max tension at rope.end", spare=0.5)
+    value, slopes = jax.value_and_grad(found)(found.values)
+    assert float(value) == pytest.approx(20e3, rel=1e-9)
+    np.testing.assert_allclose(slopes, list(EXACT.values()), rtol=1e-9)
+    np.testing.assert_allclose(found.history(found.values), [20e3], rtol=1e-9)
+
+
+def test_a_sensitivity_of_a_scene_at_rest_by_one_way_back(tmp_path):
+    study = study_of(tmp_path, TAUT)
+    found = sensitivity_of(study, read_scalar("max tension at rope.end", study.scene), reverse=True)
+    slopes = dict(zip(found.keys, found.slopes, strict=True))
+    assert {key: slopes[key] for key in EXACT} == pytest.approx(EXACT, rel=1e-9)
