@@ -354,8 +354,8 @@ def response(
         more: changes whose key is one word.
 
     Returns:
-        f with f(x) the number in SI for x in SI, shape (n,); `jax.grad` of it takes a method of fixed
-        steps, `jax.jacfwd` any.
+        f with f(x) the number in SI for x in SI, shape (n,), and its first derivatives; `jax.grad` of it
+        takes a method of fixed steps, `jax.jacfwd` any.
 
     Raises:
         SceneError: the scene or a change is wrong, or the run would take more steps than anybody waits

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.fitting.arrays import GroupArrays, GroupSpec
+from lumpedcable.fitting.once import differentiable_once
 from lumpedcable.fitting.parameters import numbers_of
 from lumpedcable.fitting.residual import run_group
 from lumpedcable.fitting.scalar import Scalar, asked_scalar
@@ -30,11 +31,11 @@ __all__ = ["Response"]
 class Response:
     """y = f(x), a number y of a run by numbers x of its scene, all in SI.
 
-    `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. It is
-    computed in as many dimensions as the numbers can need, whatever their values: those of a run with
-    `dimensions` given where they lead out of the line or plane that the scene lies in. A run
-    that fails at x, or whose waves become too fast there for the steps that `values` ask for, is NaN,
-    and so are its derivatives.
+    `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. They
+    have first derivatives: second ones, as of `jax.hessian`, are refused. y is computed in as many
+    dimensions as the numbers can need, whatever their values: those of a run with `dimensions` given
+    where they lead out of the line or plane that the scene lies in. A run that fails at x, or whose
+    waves become too fast there for the steps that `values` ask for, is NaN, and so are its derivatives.
 
     Attributes:
         of: y in words, "max velocity at rope.end"; over the output times.
@@ -114,12 +115,12 @@ def _numbers(study: Study, by: Sequence[str]) -> tuple[tuple[str, ...], tuple[st
 
 
 def _history_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"]):
-    found, status, _, _ = run_group(spec, arrays, x)
+    found, status, _, _ = run_group(spec, arrays, differentiable_once(x))
     return _unless_failed(found[0, 0], status[0], x)
 
 
 def _value_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"], reduction: str):
-    found, status, _, _ = run_group(spec, arrays, x)
+    found, status, _, _ = run_group(spec, arrays, differentiable_once(x))
     return _unless_failed(picked(found[0, 0], reduction), status[0], x)
 
 

@@ -66,6 +66,13 @@ def test_its_history_is_that_of_a_run(scene, speed):
     np.testing.assert_allclose(speed.time, end.time, rtol=1e-12)
 
 
+@pytest.mark.parametrize("ask", [lambda f: f, lambda f: f.history], ids=["value", "history"])
+def test_second_derivatives_are_refused(speed, ask):
+    # statics holds its slope still where it carries derivatives through: its second ones are wrong
+    with pytest.raises(NotImplementedError, match=r"second derivatives through its state of rest"):
+        jax.hessian(ask(speed))(speed.values)
+
+
 def test_waves_too_fast_for_its_steps_give_no_number(scene, speed):
     faster = HERE * [1.0, 64.0, 1.0]  # 8000 m/s: more than a segment of 5 m in a step of 1 ms
     assert np.isnan(float(speed(faster)))
