@@ -59,7 +59,8 @@ class GroupSpec:
     """The structure of records that go through time together.
 
     `free`: free keys, each with one parameter's index for all runs, or one index a run. `steps` are
-    fixed where reverse mode must know them; None where they are a number among the arrays.
+    fixed where reverse mode must know them; None where they are a number among the arrays. A run that
+    is `strained` beyond max_strain of a material has failed where that is asked for.
     """
 
     structure: Structure
@@ -68,6 +69,7 @@ class GroupSpec:
     count: int
     free: tuple[tuple[str, tuple[int, ...]], ...]
     steps: int | None = None
+    strained: bool = False
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import RUN_ONCE
+from lumpedcable.study.strains import MORE
 
 __all__ = [
     "Prediction",
@@ -166,6 +167,7 @@ def history(
     """
     plan = spec.plan
     dt = None if plan.adaptive else numbers.every / numbers.steps
+    shown = (*SIGNS, Status.STRAIN_EXCEEDED) if spec.strained else SIGNS
 
     watched = [(what, weights_of(model, what, places[k])) for k, what in enumerate(spec.watched)]
 
@@ -181,7 +183,9 @@ def history(
         counts = jnp.array([what.quantity not in (MEASURE, STOP) for what in spec.watched])
         finite = s.finite & jnp.all(jnp.isfinite(values) | ~counts)
         found = signs(s._replace(finite=finite, lost=run.lost, upright=run.upright))
-        return values, jnp.stack([found[sign] for sign in SIGNS])
+        if spec.strained:
+            found[Status.STRAIN_EXCEEDED] = s.largest.get("stretch", jnp.zeros(())) > 1.0 + MORE
+        return values, jnp.stack([found[sign] for sign in shown])
 
     def look_at(run: Progress, k):
         t = (own(k) + 1) * numbers.every
@@ -217,7 +221,7 @@ def history(
     now, amiss = seen(begun, first)
     wrong = jnp.concatenate([amiss[None], wrong])
     begins = jnp.where(jnp.any(wrong, axis=0), jnp.argmax(wrong, axis=0), wrong.shape[0])
-    status = jnp.array(SIGNS)[jnp.argmin(begins)]
+    status = jnp.array(shown)[jnp.argmin(begins)]
     status = jnp.where(jnp.any(wrong), status, int(Status.OK))
     return jnp.concatenate([now[None], values]), status
 

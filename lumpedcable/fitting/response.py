@@ -22,10 +22,13 @@ from lumpedcable.fitting.scalar import Scalar, asked_scalar
 from lumpedcable.fitting.sensitivity import picked, setting_of
 from lumpedcable.scene import Study
 from lumpedcable.scene.overrides import resolve
+from lumpedcable.scene.quantities import Quantity
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN
 
 __all__ = ["Response"]
+
+LARGEST = float(np.finfo(float).max)
 
 
 class Response:
@@ -34,8 +37,12 @@ class Response:
     `f(x)` goes through `jax.grad`, `jax.jacfwd`, `jax.vmap` and `jax.jit`; so does `f.history(x)`. They
     have first derivatives: second ones, as of `jax.hessian`, are refused. y is computed in as many
     dimensions as the numbers can need, whatever their values: those of a run with `dimensions` given
-    where they lead out of the line or plane that the scene lies in. A run that fails at x, or whose
-    waves become too fast there for the steps that `values` ask for, is NaN, and so are its derivatives.
+    where they lead out of the line or plane that the scene lies in.
+
+    A run that fails at x, or whose waves become too fast there for the steps that `values` ask for, is
+    NaN, and so are its derivatives. So it is where a number is none that its key may have, as a negative
+    mass, and where a line at rest or at an output time is strained beyond max_strain of its material.
+    That numbers go together is not looked at, as `lumpedcable.run` does, beyond that.
 
     Attributes:
         of: y in words, "max velocity at rope.end"; over the output times.
@@ -56,7 +63,8 @@ class Response:
         self.unit: str = scalar.unit
         self.keys: tuple[str, ...]
         self.units: tuple[str, ...]
-        self.keys, self.units = _numbers(study, by)
+        self._bounds: NDArray[np.float64]
+        self.keys, self.units, self._bounds = _numbers(study, by)
         numbers = scene.numbers()
         self.values: NDArray[np.float64] = np.array([float(numbers[key]) for key in self.keys])
         count, every = scene.output.count, float(scene.output.every)
@@ -72,13 +80,13 @@ class Response:
         """y at x, shape (n,)."""
         x = self._checked(x)
         how = _value if isinstance(x, Tracer) else _value_alone
-        return how(self._spec, self._arrays, x, self._reduction)
+        return how(self._spec, self._arrays, self._bounds, x, self._reduction)
 
     def history(self, x: ArrayLike) -> Float[Array, " outputs"]:
         """The quantity that y is of, at every output time."""
         x = self._checked(x)
         how = _history if isinstance(x, Tracer) else _history_alone
-        return how(self._spec, self._arrays, x)
+        return how(self._spec, self._arrays, self._bounds, x)
 
     def _checked(self, x: ArrayLike) -> Float[Array, " n"]:
         x = jnp.asarray(x, float)
@@ -93,13 +101,15 @@ class Response:
         return f"Response({self.of} ({self.unit}) by {', '.join(self.keys)})"
 
 
-def _numbers(study: Study, by: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Full keys of the numbers that keys or their ends mean, and their units."""
+def _numbers(
+    study: Study, by: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...], NDArray[np.float64]]:
+    """Full keys of the numbers that keys or their ends mean, their units, and their bounds (2, n)."""
     if isinstance(by, str) or not by:
         raise ValueError(f"by: expected one key or more, in a list, found {by!r}")
     data: dict[str, Any] = tomllib.loads(study.effective_text)
     data.pop("sweep", None)
-    found: list[tuple[str, str]] = []
+    found: list[tuple[str, Quantity]] = []
     for key in by:
         path, wrong = resolve(key, 0.0, data)
         if path is None:
@@ -107,35 +117,44 @@ def _numbers(study: Study, by: Sequence[str]) -> tuple[tuple[str, ...], tuple[st
         numbers, wrong = numbers_of(study, ".".join(map(str, path)))
         if wrong:
             raise ValueError(f"by: {wrong}")
-        found += [(number.key, number.kind.unit) for number in numbers]
-    keys, units = zip(*found, strict=True)
+        found += [(number.key, number.kind) for number in numbers]
+    keys, kinds = zip(*found, strict=True)
     if len(set(keys)) < len(keys):
         raise ValueError(f"by: expected every number once, found {', '.join(keys)}")
-    return keys, units
+    return keys, tuple(kind.unit for kind in kinds), np.transpose([_bounds(kind) for kind in kinds])
 
 
-def _history_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"]):
+def _bounds(kind: Quantity) -> tuple[float, float]:
+    """The least and the largest finite number of a kind, both included."""
+    least = {"any": -LARGEST, "nonnegative": 0.0, "positive": np.finfo(float).tiny}[kind.sign]
+    return float(least), LARGEST if kind.maximum is None else kind.maximum
+
+
+def _history_of(spec: GroupSpec, arrays: GroupArrays, bounds, x: Float[Array, " n"]):
     found, status, _, _ = run_group(spec, arrays, differentiable_once(x))
-    return _unless_failed(found[0, 0], status[0], x)
+    return _unless_failed(found[0, 0], status[0], bounds, x)
 
 
-def _value_of(spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"], reduction: str):
+def _value_of(spec: GroupSpec, arrays: GroupArrays, bounds, x: Float[Array, " n"], reduction: str):
     found, status, _, _ = run_group(spec, arrays, differentiable_once(x))
-    return _unless_failed(picked(found[0, 0], reduction), status[0], x)
+    return _unless_failed(picked(found[0, 0], reduction), status[0], bounds, x)
 
 
-def _unless_failed(y: Array, status: Array, x: Float[Array, " n"]) -> Array:
-    """y of a run that went well; otherwise NaN, with derivatives by every x that are NaN too.
+def _unless_failed(
+    y: Array, status: Array, bounds: Float[Array, "2 n"], x: Float[Array, " n"]
+) -> Array:
+    """y of a run that went well, of numbers within their bounds; otherwise NaN, with derivatives by every x that are NaN too.
 
     A chosen NaN alone would have the derivative 0, and an optimiser would see a stationary point.
     """
-    ok = status == int(Status.OK)
+    low, high = bounds
+    ok = (status == int(Status.OK)) & jnp.all((x >= low) & (x <= high))
     none = jnp.where(ok, 0.0, jnp.nan) * jnp.sum(x)
     return jnp.where(ok, y, jnp.nan) + none.astype(y.dtype)
 
 
 # within another transformation a program takes what that is compiled with
 _history = partial(jax.jit, static_argnums=0)(_history_of)
-_value = partial(jax.jit, static_argnums=(0, 3))(_value_of)
+_value = partial(jax.jit, static_argnums=(0, 4))(_value_of)
 _history_alone = partial(jax.jit, static_argnums=0, compiler_options=RUN_OFTEN)(_history_of)
-_value_alone = partial(jax.jit, static_argnums=(0, 3), compiler_options=RUN_OFTEN)(_value_of)
+_value_alone = partial(jax.jit, static_argnums=(0, 4), compiler_options=RUN_OFTEN)(_value_of)

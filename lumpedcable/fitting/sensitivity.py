@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import equinox as eqx
@@ -164,7 +164,8 @@ def setting_of(
 
     With `back` it has as many steps as the scene asks for, and a share `spare` more. A step that the
     scene gives is obeyed as by a run, which may be above the bound: what is sampled judges it alone.
-    It is right at the scene's own numbers, with their derivatives; `anywhere`, for other values too.
+    It is right at the scene's own numbers, with their derivatives; `anywhere`, for other values too, of
+    which some may strain a line beyond max_strain of its material.
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
@@ -198,7 +199,7 @@ def setting_of(
     )  # fmt: skip
     free = tuple((key, (k,)) for k, key in enumerate(keys))
     structure = Structure(scene.skeleton(), layout, scene)
-    spec = GroupSpec(structure, plan, (what,), count, free)
+    spec = GroupSpec(structure, plan, (what,), count, free, strained=anywhere)
     if plan.adaptive:
         return spec, arrays
     at = np.array([scene.numbers()[key] for key in keys])
@@ -212,7 +213,7 @@ def setting_of(
     if back:
         steps = math.ceil(steps * (1.0 + spare))
         judged = arrays if solver.step is None else unjudged
-        return GroupSpec(structure, plan, (what,), count, free, steps), judged
+        return replace(spec, steps=steps), judged
     # more than that are taken by nobody: the run itself takes so many
     return spec, unjudged._replace(steps=jnp.asarray(steps))
 

@@ -86,6 +86,20 @@ def test_waves_too_fast_for_its_steps_give_no_number(scene, speed):
     assert float(roomy(faster)) == pytest.approx(exact(faster), rel=2e-3)
 
 
+@pytest.mark.parametrize(
+    "here", [[-1.0, EA, MASS], [PULL, 0.0, MASS], [PULL, EA, -MASS], [PULL, np.nan, MASS]]
+)
+def test_numbers_that_their_keys_cannot_have_give_no_number(speed, here):
+    assert np.isnan(speed(here))
+    assert np.all(np.isnan(jax.grad(speed)(np.array(here))))
+
+
+def test_no_number_is_lost_at_a_bound(scene):
+    # no speed in the beginning, and none without a pull
+    early = lc.response(scene, ["pretension"], "first velocity at rope.end", SHORT)
+    assert float(early([0.0])) == 0.0
+
+
 @pytest.mark.slow
 def test_a_given_step_above_the_bound_is_judged_as_by_a_run(tmp_path):
     # the bound (3.8 ms) is that of strains that the rope never comes to: at its own 5 ms would do
