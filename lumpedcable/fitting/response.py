@@ -42,7 +42,7 @@ class Response:
     A run that fails at x, or whose waves become too fast there for the steps that `values` ask for, is
     NaN, and so are its derivatives. So it is where a number is none that its key may have, as a negative
     mass, and where a line at rest or at an output time is strained beyond max_strain of its material.
-    That numbers go together is not looked at, as `lumpedcable.run` does, beyond that.
+    Whether numbers go together, which `lumpedcable.run` looks at too, is not.
 
     Attributes:
         of: y in words, "max velocity at rope.end"; over the output times.
@@ -143,9 +143,10 @@ def _value_of(spec: GroupSpec, arrays: GroupArrays, bounds, x: Float[Array, " n"
 def _unless_failed(
     y: Array, status: Array, bounds: Float[Array, "2 n"], x: Float[Array, " n"]
 ) -> Array:
-    """y of a run that went well, of numbers within their bounds; otherwise NaN, with derivatives by every x that are NaN too.
+    """y of a run that went well, with numbers within their bounds; otherwise NaN.
 
-    A chosen NaN alone would have the derivative 0, and an optimiser would see a stationary point.
+    Derivatives by every x are NaN then too: a chosen NaN alone would have the derivative 0, and an
+    optimiser would see a stationary point.
     """
     low, high = bounds
     ok = (status == int(Status.OK)) & jnp.all((x >= low) & (x <= high))

@@ -17,7 +17,9 @@ __all__ = ["AskedError", "Scalar", "asked_scalar", "read_scalar", "usual_scalar"
 
 REDUCTIONS = ("max", "min", "first", "last")
 STOP_TIME, PEAKS = "stop time", "peak"
-_SCALAR = re.compile(r"(\w+) (\w+) at (\S+)(?: in (\w+))?")
+_SCALAR = re.compile(
+    r"(\w+) (\w+) at (\S+@.+?|\S+)(?: in (\w+))?"
+)  # a unit may have a blank before it
 _MEASURE = re.compile(r"(\w+) ([A-Za-z][\w-]*)")
 
 
@@ -80,7 +82,7 @@ def asked_scalar(study: Study, of: str | None, run: int) -> Scalar:
 
 
 def read_scalar(text: str, scene: Scene) -> Scalar:
-    """The scalar that a text means: "max velocity at rope.end", "last position at rope.end in x".
+    """The scalar that a text means: "max velocity at rope.end", "last position at rope@30 m in x".
 
     Of a measure of the scene it is "min h_w"; "stop time" is when the body of output.stop comes to
     rest, "peak tension at rod.start" the largest of every step, of a line of rods.
@@ -92,7 +94,10 @@ def read_scalar(text: str, scene: Scene) -> Scalar:
     if text == STOP_TIME:
         return _stop_time(scene)
     match = _SCALAR.fullmatch(text)
-    expected = 'expected "max velocity at LINE.end", "max displacement at BODY" or the like'
+    expected = (
+        'expected "max velocity at LINE.end", "max tension at LINE@30 m", "max displacement at BODY" or '
+        "the like"
+    )
     measure = _MEASURE.fullmatch(text)
     if measure is not None and measure.group(1) in REDUCTIONS and scene.measures:
         return _measure(scene, *measure.groups())

@@ -213,3 +213,17 @@ def test_a_scalar_that_is_none(text, said):
     with pytest.raises(ValueError, match="expected") as told:
         read_scalar(text, Scene.model_construct(measures={}))
     assert said in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "at", "component"),
+    [("max tension at rope@11.3 m", "rope@11.3 m", None),
+     ("last position at rope@11.3 m in z", "rope@11.3 m", "z"),
+     ("last position at  rope@11.3m  in z", "rope@11.3m", "z"),
+     ("last position at rope@1e3 in in x", "rope@1e3 in", "x"),
+     ("max velocity at rope@445 in", "rope@445 in", None),
+     ("max velocity at rope@11 in y", "rope@11", "y")],
+)  # fmt: skip
+def test_a_place_of_a_scalar_may_have_a_blank_before_its_unit(text, at, component):
+    found = read_scalar(text, Scene.model_construct(measures={}))
+    assert (found.at, found.component) == (at, component)
