@@ -173,6 +173,23 @@ def test_a_response_moves_the_end_of_a_string_anywhere(tmp_path):
         assert slopes == pytest.approx(1e6 / LENGTH * np.array(x) / far, abs=1e-3)
 
 
+def test_a_response_turns_a_pull_at_its_strength(tmp_path):
+    pull, place = 30e3, tmp_path / "pulled.toml"
+    place.write_text(
+        STRING.partition("end = ")[0]
+        + f"end = {{ held = {{ pretension = {pull}, direction = [1, 0, 0] }} }}\n[output]\n"
+    )
+    far = LENGTH * (1.0 + pull / 1e6)
+    found = lc.response(place, ["direction.0", "direction.1"], "last position at rope.end in y")
+    for x in ([1.0, 0.0], [3.0, 4.0], [0.1, -0.1]):
+        value, slopes = jax.value_and_grad(found)(np.array(x))
+        # y = far x1 / |x|, and so its slopes
+        size = np.hypot(x[0], x[1])
+        assert value == pytest.approx(far * x[1] / size, rel=1e-9, abs=1e-12)
+        wanted = far / size**3 * np.array([-x[0] * x[1], x[0] ** 2])
+        np.testing.assert_allclose(slopes, wanted, rtol=1e-9, atol=1e-9)
+
+
 def test_a_response_to_a_current_across_is_that_of_a_run(tmp_path):
     path, key = tmp_path / "dragged.toml", "water.current.velocity"
     short = {"output.duration": 0.01, "output.every": 0.01}
