@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.couple import Found, body_force
 from lumpedcable.model.ends import Attached, Driven, solve_small
+from lumpedcable.model.hauled import placed_on_way, steered
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.motion import Still, velocity_of, way_of
@@ -84,12 +85,12 @@ def _tied(t, values: Array, node: int, end: Attached, value: Array) -> Array:
 def on_paths(
     model: Model, t: Float[Array, ""], displacement: dict[str, Array], velocity: dict[str, Array]
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """The same displacements (m) and velocities (m/s), of moved and tied ends as they are at t (s).
+    """The same displacements (m) and velocities (m/s), what is moved, hauled or tied as it is at t (s).
 
     What is integrated from accelerations alone drifts off: a step in them that falls into a step of
     time leaves a velocity behind.
     """
-    displacement, velocity = on_course(model, t, displacement), dict(velocity)
+    displacement, velocity = on_course(model, t, displacement), steered(model, t, None, velocity)
     for name, node, end in _moved_ends(model):
         v = velocity[name]
         rate = velocity_of(end.motion, t).astype(v.dtype)
@@ -103,8 +104,8 @@ def on_paths(
 def on_course(
     model: Model, t: Float[Array, ""], displacement: dict[str, Array]
 ) -> dict[str, Array]:
-    """The same displacements (m), with the ends that are moved where their paths are at t (s)."""
-    displacement = dict(displacement)
+    """The same displacements (m), with what is moved or hauled where its path is at t (s)."""
+    displacement = placed_on_way(model, t, displacement)
     for name, node, end in _moved_ends(model):
         u = displacement[name]
         place = way_of(end.motion, jnp.zeros_like(t), t).astype(u.dtype)

@@ -11,12 +11,12 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.riders import Rider
-from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of
+from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of, way_of
 
 if TYPE_CHECKING:
     from lumpedcable.model.model import Model
 
-__all__ = ["steered", "steered_gain"]
+__all__ = ["placed_on_way", "steered", "steered_gain"]
 
 Values = dict[str, Array]
 
@@ -25,6 +25,16 @@ def _hauled(model: Model) -> Iterator[tuple[str, AbstractMotion, Array]]:
     for name, body in model.bodies.items():
         if isinstance(body, Rider) and body.path is not None and body.free is not None:
             yield body_key(name), body.path, body.free
+
+
+def placed_on_way(model: Model, t: Float[Array, ""], displacement: Values) -> Values:
+    """The same displacements (m), but hauled coordinates where their paths are at t (s)."""
+    moved = dict(displacement)
+    for key, path, free in _hauled(model):
+        own = displacement[key]
+        way = way_of(path, jnp.zeros_like(t), t).astype(own.dtype)
+        moved[key] = jnp.where(free > 0.0, own, way)
+    return moved
 
 
 def steered(model: Model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:
