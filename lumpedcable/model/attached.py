@@ -16,17 +16,27 @@ from jaxtyping import Array, Float
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.couple import Found, body_force
 from lumpedcable.model.ends import Attached, Driven, solve_small
-from lumpedcable.model.hauled import placed_on_way, steered
+from lumpedcable.model.hauled import placed_on_way, steered, ways
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.motion import Still, velocity_of, way_of
 from lumpedcable.physics.place import place_at_end
+from lumpedcable.physics.precision import cast
 from lumpedcable.physics.vectors import dot
 
 if TYPE_CHECKING:
     from lumpedcable.model.model import Model
 
-__all__ = ["attached_ends", "body_gain", "follow", "follow_rate", "on_paths", "start_velocities"]
+__all__ = [
+    "attached_ends",
+    "body_gain",
+    "follow",
+    "follow_rate",
+    "left_out",
+    "on_course",
+    "on_paths",
+    "start_velocities",
+]
 
 SLIDES = 2  # times that N, which depends a little on how a body slides, is found
 
@@ -76,7 +86,7 @@ def follow_rate(
     return moved
 
 
-def _tied(t, values: Array, node: int, end: Attached, value: Array) -> Array:
+def _tied(t, values: Array, node: int, end: Attached | Driven, value: Array) -> Array:
     if end.release is not None:
         value = jnp.where(end.release.begun(t), values[:, node], value)
     return place_at_end(values, node, value)
@@ -93,10 +103,7 @@ def on_paths(
     displacement, velocity = on_course(model, t, displacement), steered(model, t, None, velocity)
     for name, node, end in _moved_ends(model):
         v = velocity[name]
-        rate = velocity_of(end.motion, t).astype(v.dtype)
-        if end.release is not None:
-            rate = jnp.where(end.release.begun(t), v[:, node], rate)
-        velocity[name] = place_at_end(v, node, rate)
+        velocity[name] = _tied(t, v, node, end, velocity_of(end.motion, t).astype(v.dtype))
     displacement = follow(model, t, displacement)
     return displacement, follow_rate(model, t, displacement, velocity)
 
@@ -109,10 +116,33 @@ def on_course(
     for name, node, end in _moved_ends(model):
         u = displacement[name]
         place = way_of(end.motion, jnp.zeros_like(t), t).astype(u.dtype)
-        if end.release is not None:
-            place = jnp.where(end.release.begun(t), u[:, node], place)
-        displacement[name] = place_at_end(u, node, place)
+        displacement[name] = _tied(t, u, node, end, place)
     return displacement
+
+
+def left_out(
+    model: Model, t: Float[Array, ""], displacement: dict[str, Array], low: dict[str, Array]
+) -> dict[str, Array]:
+    """What rounding has left out of displacements (m) at t (s), also where that is given.
+
+    `displacement` are those of `on_course`, with what is tied following; `low` is what a step has left
+    out of all others.
+    """
+    low = dict(low)
+    for key, way, free in ways(model, t):
+        own = displacement[key]
+        low[key] = jnp.where(free > 0.0, low[key], (way - own).astype(own.dtype))
+    for name, node, end in _moved_ends(model):
+        own, left = displacement[name][:, node], low[name]
+        rest = (way_of(end.motion, jnp.zeros_like(t), t) - own).astype(own.dtype)
+        low[name] = _tied(t, left, node, end, rest)
+    for name, node, end in attached_ends(model):
+        body, key = model.bodies[end.body], body_key(end.body)
+        own, left = displacement[name][:, node], low[name]
+        body, point = cast((body, end.point), str(t.dtype))
+        rest = body.shift(displacement[key].astype(t.dtype) + low[key], point) - own
+        low[name] = _tied(t, left, node, end, rest.astype(own.dtype))
+    return low
 
 
 def _moved_ends(model: Model) -> Iterator[tuple[str, int, Driven]]:

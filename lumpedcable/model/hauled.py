@@ -16,7 +16,7 @@ from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocit
 if TYPE_CHECKING:
     from lumpedcable.model.model import Model
 
-__all__ = ["placed_on_way", "steered", "steered_gain"]
+__all__ = ["placed_on_way", "steered", "steered_gain", "ways"]
 
 Values = dict[str, Array]
 
@@ -30,11 +30,16 @@ def _hauled(model: Model) -> Iterator[tuple[str, AbstractMotion, Array]]:
 def placed_on_way(model: Model, t: Float[Array, ""], displacement: Values) -> Values:
     """The same displacements (m), but hauled coordinates where their paths are at t (s)."""
     moved = dict(displacement)
-    for key, path, free in _hauled(model):
+    for key, way, free in ways(model, t):
         own = displacement[key]
-        way = way_of(path, jnp.zeros_like(t), t).astype(own.dtype)
-        moved[key] = jnp.where(free > 0.0, own, way)
+        moved[key] = jnp.where(free > 0.0, own, way.astype(own.dtype))
     return moved
+
+
+def ways(model: Model, t: Float[Array, ""]) -> Iterator[tuple[str, Array, Array]]:
+    """How far hauled bodies are on their paths at t (s), in double precision (m), and what is free."""
+    for key, path, free in _hauled(model):
+        yield key, way_of(path, jnp.zeros_like(t), t), free
 
 
 def steered(model: Model, t, dt: Float[Array, ""] | None, velocity: Values) -> Values:

@@ -81,7 +81,8 @@ class Line(eqx.Module):
     (1 + e)^2 = (1 + e0)^2 + (2 X' . u' + u' . u') / l^2 with X', u' the differences over a segment
     of unstretched length l, and e0 the strain of the reference.
 
-    `growth` (1/s) is the rate at which a winch lengthens it, dL/dt over L.
+    `growth` (1/s) is the rate at which a winch lengthens it, dL/dt over L. `low` (d, n+1) is what
+    rounding has left out of the displacements (m) that it is asked about, where a method keeps that.
     `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre of unstretched
     length (kg/m). What the line does not have is None and is not in the compiled program.
 
@@ -106,6 +107,7 @@ class Line(eqx.Module):
     current: AbstractCurrent | None = None
     waves: ReleaseWaves | None = None
     growth: Float[Array, ""] | None = None
+    low: Float[Array, "d nodes"] | None = None
     give: Float[Array, ""] | None = None
     grip: BedGrip | None = None
     seam: Seam | None = None
@@ -179,6 +181,8 @@ class Line(eqx.Module):
         """Tangents, strains and lengths of a displacement (m)."""
         length = self.segment_length
         step = differences(displacement)
+        if self.low is not None:
+            step = step + differences(self.low)
         if self.seam is not None:
             step = jnp.where(self.seam.gap(self.segments), 0.0, step)
         if self.dimensions == 1:

@@ -1,6 +1,7 @@
 """The whole scene as one mechanical system: forces, masses and what happens at the ends."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import equinox as eqx
@@ -132,6 +133,13 @@ class Model(eqx.Module):
         """The model with the references of its lines at other places (m)."""
         lines = {name: placed(self.lines[name], places[name]) for name in self.lines}
         return eqx.tree_at(lambda m: m.lines, self, lines)
+
+    def with_low(self, low: Vectors) -> "Model":
+        """The model for displacements of which rounding has left out `low` (m); {}: of nothing."""
+        if not low:
+            return self
+        lines = {name: replace(line, low=low[name]) for name, line in self.lines.items()}
+        return replace(self, lines=lines)
 
     def followed(self, t: Float[Array, ""], displacement: Vectors) -> Vectors:
         """The same displacements (m), with the ends that are tied to bodies where those are."""

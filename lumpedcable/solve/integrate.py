@@ -27,7 +27,7 @@ from lumpedcable.physics.precision import cast
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
-from lumpedcable.solve.leapfrog import CableTerm, Leapfrog
+from lumpedcable.solve.leapfrog import CableTerm, HalfStep, Leapfrog
 from lumpedcable.solve.observe import (
     Recoil,
     Sample,
@@ -356,7 +356,10 @@ def advance(
     dt = None if plan.adaptive else numbers.every / numbers.steps
 
     def sample_at(run: Progress, t) -> Any:
-        found = sample(model, t, run.y, plan.quantities, dt, run.stuck)
+        whole = model
+        if isinstance(run.solver_state, HalfStep):
+            whole = model.with_low(run.solver_state.low)
+        found = sample(whole, t, run.y, plan.quantities, dt, run.stuck)
         largest = so_far(model, found.largest, peaks_of(plan, run), plan.borne)
         largest |= watched(run.seen)
         more = {"largest": largest, "upright": run.upright}
