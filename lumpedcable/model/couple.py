@@ -92,21 +92,27 @@ def live_line(model: Model, name: str, displacement: Values, velocity: Values | 
     line, winch = model.lines[name], winch_of(model, name)
     if winch is None:
         return line
-    length = (winch.reference + displacement[body_key(winch_name(name))])[0]
-    return paid_out(line, length, _growth(model, name, displacement, velocity))
+    # of the whole length single precision has no digits for what a strain is of it
+    share = displacement[body_key(winch_name(name))][0] / winch.reference[0]
+    return _longer(line, share, _growth(model, name, displacement, velocity))
 
 
-def paid_out(line: Line, length: Float[Array, ""], growth: Float[Array, ""] | None = None) -> Line:
-    """The line with the unstretched length (m) shared out over its segments as before.
+def paid_out(line: Line, length: Float[Array, ""]) -> Line:
+    """The line with the unstretched length (m) shared out over its segments as before."""
+    return _longer(line, length / jnp.sum(line.node_length) - 1.0)
 
-    Its reference stays where it is, so that its strain there changes.
+
+def _longer(line: Line, share: Float[Array, ""], growth: Float[Array, ""] | None = None) -> Line:
+    """The line longer by a share r of its unstretched length, each of its segments alike.
+
+    Its reference stays where it is, so that its strain there changes, to (1 + e) / (1 + r) - 1.
     """
-    ratio = length / jnp.sum(line.node_length)
+    ratio = 1.0 + share
     return replace(
         line,
         segment_length=line.segment_length * ratio,
         node_length=line.node_length * ratio,
-        reference_strain=(1.0 + line.reference_strain) / ratio - 1.0,
+        reference_strain=(line.reference_strain - share) / ratio,
         growth=growth,
     )
 
