@@ -95,6 +95,8 @@ def default(field: Any) -> str:
     """What a key is where it is not given."""
     if field.is_required():
         return "needed"
+    if isinstance(extra := field.json_schema_extra, dict) and extra.get("minProperties"):
+        return "needed, one at least"
     value = field.get_default(call_default_factory=True)
     if value is None or value in ((), {}):
         return "absent"

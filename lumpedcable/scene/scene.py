@@ -43,7 +43,8 @@ class Scene(Part):
     """The bed that lines can rest on. Absent: none."""
     materials: dict[Name, Material] = Field(default_factory=dict)
     """Tension laws by name."""
-    lines: dict[Name, Line] = Field(default_factory=dict)
+    # not a required key, so that a file without is told in words
+    lines: dict[Name, Line] = Field(default_factory=dict, json_schema_extra={"minProperties": 1})
     """Lines by name."""
     bodies: dict[Name, AnyBody] = Field(default_factory=dict)
     """Bodies by name."""

@@ -62,8 +62,8 @@ TIPS = {
     "velocity": ("m/s", "velocity of the {} of the line"),
 }
 BODY_FIELDS = {
-    "position": ("xyz", "m", "place of the centre of gravity"),
-    "velocity": ("xyz", "m/s", "velocity of the centre of gravity"),
+    "position": ("xyz", "m", "place of the {}"),
+    "velocity": ("xyz", "m/s", "velocity of the {}"),
     "attitude": ("angle", "rad", "roll, pitch, yaw"),
     "turning": ("angle", "rad/s", "rates of roll, pitch, yaw"),
 }
@@ -172,9 +172,10 @@ class Contents:
             )
             found.append(Variable(path, ("run", "segment"), "f8", "N", text))
         for name in self.bodies:
+            point = "trolley" if name in self.riders else "centre of gravity"
             for quantity, (last, unit, text) in BODY_FIELDS.items():
-                path = f"bodies/{name}/{quantity}"
-                found.append(Variable(path, ("run", "time", last), precision, unit, text))
+                path, dims = f"bodies/{name}/{quantity}", ("run", "time", last)
+                found.append(Variable(path, dims, precision, unit, text.format(point)))
         if self.energy:
             for term, text in self.energy.items():
                 found.append(Variable(f"energy/{term}", ("run", "time"), "f8", "J", text))

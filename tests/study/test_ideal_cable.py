@@ -3,6 +3,7 @@
 import runpy
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -79,6 +80,9 @@ def test_the_swing_under_a_trolley_is_that_of_the_corrected_equations(tmp_path):
     with open_result(tmp_path / "swing.h5") as found:
         time = found.time
         place, angle = found.body("cargo", "position", 0), found.body("cargo", "attitude", 0)
+    with h5py.File(tmp_path / "swing.h5") as file:
+        named = [file[f"bodies/cargo/{q}"].attrs["long_name"] for q in ("position", "velocity")]
+    assert named == ["place of the trolley", "velocity of the trolley"]
     start = [2.1, -depth, 0.0, 0.0, 0.0, 0.0]
     own = solve_ivp(rate, (0, time[-1]), start, "DOP853", time, rtol=1e-12, atol=1e-12).y
     # the trolley over the centre of gravity
