@@ -36,6 +36,7 @@ __all__ = [
     "on_course",
     "on_paths",
     "start_velocities",
+    "travels",
 ]
 
 SLIDES = 2  # times that N, which depends a little on how a body slides, is found
@@ -118,6 +119,15 @@ def on_course(
         place = way_of(end.motion, jnp.zeros_like(t), t).astype(u.dtype)
         displacement[name] = _tied(t, u, node, end, place)
     return displacement
+
+
+def travels(model: Model) -> bool:
+    """Whether something carries lines along: ends that are moved, or bodies.
+
+    Their displacements grow, and with them what rounding leaves out, while the lines stay taut. Others
+    but tremble, or recoil slack.
+    """
+    return bool(model.bodies) or any(True for _ in _moved_ends(model))
 
 
 def left_out(

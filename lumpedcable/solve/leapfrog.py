@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.attached import left_out, on_course
+from lumpedcable.model.attached import left_out, on_course, travels
 from lumpedcable.model.energy import powers
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Workspace
@@ -94,7 +94,7 @@ class HalfStep(NamedTuple):
     The velocities (m/s) half a step after the state, the work (J) until then, the step `dt` (s), what
     the last evaluation wrote along each line, and the largest tensions (N) so far of the segments of
     lines, both by line and empty where nobody asks for them. `low` is what rounding has left out of the
-    displacements (m), in single precision alone.
+    displacements (m), in single precision alone and where something carries lines along.
     """
 
     velocity: dict[str, Array]
@@ -146,7 +146,8 @@ class Leapfrog(diffrax.AbstractSolver):
         watched = args.lines if self.watch_peaks else {}
         peaks = {n: line.law.tension(line.reference_strain) for n, line in watched.items()}
         velocity = args.carried(t0, dt, y0.displacement, velocity)
-        low = {} if kind == dt.dtype else jax.tree.map(jnp.zeros_like, y0.displacement)
+        rounds = kind != dt.dtype and travels(args)
+        low = jax.tree.map(jnp.zeros_like, y0.displacement) if rounds else {}
         return HalfStep(velocity, work, dt, over, peaks, low)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):

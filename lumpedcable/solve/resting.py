@@ -3,9 +3,9 @@
 Where a line lies on a frictionless bed, the bed carries its weight and its tension is horizontal.
 Seen from an end that holds up the weight a (N), the vertical tension in a segment is what is left of
 a beyond the nodes between, and nothing from there on: max(a - C_j, 0). With the same from the other
-end and the horizontal tension H the whole line follows from (H, a, b), and what is reached with them
-is the gradient of a convex function, the complementary energy of the line. The exact answer for a
-chain of lumps on a rigid bed; Newton's method on the whole scene adds the bed's own give.
+end and the horizontal tension H the whole line follows from (H, a, b): a and b grow with the heights to
+be reached at a given H, and the way along the bed with H. The exact answer for a chain of lumps on a
+rigid bed; Newton's method on the whole scene adds the bed's own give.
 """
 
 from typing import NamedTuple
