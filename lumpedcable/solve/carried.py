@@ -146,7 +146,7 @@ def _searched(
     """
     pulls = [body.tension for body in model.bodies.values() if isinstance(body, Winch)]
     softest = jnp.max(jnp.stack(pulls)) / MOST_STRAIN if pulls else None
-    stages = Stages.of(model, max_iterations, softest)
+    stages = Stages.of(model, max_iterations, False, softest)
 
     def norm(force):
         return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)

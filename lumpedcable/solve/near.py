@@ -54,7 +54,7 @@ def rest_near(
             near[name] = place_at_end(near[name], node, held)
     model = model.placed(near)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
-    return equilibrium(model, tolerance, scene.statics.max_iterations)
+    return equilibrium(model, tolerance, scene.statics.max_iterations, near=True)
 
 
 def _carried_along(model: Model, nodes: Vectors) -> Vectors:

@@ -44,9 +44,11 @@ class Stages(NamedTuple):
     softest: Float[Array, ""] | None
 
     @staticmethod
-    def of(model: Model, max_iterations: int, softest: Float[Array, ""] | None = None) -> "Stages":
-        """Those of a search in a model, each of so many steps at most."""
-        last = STAGES if any(map(softens, model.lines.values())) else 0
+    def of(
+        model: Model, max_iterations: int, at_once: bool, softest: Float[Array, ""] | None = None
+    ) -> "Stages":
+        """Those of a search in a model, each of so many steps at most; the first alone if `at_once`."""
+        last = STAGES if not at_once and any(map(softens, model.lines.values())) else 0
         return Stages(last, max_iterations, softest)
 
     @property

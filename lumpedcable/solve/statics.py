@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 AGAIN = 1e-4
-"""Least mu after a step that made the forces that are left much larger, or no numbers."""
+"""Least mu after a step from a softer line's shape that made what is left much larger, or no numbers."""
 
 WORST = 100.0
 """Growth of the forces that are left from which on a step from a softer line's shape is taken back."""
@@ -120,15 +120,19 @@ def _drag_at_rest(model: Model, line: Line, shape: Shape) -> Float[Array, "d nod
 
 # targets and line laying ask for it several times with arrays of one shape: jax then follows it once
 @eqx.filter_jit
-def equilibrium(model: Model, tolerance: Float[Array, ""], max_iterations: int) -> Equilibrium:
-    """The model placed at static equilibrium, starting from its reference.
+def equilibrium(
+    model: Model, tolerance: Float[Array, ""], max_iterations: int, near: bool = False
+) -> Equilibrium:
+    """The model placed at static equilibrium, starting from its reference; `near`: from near it.
+
+    From near it is found at once or not at all: there is none.
 
     Lines between known points or under known forces that carry weight alone are at equilibrium
     already, by `spanning_line` and `hanging_line`; anything else goes through Newton's method.
     """
     goal = tolerance * force_scale(model) + rounding_force(model)
     if not laid_out_exactly(model):
-        return _newton(model, make_net(model), goal, max_iterations)
+        return _newton(model, make_net(model), goal, Stages.of(model, max_iterations, near))
     net = make_net(model, ordered=False)
     still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
     left = jnp.max(jnp.abs(static_residual(model, still, net)))
@@ -171,11 +175,11 @@ def rounding_force(model: Model) -> Float[Array, ""]:
     return 8.0 * jnp.finfo(jnp.float64).eps * jnp.max(jnp.stack(sizes))
 
 
-def _newton(model: Model, net: Net, goal: Float[Array, ""], max_iterations: int) -> Equilibrium:
+def _newton(model: Model, net: Net, goal: Float[Array, ""], stages: Stages) -> Equilibrium:
     """Newton's method on the net force at every node: a search, and a step that has the derivative."""
     balance = _Balance(model, net)
     goal = jax.lax.stop_gradient(goal)
-    x, force, stiffness, count = _searched(model, balance, goal, max_iterations)
+    x, force, stiffness, count = _searched(model, balance, goal, stages)
     found = _worst(force) <= goal
     there = _polished(model, balance, x, force, stiffness, goal)
     return Equilibrium(there, _worst(force) / balance.scale, found, count)
@@ -243,7 +247,7 @@ def _turn(model: Model, change: Vectors) -> Float[Array, ""]:
 
 
 def _searched(
-    model: Model, balance: _Balance, goal: Float[Array, ""], max_iterations: int
+    model: Model, balance: _Balance, goal: Float[Array, ""], stages: Stages
 ) -> tuple[Float[Array, "n b"], Float[Array, "n b"], BlockTridiagonal, Int[Array, ""]]:
     """How far the nodes move to equilibrium (m), F (N) and K there, and the steps taken.
 
@@ -257,7 +261,6 @@ def _searched(
     (stage 1 and on, `solve.softening`), where steps that make F so much larger are taken back.
     """
     raised = balance.across * jnp.eye(balance.blocks[1])
-    stages = Stages.of(model, max_iterations)
 
     def unfinished(carry):
         (_, force, _), _, stage, _ = carry
@@ -272,7 +275,9 @@ def _searched(
         ratio = jnp.where(usable, norm / jnp.maximum(before, 1e-300), 10.0)
         # a shape that is nearly right needs no pseudo-time
         first = jnp.where(norm < 1e-6 * balance.scale, 0.0, 1.0)
-        mu = jnp.where(begins, first, eased(mu, ratio, share))
+        # K is next to singular between slack segments: the next to nothing for mu would be no better
+        again = jnp.where((stage.number > 0) & (ratio > 4.0), AGAIN, 0.0)
+        mu = jnp.where(begins, first, jnp.maximum(eased(mu, ratio, share), again))
         kept = jax.tree.map(partial(jnp.where, usable | begins), after, kept)
         x, force, (lower, diagonal, upper) = kept
         change = solve_blocks((lower, diagonal + mu * raised, upper), force)
@@ -294,17 +299,11 @@ def _searched(
 def eased(
     mu: Float[Array, ""], ratio: Float[Array, ""], share: Float[Array, ""]
 ) -> Float[Array, ""]:
-    """mu after a step of pseudo-time that left a `ratio` of the residual, cut to a `share` of itself.
-
-    Newton's own step (mu = 0) that made things much worse met a K that is next to singular, as of
-    nodes between slack segments, where the next to nothing for mu would be no better.
-    """
+    """mu after a step of pseudo-time that left a `ratio` of the residual, cut to a `share` of itself."""
     free = jnp.where(ratio <= 1.0, jnp.minimum(0.3, ratio), jnp.minimum(ratio, 4.0))
     factor = jnp.where(share < 1.0, jnp.clip(ratio, 0.5, 4.0), free)
     mu = jnp.clip(mu * factor, 0.0, 1e6)
-    worse = ratio > 4.0
-    least = jnp.where((mu < 1e-7) & (share == 1.0), 0.0, 1e-9)
-    return jnp.maximum(mu, jnp.where(worse, AGAIN, least))
+    return jnp.where((mu < 1e-7) & (share == 1.0), 0.0, jnp.maximum(mu, 1e-9))
 
 
 def _polished(
