@@ -20,7 +20,6 @@ __all__ = ["STAGES", "Stage", "Stages", "softened", "softens"]
 STAGES = 5
 """Stages of growing stiffness, ten times from one to the next, the last of them the line's own."""
 
-
 AT_ONCE = 60
 """Steps after which an equilibrium that may be found by way of softer lines is looked for so."""
 

@@ -190,6 +190,7 @@ def test_a_response_turns_a_pull_at_its_strength(tmp_path):
         np.testing.assert_allclose(slopes, wanted, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_response_to_a_current_across_is_that_of_a_run(tmp_path):
     path, key = tmp_path / "dragged.toml", "water.current.velocity"
     short = {"output.duration": 0.01, "output.every": 0.01}

@@ -147,6 +147,7 @@ def test_clumps_between_chains_on_a_bed(tmp_path):
         assert tensions(rest, "upper")[-1] == pytest.approx(top, abs=weight * part)
 
 
+@pytest.mark.slow
 def test_clumps_between_chains_in_a_current(tmp_path):
     current = 'current = { velocity = ["0.7 m/s", 0, 0] }'
     drag = "drag = { normal = 1.2, tangential = 0.01 }"
