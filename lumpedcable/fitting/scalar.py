@@ -17,9 +17,8 @@ __all__ = ["AskedError", "Scalar", "asked_scalar", "read_scalar", "usual_scalar"
 
 REDUCTIONS = ("max", "min", "first", "last")
 STOP_TIME, PEAKS = "stop time", "peak"
-_SCALAR = re.compile(
-    r"(\w+) (\w+) at (\S+@.+?|\S+)(?: in (\w+))?"
-)  # a unit may have a blank before it
+# a place along a line may have a blank before its unit
+_SCALAR = re.compile(r"(\w+) (\w+) at (\S+@.+?|\S+)(?: in (\w+))?")
 _MEASURE = re.compile(r"(\w+) ([A-Za-z][\w-]*)")
 
 

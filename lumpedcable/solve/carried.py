@@ -29,7 +29,14 @@ from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.solve.paidout import hangs, hung_length, hung_line, swept
 from lumpedcable.solve.softening import Stages
-from lumpedcable.solve.statics import Equilibrium, force_scale, held_position, static_residual
+from lumpedcable.solve.statics import (
+    Equilibrium,
+    force_scale,
+    held_position,
+    norm,
+    static_residual,
+    worst,
+)
 
 __all__ = ["carried_equilibrium", "is_carried"]
 
@@ -125,7 +132,7 @@ def carried_equilibrium(
     scale = _scale(frozen)
     goal = tolerance * scale + _rounding(frozen)
     x, force, slope, count = _searched(frozen, unknowns, goal, max_iterations, size)
-    left = _worst(force)
+    left = worst(force)
     # a singular slope is replaced beforehand: what is infinite has no way back, whether chosen or not
     regular = jnp.all(jnp.isfinite(jnp.linalg.solve(slope, force)))
     last = x - jnp.linalg.solve(
@@ -146,10 +153,7 @@ def _searched(
     """
     pulls = [body.tension for body in model.bodies.values() if isinstance(body, Winch)]
     softest = jnp.max(jnp.stack(pulls)) / MOST_STRAIN if pulls else None
-    stages = Stages.of(model, max_iterations, False, softest)
-
-    def norm(force):
-        return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
+    stages = Stages.of(model, max_iterations, softest=softest)
 
     def sloped(x, stage):
         def both(x):
@@ -161,7 +165,7 @@ def _searched(
 
     def unfinished(carry):
         (_, force, _), _, stage, _ = carry
-        return stages.unfinished(stage, _worst(force) <= goal)
+        return stages.unfinished(stage, worst(force) <= goal)
 
     def step(carry):
         kept, (trial, share), stage, count = carry
@@ -172,9 +176,8 @@ def _searched(
         share = jnp.where(begins, 1.0, share)
         kept = jax.tree.map(lambda new, old: jnp.where(better | begins, new, old), after, kept)
         x, force, slope = kept
-        stage, anew, on = stages.after(stage, _worst(force) <= goal)
-        trial = x - share * jnp.linalg.solve(slope, force)
-        trial = jnp.where(anew, 0.0, jnp.where(on, x, trial))
+        ahead = x - share * jnp.linalg.solve(slope, force)
+        stage, trial = stages.after(stage, worst(force) <= goal, x, ahead)
         return kept, (trial, share), stage, count + 1
 
     x, none = jnp.zeros(size), jnp.zeros((), int)
@@ -186,11 +189,6 @@ def _searched(
     )
     found, *_, looks = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, start))
     return *found, looks - 1
-
-
-def _worst(force: Array) -> Float[Array, ""]:
-    """The largest component, infinite where one is no number."""
-    return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf), initial=0.0)
 
 
 def _dimensions(model: Model) -> int:

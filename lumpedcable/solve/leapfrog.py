@@ -102,7 +102,7 @@ class HalfStep(NamedTuple):
     dt: Float[Array, ""]
     over: dict[str, Workspace]
     peaks: dict[str, Float[Array, " n"]]
-    low: dict[str, Array] = {}  # noqa: RUF012 (a named tuple's default, which nobody changes)
+    low: dict[str, Array]
 
 
 class Leapfrog(diffrax.AbstractSolver):

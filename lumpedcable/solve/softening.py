@@ -44,8 +44,9 @@ class Stages(NamedTuple):
 
     @staticmethod
     def of(
-        model: Model, max_iterations: int, at_once: bool, softest: Float[Array, ""] | None = None
-    ) -> "Stages":
+        model: Model, max_iterations: int, *, at_once: bool = False,
+        softest: Float[Array, ""] | None = None,
+    ) -> "Stages":  # fmt: skip
         """Those of a search in a model, each of so many steps at most; the first alone if `at_once`."""
         last = STAGES if not at_once and any(map(softens, model.lines.values())) else 0
         return Stages(last, max_iterations, softest)
@@ -73,14 +74,15 @@ class Stages(NamedTuple):
         return ~there & (stage.number <= self.last)
 
     def after(
-        self, stage: Stage, found: Bool[Array, ""]
-    ) -> tuple[Stage, Bool[Array, ""], Bool[Array, ""]]:
-        """The next turn's stage, whether it begins from the start, and whether it is another stage."""
+        self, stage: Stage, found: Bool[Array, ""], x: Array, ahead: Array
+    ) -> tuple[Stage, Array]:
+        """The next turn's stage, and where it looks: `ahead`, or at x in a new stage, 0 in the first."""
         most = min(AT_ONCE, self.max_iterations) if self.last else self.max_iterations
         over = stage.turn >= jnp.where(stage.number == 0, most, self.max_iterations)
         on = jnp.where(found, self._between(stage), over)
         later = Stage(stage.number + on, jnp.where(on, 0, stage.turn + 1))
-        return later, on & (stage.number == 0), on
+        begin = jnp.where(stage.number == 0, 0.0, x)
+        return later, jnp.where(on, begin, ahead)
 
     def _between(self, stage: Stage) -> Bool[Array, ""]:
         return (stage.number > 0) & (stage.number < self.last)

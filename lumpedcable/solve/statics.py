@@ -37,8 +37,10 @@ __all__ = [
     "forces_at_rest",
     "held_position",
     "laid_out_exactly",
+    "norm",
     "rounding_force",
     "static_residual",
+    "worst",
 ]
 
 AGAIN = 1e-4
@@ -132,7 +134,7 @@ def equilibrium(
     """
     goal = tolerance * force_scale(model) + rounding_force(model)
     if not laid_out_exactly(model):
-        return _newton(model, make_net(model), goal, Stages.of(model, max_iterations, near))
+        return _newton(model, make_net(model), goal, Stages.of(model, max_iterations, at_once=near))
     net = make_net(model, ordered=False)
     still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
     left = jnp.max(jnp.abs(static_residual(model, still, net)))
@@ -180,9 +182,9 @@ def _newton(model: Model, net: Net, goal: Float[Array, ""], stages: Stages) -> E
     balance = _Balance(model, net)
     goal = jax.lax.stop_gradient(goal)
     x, force, stiffness, count = _searched(model, balance, goal, stages)
-    found = _worst(force) <= goal
+    found = worst(force) <= goal
     there = _polished(model, balance, x, force, stiffness, goal)
-    return Equilibrium(there, _worst(force) / balance.scale, found, count)
+    return Equilibrium(there, worst(force) / balance.scale, found, count)
 
 
 class _Balance:
@@ -227,12 +229,12 @@ class _Balance:
         return jax.lax.stop_gradient((force, jax.tree.map(jnp.negative, slopes)))
 
 
-def _worst(force: Float[Array, "n b"]) -> Float[Array, ""]:
+def worst(force: Float[Array, "..."]) -> Float[Array, ""]:
     """The largest component, infinite where one is no number."""
     return jnp.max(jnp.where(jnp.isfinite(force), jnp.abs(force), jnp.inf))
 
 
-def _norm(force: Float[Array, "n b"]) -> Float[Array, ""]:
+def norm(force: Float[Array, "..."]) -> Float[Array, ""]:
     """Euclidean norm, infinite where a component is no number."""
     return jnp.where(jnp.all(jnp.isfinite(force)), jnp.sqrt(jnp.sum(force**2)), jnp.inf)
 
@@ -264,17 +266,17 @@ def _searched(
 
     def unfinished(carry):
         (_, force, _), _, stage, _ = carry
-        return stages.unfinished(stage, _worst(force) <= goal)
+        return stages.unfinished(stage, worst(force) <= goal)
 
     def step(carry):
         """Looks at a trial, and from the better place for the next: followed once, F and K together."""
         kept, (trial, share, mu), stage, count = carry
         after = (trial, *balance.sloped(trial, stages, stage))
-        begins, norm, before = stages.begins(stage), _norm(after[1]), _norm(kept[1])
-        usable = jnp.isfinite(norm) & ((stage.number == 0) | (norm <= WORST * before))
-        ratio = jnp.where(usable, norm / jnp.maximum(before, 1e-300), 10.0)
+        begins, left, before = stages.begins(stage), norm(after[1]), norm(kept[1])
+        usable = jnp.isfinite(left) & ((stage.number == 0) | (left <= WORST * before))
+        ratio = jnp.where(usable, left / jnp.maximum(before, 1e-300), 10.0)
         # a shape that is nearly right needs no pseudo-time
-        first = jnp.where(norm < 1e-6 * balance.scale, 0.0, 1.0)
+        first = jnp.where(left < 1e-6 * balance.scale, 0.0, 1.0)
         # K is next to singular between slack segments: the next to nothing for mu would be no better
         again = jnp.where((stage.number > 0) & (ratio > 4.0), AGAIN, 0.0)
         mu = jnp.where(begins, first, jnp.maximum(eased(mu, ratio, share), again))
@@ -282,8 +284,7 @@ def _searched(
         x, force, (lower, diagonal, upper) = kept
         change = solve_blocks((lower, diagonal + mu * raised, upper), force)
         share = jnp.minimum(1.0, 0.33 / jnp.maximum(_turn(model, balance.lines(change)), 1e-300))
-        stage, anew, on = stages.after(stage, _worst(force) <= goal)
-        trial = jnp.where(anew, 0.0, jnp.where(on, x, x + share * change))
+        stage, trial = stages.after(stage, worst(force) <= goal, x, x + share * change)
         return kept, (trial, share, mu), stage, count + 1
 
     x, one = jnp.zeros(balance.blocks), jnp.ones(())
@@ -327,7 +328,7 @@ def _polished(
     others = (jnp.zeros((b, b)), jnp.eye(b), jnp.zeros((b, b)))
     stiffness = jax.tree.map(partial(jnp.where, regular), stiffness, others)
     polished = x + solve_blocks(stiffness, balance.forces(model.placed(laid), x))
-    regular &= _worst(balance.frozen(polished)) <= 10.0 * goal
+    regular &= worst(balance.frozen(polished)) <= 10.0 * goal
     where = {name: line.reference for name, line in model.lines.items()}
     x, where = jax.tree.map(partial(jnp.where, regular), (polished, laid), (x, where))
     moved = balance.lines(x)
