@@ -25,6 +25,11 @@ __all__ = [
 class AbstractMotion(eqx.Module):
     """A path x(t) in the scene's own coordinates, shape (d,), in m over s."""
 
+    @property
+    def from_rest(self) -> bool:
+        """Whether its structure tells that it has no speed at t = 0."""
+        return False
+
     @abc.abstractmethod
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x(t) (m)."""
@@ -62,6 +67,11 @@ class Still(AbstractMotion):
 
     at: Float[Array, " d"]
 
+    @property
+    def from_rest(self) -> bool:
+        """Always."""
+        return True
+
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x0 (m)."""
         return self.at
@@ -81,6 +91,11 @@ class Harmonic(AbstractMotion):
     period: Float[Array, ""] | None = None
     phase: Float[Array, ""] | None = None
     ramp: Float[Array, ""] | None = None
+
+    @property
+    def from_rest(self) -> bool:
+        """With a ramp, over which it grows."""
+        return self.ramp is not None
 
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x(t) (m)."""

@@ -34,6 +34,11 @@ class AbstractBodyMotion(eqx.Module):
     Surge, sway, heave (m) along x, y, z and roll, pitch, yaw (rad) about them.
     """
 
+    @property
+    def from_rest(self) -> bool:
+        """Whether its structure tells that it has no speed at t = 0: with a ramp."""
+        return getattr(self, "ramp", None) is not None
+
     @abc.abstractmethod
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
         """Surge, sway, heave (m), roll, pitch, yaw (rad) at t (s)."""
@@ -199,6 +204,11 @@ class PointOfBody(AbstractMotion):
     point: Float[Array, " 3"]
     axes: Float[Array, "3 d"]
     origin: Float[Array, " 3"]
+
+    @property
+    def from_rest(self) -> bool:
+        """As the body does."""
+        return self.motion.from_rest
 
     def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
         """x(t) (m)."""

@@ -10,7 +10,7 @@ from lumpedcable.model.ends import Attached, Driven
 from lumpedcable.model.model import Model
 from lumpedcable.model.paths import AFTER, Path
 from lumpedcable.model.rods import RodEnds, Spread, along_path, forces_along_path, path_spread
-from lumpedcable.physics.motion import mean_velocity_of
+from lumpedcable.physics.motion import mean_velocity_of, velocity_of
 from lumpedcable.physics.place import place
 from lumpedcable.physics.rod import rod_mass
 from lumpedcable.physics.vectors import dot
@@ -38,8 +38,8 @@ class Chain(NamedTuple):
     """A path at the start of a kick; P places with s coordinates each, n = P - 1 rods.
 
     first, last (n, d, s): what turns accelerations of places into those of the rods' ends, None where
-    they are the same. before: rates (P, s) half a step earlier. driven: mean velocities (d,) to come.
-    t (s): now.
+    they are the same. before: rates (P, s) half a step earlier. driven: velocities (d,) to come, means
+    over a step. t (s): now.
     """
 
     path: Path
@@ -65,7 +65,10 @@ class Guess(NamedTuple):
 
 
 def chain_of(model: Model, path: Path, t, found, displacement, before, ahead) -> Chain:
-    """Everything of a path that stays the same through the iterates of a kick."""
+    """Everything of a path that stays the same through the iterates of a kick.
+
+    `ahead` (s) is the step of positions that follows; None at an instant, as of a jerk.
+    """
     d = next(iter(model.lines.values())).dimensions
     hubs = _hubs(model, path, displacement, before)
     size = max([d, *(hub.q.shape[0] for hub in hubs.values() if not hub.reduced)])
@@ -95,7 +98,9 @@ def chain_of(model: Model, path: Path, t, found, displacement, before, ahead) ->
     for (at, _), (line, node) in path.points.items():
         end = model.end(line, node)
         if isinstance(end, Driven):
-            driven[at] = mean_velocity_of(end.motion, t, ahead).astype(rates.dtype)
+            path_of = end.motion
+            v = velocity_of(path_of, t) if ahead is None else mean_velocity_of(path_of, t, ahead)
+            driven[at] = v.astype(rates.dtype)
     nodal = {leg.line: found[leg.line] for leg in path.legs}
     flows = {n: e.nodes.flow for n, e in nodal.items() if e.nodes.flow is not None}
     still = {n: jnp.zeros_like(e.force) for n, e in nodal.items()}

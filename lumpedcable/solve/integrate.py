@@ -25,6 +25,7 @@ from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.precision import cast
 from lumpedcable.solve.constrained import Constrained
+from lumpedcable.solve.jerk import jerked
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
 from lumpedcable.solve.leapfrog import CableTerm, HalfStep, Leapfrog
@@ -159,6 +160,7 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
             velocity[name] = velocity[name].at[:, node].set(v)
     displacement |= {body_key(n): jnp.zeros_like(b.reference) for n, b in model.bodies.items()}
     velocity = steered(model, t, None, start_velocities(model, velocity))
+    velocity = jerked(model, t, displacement, velocity)
     work = {name: empty_work(line, stepping) for name, line in model.lines.items()}
     work |= {body_key(n): empty_body_work(model, n) for n in model.bodies}
     tension = {

@@ -23,9 +23,15 @@ from lumpedcable.solve.chains import Chain, Guess, Hub
 from lumpedcable.solve.matrices import at_first, at_last, both, flip, onto, times
 
 __all__ = [
+    "Lengths",
+    "Motion",
     "Push",
     "System",
+    "assembled",
     "hub_gain",
+    "hub_weight",
+    "inertia_of",
+    "on_course",
     "pinned_of",
     "system_of",
 ]
@@ -69,6 +75,34 @@ class System(NamedTuple):
         return total - row.upper @ x[at + 1] if at < x.shape[0] - 1 else total
 
 
+class Motion(NamedTuple):
+    """M a = F of the places without tensions: blocks on the diagonal and beside it, right sides."""
+
+    mass: Float[Array, "P s s"]
+    cross: Float[Array, "n s s"]
+    right: Float[Array, "P s"]
+
+
+class Lengths(NamedTuple):
+    """What the lengths ask of accelerations: last . a_j+1 - first . a_j = right (m/s2), of each rod."""
+
+    first: Float[Array, "n s"]
+    last: Float[Array, "n s"]
+    right: Float[Array, " n"]
+
+
+class Weighed(NamedTuple):
+    """What the row of a place at a hub or a driven end becomes: A a + W (M a - F) = r.
+
+    W is `weight`, A `matrix`, r `right`; `known` is the force (m,) on a body beside the rods'.
+    """
+
+    weight: Float[Array, "s s"]
+    matrix: Float[Array, "s s"]
+    right: Float[Array, " s"]
+    known: Float[Array, " m"]
+
+
 def system_of(
     model: Model, chain: Chain, guess: Guess, pushes: dict[int, Push], dt, ahead,
     held: tuple[Array, Array] | None = None,
@@ -78,18 +112,27 @@ def system_of(
     `pushes` are the forces on bodies beside their own, and their pinned coordinates, by place; `held`
     what friction adds to the inertia (P, d, d) and to the force (P, d) of places.
     """
-    places, size = chain.before.shape
     own = _motion(model, chain, guess, dt, held)
+    give = chain.spread.give / (dt * ahead)
+    return assembled(
+        chain, own, _lengths(chain, guess, dt, ahead), _weights(chain, guess, pushes, dt), give
+    )
+
+
+def assembled(
+    chain: Chain, own: Motion, lengths: Lengths, weights: dict[int, Weighed],
+    give: Float[Array, " n"],
+) -> System:  # fmt: skip
+    """The system of motion and lengths, where rods lengthen by `give` for every newton."""
+    places, size = chain.before.shape
     # a rod's pull u T on its first place, against it on its last
     ahead_of, behind = onto(chain.first, chain.tangent.T), onto(chain.last, chain.tangent.T)
-    lengths = _lengths(chain, guess, dt, ahead)
 
     dtype = own.mass.dtype
     low = jnp.concatenate([flip(own.cross), jnp.zeros((places - 1, size, 1), dtype)], axis=2)
     high = jnp.concatenate([own.cross, -ahead_of[:, :, None]], axis=2)
     level = jnp.concatenate([own.mass, at_last(behind)[:, :, None]], axis=2)
     lower, upper, right = at_last(low), at_first(high), own.right
-    weights = _weights(chain, guess, pushes, dt)
     raw = {at: Row(lower[at], level[at], upper[at], right[at]) for at in weights}
     known = {at: weighed.known for at, weighed in weights.items()}
     for at, weighed in weights.items():
@@ -101,7 +144,7 @@ def system_of(
         right = place(right, (weighed.right + weight @ row.right)[None], at, 0)
 
     # a tension before the first place, which is none, and what rods give way by
-    one = (jnp.arange(places) == 0).astype(dtype) - at_last(chain.spread.give / (dt * ahead))
+    one = (jnp.arange(places) == 0).astype(dtype) - at_last(give)
     one = one[:, None, None]
     last_row = jnp.concatenate([at_last(lengths.last)[:, None, :], one], axis=2)
     first_row = jnp.pad(at_last(-lengths.first)[:, None, :], ((0, 0), (0, 0), (0, 1)))
@@ -117,20 +160,11 @@ def system_of(
     )
 
 
-class _Motion(NamedTuple):
-    """M a = F of the places without tensions: blocks on the diagonal and beside it, right sides."""
-
-    mass: Float[Array, "P s s"]
-    cross: Float[Array, "n s s"]
-    right: Float[Array, "P s"]
-
-
-def _motion(model: Model, chain: Chain, guess: Guess, dt, held) -> _Motion:
+def _motion(model: Model, chain: Chain, guess: Guess, dt, held) -> Motion:
     """Inertia and forces of rods, junctions and, by `held`, friction; see `system_of`."""
     (places, size), d = chain.before.shape, chain.tangent.shape[0]
     own, between = ROD_SHARES
-    mass_first, mass_last = (both(j, own * chain.whole, j) for j in (chain.first, chain.last))
-    cross = both(chain.first, between * chain.whole, chain.last)
+    mass, cross = inertia_of(model, chain)
     middle = chain.before + 0.5 * dt * guess.places
     force, drift = _forces(model, chain, guess, middle, dt)
     spun, spin = force.first.T, force.last.T
@@ -141,33 +175,37 @@ def _motion(model: Model, chain: Chain, guess: Guess, dt, held) -> _Motion:
         spin = (
             spin - times(between * chain.whole, drift.first) - times(own * chain.whole, drift.last)
         )
-    mass = at_first(mass_first) + at_last(mass_last)
     right = at_first(onto(chain.first, spun)) + at_last(onto(chain.last, spin))
     for at, index in chain.path.junctions.items():
         junction = model.junctions[index]
-        here = (jnp.arange(places) == at).astype(mass.dtype)
-        if junction.mass is not None:
-            mass = mass + here[:, None, None] * junction.mass * jnp.eye(size, dtype=mass.dtype)
         if junction.load is not None:
+            here = (jnp.arange(places) == at).astype(mass.dtype)
             right = right + here[:, None] * jnp.pad(junction.load, (0, size - d))
     if held is not None:
         wide = (0, size - d)
         mass = mass + jnp.pad(held[0], ((0, 0), wide, wide))
         right = right + jnp.pad(held[1], ((0, 0), wide))
+    return Motion(mass, cross, right)
+
+
+def inertia_of(model: Model, chain: Chain) -> tuple[Float[Array, "P s s"], Float[Array, "n s s"]]:
+    """Masses (kg) of places, rods and junctions together, and those between neighbours."""
+    (places, size), d = chain.before.shape, chain.tangent.shape[0]
+    own, between = ROD_SHARES
+    mass_first, mass_last = (both(j, own * chain.whole, j) for j in (chain.first, chain.last))
+    cross = both(chain.first, between * chain.whole, chain.last)
+    mass = at_first(mass_first) + at_last(mass_last)
+    for at, index in chain.path.junctions.items():
+        junction = model.junctions[index]
+        if junction.mass is not None:
+            here = (jnp.arange(places) == at).astype(mass.dtype)
+            mass = mass + here[:, None, None] * junction.mass * jnp.eye(size, dtype=mass.dtype)
     if size > d:
         mass = mass + _padded_places(chain, size, d)
-    return _Motion(mass, cross, right)
+    return mass, cross
 
 
-class _Lengths(NamedTuple):
-    """What the lengths ask of accelerations: last . a_j+1 - first . a_j = right (m/s2), of each rod."""
-
-    first: Float[Array, "n s"]
-    last: Float[Array, "n s"]
-    right: Float[Array, " n"]
-
-
-def _lengths(chain: Chain, guess: Guess, dt, ahead) -> _Lengths:
+def _lengths(chain: Chain, guess: Guess, dt, ahead) -> Lengths:
     """The rods' lengths at the end of the next step of positions, linear about the guess."""
     ends = _ends_after(chain, guess, dt, ahead)
     step = ends.last - ends.first
@@ -175,55 +213,60 @@ def _lengths(chain: Chain, guess: Guess, dt, ahead) -> _Lengths:
     row = (step / far).T  # u'
     first, last = onto(chain.first, row), onto(chain.last, row)
     reached = jnp.sum(last * guess.places[1:] - first * guess.places[:-1], axis=1)
-    return _Lengths(first, last, reached - (far - chain.spread.length) / (dt * ahead))
+    return Lengths(first, last, reached - (far - chain.spread.length) / (dt * ahead))
 
 
-class _Weighed(NamedTuple):
-    """What the row of a place at a hub or a driven end becomes: A a + W (M a - F) = r.
-
-    W is `weight`, A `matrix`, r `right`; `known` is the force (m,) on a body beside the rods'.
-    """
-
-    weight: Float[Array, "s s"]
-    matrix: Float[Array, "s s"]
-    right: Float[Array, " s"]
-    known: Float[Array, " m"]
-
-
-def _weights(chain: Chain, guess: Guess, pushes: dict[int, Push], dt) -> dict[int, _Weighed]:
+def _weights(chain: Chain, guess: Guess, pushes: dict[int, Push], dt) -> dict[int, Weighed]:
     """How rows are weighed, by place; those of driven ends land on the velocities to come."""
     size, d = chain.before.shape[1], chain.tangent.shape[0]
     found = {at: _hub_weight(chain, guess, at, pushes.get(at), dt) for at in chain.hubs}
     for at, target in chain.driven.items():
-        none = jnp.zeros((size, size), chain.before.dtype)
         aim = jnp.pad(target, (0, size - d))
-        found[at] = _Weighed(none, jnp.eye(size), (aim - chain.before[at]) / dt, none[0])
+        found[at] = on_course((aim - chain.before[at]) / dt)
     return found
 
 
-def _hub_weight(chain: Chain, guess: Guess, at: int, push: Push | None, dt) -> _Weighed:
-    """How the row of a body's place is weighed.
+def on_course(given: Float[Array, " s"]) -> Weighed:
+    """How the row of a place is weighed whose acceleration (m/s2) is given."""
+    size = given.shape[0]
+    none = jnp.zeros((size, size), given.dtype)
+    return Weighed(none, jnp.eye(size), given, none[0])
 
-    Free coordinates: M q'' = Q + J^T f with f the rods' pull; pinned ones come to rest in this kick.
-    """
-    hub, size = chain.hubs[at], chain.before.shape[1]
-    m = hub.q.shape[0]
+
+def _hub_weight(chain: Chain, guess: Guess, at: int, push: Push | None, dt) -> Weighed:
+    """How the row of a body's place is weighed in a kick."""
+    hub, drift = chain.hubs[at], None
     known = hub.body.force(hub.q, hub.v + 0.5 * dt * guess.bodies[at], chain.t)
-    pinned = pinned_of(hub, push)
     known = known if push is None else known + push.force
+    if hub.reduced:
+        ((side, _),) = hub.turns.items()
+        drift = _rate(hub, guess.bodies[at], side, dt)[1]
+    return hub_weight(hub, chain.before.shape[1], pinned_of(hub, push), dt, known, drift)
+
+
+def hub_weight(
+    hub: Hub, size: int, pinned: Float[Array, " m"], dt, known: Float[Array, " m"],
+    drift: Float[Array, " d"] | None,
+) -> Weighed:  # fmt: skip
+    """How the row of a body's place of `size` coordinates is weighed.
+
+    Free coordinates: M q'' = Q + J^T f with f the rods' pull and Q `known` (N); pinned ones come to rest
+    in this kick. `drift` is (dJ/dt) v (m/s2), None where there is none.
+    """
+    m = hub.q.shape[0]
     free, stop, mass = _loose(hub, pinned, dt)
     force = free * (known - hub.mass @ stop)
     if not hub.reduced:
         wide, long = ((0, size - m), (0, size - m)), (0, size - m)
         weight, matrix = jnp.pad(jnp.diag(free), wide), jnp.pad(mass, wide)
-        return _Weighed(weight, matrix, jnp.pad(force + stop, long), known)
-    ((side, turn),) = hub.turns.items()
+        return Weighed(weight, matrix, jnp.pad(force + stop, long), known)
+    ((_, turn),) = hub.turns.items()
     gains = jax.vmap(lambda column: solve_small(mass, free * column))(turn)  # (d, m)
-    drift = _rate(hub, guess.bodies[at], side, dt)[1]
-    vector = gains @ known - gains @ (hub.mass @ stop) + turn @ stop + drift
+    vector = gains @ known - gains @ (hub.mass @ stop) + turn @ stop
+    vector = vector if drift is None else vector + drift
     more = (0, size - turn.shape[0])
     weight = jnp.pad(gains @ turn.T, (more, more))
-    return _Weighed(weight, jnp.eye(size), jnp.pad(vector, more), known)
+    return Weighed(weight, jnp.eye(size), jnp.pad(vector, more), known)
 
 
 class _Loose(NamedTuple):

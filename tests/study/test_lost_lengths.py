@@ -33,7 +33,7 @@ stop = "load"
 quantities = ["position", "tension", "energy"]
 """
 # a pendulum of 4 m has T = m (g + v^2 / l) at most, and rests after a quarter of 2 pi sqrt(l / g);
-# that the body starts with a velocity and its line does not, adds to the tension
+# that the body jerks its line sideways as it starts, adds to the tension
 MOST = 1000.0 * (9.81 + 2.0**2 / 4.0)
 QUARTER = 0.5 * np.pi * np.sqrt(4.0 / 9.81)
 
