@@ -20,6 +20,9 @@ __all__ = ["STAGES", "Stage", "Stages", "softened", "softens"]
 STAGES = 5
 """Stages of growing stiffness, ten times from one to the next, the last of them the line's own."""
 
+TAUT = 0.01
+"""Strain (-) up to which a law's stiffness is taken."""
+
 AT_ONCE = 60
 """Steps after which an equilibrium that may be found by way of softer lines is looked for so."""
 
@@ -35,7 +38,7 @@ class Stages(NamedTuple):
     """How a search for equilibrium goes on that has not found it at once: anew, by softer lines.
 
     `last` is the last stage, `STAGES`, in which lines are as stiff as they are again; 0 where a model
-    has none that softens. No line's EA falls below `softest` (N), where that is given.
+    has none that softens. No line's stiffness falls below `softest` (N), where that is given.
     """
 
     last: int
@@ -89,28 +92,48 @@ class Stages(NamedTuple):
 
 
 def softens(line: Line) -> bool:
-    """Whether a line has softer stages: its law is Hooke's, cut at zero or not."""
-    return not line.inextensible and isinstance(_uncut(line.law), Linear)
+    """Whether a line has softer stages: one that stretches has."""
+    return not line.inextensible
+
+
+class Softened(AbstractTensionLaw):
+    """T(e) = law(s e), U(e) = U_law(s e) / s: a law whose strains are 1/s times as large, 0 < s <= 1.
+
+    What it bears is what the law bears, also of one that levels off, as tanh does.
+    """
+
+    law: AbstractTensionLaw
+    share: Float[Array, ""]
+
+    def tension(self, strain: Float[Array, "..."]) -> Float[Array, "..."]:
+        """The law's tension (N) at a share of each strain."""
+        return self.law.tension(self.share * strain)
+
+    def energy(self, strain: Float[Array, "..."]) -> Float[Array, "..."]:
+        """The integral of the tension from strain 0 (J/m)."""
+        return self.law.energy(self.share * strain) / self.share
 
 
 def softened(
     model: Model, share: Float[Array, ""], softest: Float[Array, ""] | None = None
 ) -> Model:
-    """The model, lines that `softens` names with a share (-) of their EA, no less than `softest` (N)."""
+    """The model, lines that stretch with a share (-) of their stiffness, no less than `softest` (N)."""
     lines = dict(model.lines)
     for name, line in model.lines.items():
         if softens(line):
-            own = _uncut(line.law)
-            assert isinstance(own, Linear)
-            EA = jnp.asarray(share * own.EA)
+            own = share
             if softest is not None:
-                EA = jnp.minimum(own.EA, jnp.maximum(EA, softest))
-            cut = isinstance(line.law, TensionOnly)
-            law = eqx.tree_at(lambda x: x.law, line.law, Linear(EA)) if cut else Linear(EA)
-            lines[name] = eqx.tree_at(lambda x: x.law, line, law)
+                EA = (line.law.tension(jnp.asarray(TAUT)) - line.law.tension(jnp.zeros(()))) / TAUT
+                own = jnp.minimum(1.0, jnp.maximum(share, softest / EA))
+            lines[name] = eqx.tree_at(lambda x: x.law, line, _softer(line.law, own))
     return eqx.tree_at(lambda m: m.lines, model, lines)
 
 
-def _uncut(law: AbstractTensionLaw) -> AbstractTensionLaw:
-    """A law without its cut at zero."""
-    return law.law if isinstance(law, TensionOnly) else law
+def _softer(law: AbstractTensionLaw, share: Float[Array, ""]) -> AbstractTensionLaw:
+    """A law with a share of its stiffness, cut at zero where it is."""
+    if isinstance(law, TensionOnly):
+        inner = _softer(law.law, share)
+        return eqx.tree_at(
+            lambda x: (x.law, x.slack_strain), law, (inner, law.slack_strain / share)
+        )
+    return Linear(share * law.EA) if isinstance(law, Linear) else Softened(law, share)

@@ -164,10 +164,10 @@ def laid_out_exactly(model: Model) -> bool:
 def rounding_force(model: Model) -> Float[Array, ""]:
     """Force (N) below which a residual is rounding: places are known to a few units in their last
     digit, strains to that over a segment's length, and tensions to that times the stiffness; other
-    loads to that times their own."""
+    loads to that times their own. What is slack here may be taut at rest, and as stiff as that."""
     sizes = []
     for line in model.lines.values():
-        e = line.reference_strain
+        e = jnp.maximum(line.reference_strain, 0.0)
         stiff = jnp.max(jnp.abs(line.law.tension(e + 1e-6) - line.law.tension(e))) / 1e-6
         far = jnp.max(jnp.abs(line.reference))
         sizes.append(stiff * (1.0 + far / jnp.min(line.segment_length)))

@@ -6,7 +6,9 @@ of rest (implicit function theorem). A tension falls and is convex in the length
 that from a line that is too short no step goes too far; a step is cut to where no length changes by
 more than a half, all by one share, so that conditions that are linear stay met. A line between two
 places has a tension twice, taut and slack; where the slack one is far from the first guess, the taut
-one is meant. Each miss is judged by the size of what is wanted, never by the forces alone: a line that
+one is meant. The square of a sag is about linear in the slack of a line, and convex: no step from a
+line that is too long goes too far, where one in the sag itself makes a line taut, whose sag hardly
+tells how much. Each miss is judged by the size of what is wanted, never by the forces alone: a line that
 shrinks to nothing between places raises forces beside which every miss is small.
 """
 
@@ -144,13 +146,17 @@ def _with_lengths(scene: Scene, lengths: Float[Array, " n"]) -> Scene:
 def _miss(
     scene: Scene, layout: Layout, coordinates: Coordinates, model: Model, target: Target
 ) -> Float[Array, ""]:
-    """What a target measures less what it wants, over the size of such numbers (-)."""
+    """What a target measures less what it wants, over the size of such numbers (-).
+
+    Of a sag f by its square, (f^2 / f_wanted^2 - 1) / 2: near the goal f / f_wanted - 1.
+    """
     wanted = jnp.asarray(target.wanted, float)
     if target.measure == "length":
         return sum((scene.lines[name].unstretched for name in target.parts), -wanted) / wanted
     if target.measure == "sag":
         up = coordinates.vector((0.0, 0.0, 1.0))
-        return (sag_of(model.lines[target.of].reference, up) - wanted) / wanted
+        share = sag_of(model.lines[target.of].reference, up) / wanted
+        return 0.5 * (share * jnp.abs(share) - 1.0)  # what is bent up is not what hangs down
     if target.measure == "tension":
         line, _, side = target.of.rpartition(".")
         return (tension_at(model.lines[line], NODES[side], model) - wanted) / wanted

@@ -99,6 +99,44 @@ count = 40
 "lines.highline.end.winch.tension" = { from = "80 kN", to = "120 kN" }
 "materials.steel.EA" = { from = "50 MN", to = "100 GN", spacing = "log" }
 """
+# two lines that meet, and one that hangs from where they do
+BRANCHED = """
+gravity = 9.80665
+[materials.rope]
+law = "table"
+strain = [0, 0.05, 0.12, 0.2]
+tension = [0, 2e4, 6e4, 9e4]
+tension_only = true
+[lines.left]
+material = "rope"
+length = 25
+segments = 2
+mass = 6
+start = { fixed = [0, 0, 0] }
+end = "tail.start"
+[lines.tail]
+material = "rope"
+length = 20
+segments = 2
+mass = 6
+start = "left.end"
+end = "free"
+[lines.right]
+material = "rope"
+length = 28
+segments = 2
+mass = 6
+start = { fixed = [10, 0, -5] }
+end = "left.end"
+[output]
+[sweep.sample]
+count = 6
+"lines.left.length" = { from = 15, to = 30 }
+"lines.right.length" = { from = 15, to = 30 }
+"lines.tail.length" = { from = 3, to = 20 }
+"lines.right.start.fixed.0" = { from = 5, to = 28 }
+"lines.right.start.fixed.2" = { from = -10, to = 10 }
+"""
 
 
 def at_rest(folder, text):
@@ -170,3 +208,21 @@ def test_trolleys_on_lines_that_hardly_stretch(tmp_path):
         place = np.asarray(rest.model.bodies["cargo"].reference)[-1]
         # the kink under a trolley is of first order in the segments: a few thousandths where steepest
         assert place == pytest.approx(z, rel=5e-3)
+
+
+def test_lines_of_any_law_that_meet_and_cannot_push(tmp_path):
+    found = at_rest(tmp_path, BRANCHED)
+    assert len(found) == 6
+    for scene, rest, coordinates in found:
+        at_joint = np.zeros(3)
+        for name, line in scene.lines.items():
+            places = nodes_in_space(rest, coordinates, name)
+            along = np.diff(places) / np.linalg.norm(np.diff(places), axis=0)
+            pull = tensions(rest, name) * along
+            lump = float(line.mass * line.length / line.segments) * G
+            assert pull[:, :-1] - pull[:, 1:] == pytest.approx(
+                np.tile([[0.0], [0.0], [-lump]], pull.shape[1] - 1), abs=1e-6 * lump
+            )
+            at_joint += pull[:, 0] if name == "tail" else -pull[:, -1]
+            at_joint[2] -= 0.5 * lump
+        assert at_joint == pytest.approx(np.zeros(3), abs=1e-3)

@@ -8,6 +8,7 @@ import pytest
 from lumpedcable.exact import (
     dragged_from_tension,
     highline_from_length,
+    highline_from_sag,
     highline_from_tension,
     loaded_from_length,
 )
@@ -193,6 +194,28 @@ def test_cargo_near_a_post_is_found_from_guesses_far_from_there():
     )
     for name, part in zip(("before", "after"), exact.parts, strict=True):
         assert length(model.lines[name])[0] == pytest.approx(float(part.length), rel=1e-4)
+
+
+def test_cargo_on_a_line_much_longer_than_its_first_guess():
+    """On the way there all of the wire is slack, and what rounding leaves is that of a taut one."""
+    places, whole = np.array([30.0, 35.0]), 100.0
+    exact = loaded_from_length(SPAN, DROP, WEIGHT, LOAD, places, whole)
+    swept = {"targets__cargo__x": places, "targets__whole__length": [whole, whole]}
+    line = at_rest(delivered(16), **swept).lines["before"]
+    found = jax.vmap(lambda one: tension_at(one, 0))(line)
+    # 16 chords a part: of the order of (1/16)^2 of what the wire's own weight does
+    assert found == pytest.approx(exact.tension_a, rel=1e-4)
+
+
+def test_sags_of_taut_and_of_slack_lines():
+    target = {"change": "lines.line.length", "of": "line", "sag": 5.0}
+    mine = scene({"line": (63.0, START, END, 8, 4.0)}, {"deflection": target})
+    sags = np.array([0.5, 1.0, 2.0, 5.0, 20.0])
+    found = length(at_rest(mine, targets__deflection__sag=sags).lines["line"])
+    # 8 chords: a few (1/8)^2 of the slack, at most, beside what a taut one stretches
+    exact = highline_from_sag(SPAN, DROP, WEIGHT, sags)
+    slack = exact.length - np.hypot(SPAN, DROP)
+    assert np.all(np.abs(found / (1.0 - exact.tension_a / 75e9) - exact.length) < slack * 0.05)
 
 
 @pytest.mark.slow
