@@ -44,6 +44,7 @@ __all__ = [
 
 FAR = {0: -1, -1: 0, BEFORE: 0, AFTER: -1}  # the other end of a line, or of its part
 ARRIVAL_DROP = 0.01  # share of the start tension that must be gone for the far end to feel it
+AT_ONCE = 1e-6  # of a step: times as near as that are the same, told by rounding
 
 
 class Recoil(NamedTuple):
@@ -198,15 +199,19 @@ def watch(
         node = model.lines[recoil.line].node(recoil.node)
         speed = jnp.sqrt(jnp.sum(pick(y.velocity[recoil.line], node) ** 2))
         far = _far_tension(model, y, recoil)
-        level = (1.0 - ARRIVAL_DROP) * old.loaded
-        waits = t <= old.begins
+        # a step that ends at the break but for rounding ends before it
+        waits = t <= old.begins + AT_ONCE * dt
+        ahead = jnp.minimum((old.begins - t) / dt, 0.0)  # steps from the break to now, negative
+        back = ahead.astype(far.dtype)
+        first = waits | (ahead > -1.0 - AT_ONCE)  # as at the break, between the steps about it
+        loaded = jnp.where(first, far + back * (far - old.last), old.loaded)
+        level = (1.0 - ARRIVAL_DROP) * loaded
         crossed = jnp.isnan(old.arrival) & (far < level) & ~waits
         share = (old.last - level) / jnp.where(crossed, old.last - far, 1.0)
         when = (t - dt * (1.0 - share)).astype(old.arrival.dtype)
         arrival = jnp.where(crossed, when, old.arrival)
-        loaded = jnp.where(waits, far, old.loaded)
         here = pick(y.displacement[recoil.line], node)
-        place = jnp.where(waits, here, old.place)
+        place = jnp.where(first, here + back * (here - old.place), old.place)
         moved = jnp.sum((here - place) ** 2)
         peak = jnp.where((speed > old.peak_speed) & ~waits, speed, old.peak_speed)
         reach = jnp.where(moved > old.reach, moved, old.reach)

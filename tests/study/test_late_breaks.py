@@ -62,6 +62,7 @@ JOINED = (
 )
 
 
+@pytest.mark.slow
 def test_an_end_feels_no_break_of_another_line(tmp_path):
     ran = run_text(
         tmp_path,
@@ -178,3 +179,31 @@ every = "2 ms"
     kinetic = 300.0 * np.sum(ran.bodies["bob"]["velocity"][0] ** 2, axis=-1)
     assert kinetic[0] - kinetic[-1] > 4e3
     assert ran.outcomes[0].energy_closure < 1e-3
+
+
+PULLED = "{ motion = { position = [20, 0, 0], velocity = [8, 0, 0] } }"
+
+
+def test_ways_are_counted_from_the_instant_of_the_break(tmp_path):
+    # its end goes on at 8 m/s until then, which is at a step, or between two of them
+    starts = np.array([0.06, 0.0649, 0.1, 0.0999, 0.15])
+    text = f"""
+[materials.wire]
+law = "linear"
+EA = "100 kN"
+{line_text("rope", "wire", 19, 6, 2, "{ fixed = [0, 0, 0] }", PULLED)}
+[events.break]
+breaks = "rope.end"
+time = "2 ms"
+start = 0
+[output]
+duration = "0.2 s"
+every = "10 ms"
+[sweep]
+"events.break.start" = {starts.tolist()}
+"""
+    ran = run_text(tmp_path, text)
+    gone = np.abs(ran["position"][:, -1, -1, 0] - 20.0 - 8.0 * starts)
+    for outcome, expected in zip(ran.outcomes, gone, strict=True):
+        assert outcome.recoils["rope.end"]["end_displacement"] == pytest.approx(expected, rel=1e-9)
+        assert outcome.recoils["rope.end"]["reach"] == pytest.approx(expected, rel=1e-9)
