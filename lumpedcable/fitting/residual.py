@@ -85,14 +85,24 @@ def started(spec: GroupSpec, arrays: GroupArrays, values):
         else:
             own[key] = values[jnp.array(index)]
     coordinates = _coordinates(arrays)
+    chosen = tuple(key for key, _ in spec.free)
 
     def start(mine):
-        scene = spec.structure.scene.with_numbers({**shared, **mine})
+        scene = spec.structure.scene.with_numbers(_turned({**shared, **mine}, chosen))
         found = rest_of(scene, spec.structure.layout, coordinates)
         return cast(found.model, spec.plan.dtype), step_bound(found.model), found.converged
 
     axis, runs = None if not own else 0, arrays.every.shape[0]
     return jax.vmap(start, in_axes=(axis,), axis_size=runs)(own)
+
+
+def _turned(numbers: dict[str, Any], chosen: tuple[str, ...]) -> dict[str, Any]:
+    """The numbers of a scene with directions unit vectors again, of which parts are `chosen`."""
+    for vector in dict.fromkeys(key[:-2] for key in chosen if key[:-2].endswith(".direction")):
+        keys = [f"{vector}.{k}" for k in range(3)]
+        parts = jnp.stack([numbers[key] for key in keys])
+        numbers |= zip(keys, parts / jnp.linalg.norm(parts), strict=True)
+    return numbers
 
 
 group_start = jax.jit(started, static_argnames=("spec",), compiler_options=RUN_ONCE)

@@ -130,29 +130,13 @@ def _bounds(kind: Quantity) -> tuple[float, float]:
     return float(least), LARGEST if kind.maximum is None else kind.maximum
 
 
-def _turned(
-    spec: GroupSpec, arrays: GroupArrays, x: Float[Array, " n"]
-) -> tuple[GroupArrays, Float[Array, " n"]]:
-    """Arrays and x with the directions that x has parts of made unit vectors, as a scene has them."""
-    at, shared = {key: index[0] for key, index in spec.free}, dict(arrays.shared)
-    for vector in dict.fromkeys(key[:-2] for key in at if key[:-2].endswith(".direction")):
-        keys = [f"{vector}.{k}" for k in range(3)]
-        parts = jnp.stack([x[at[key]] if key in at else shared[key] for key in keys])
-        for key, part in zip(keys, parts / jnp.linalg.norm(parts), strict=True):
-            if key in at:
-                x = x.at[at[key]].set(part)
-            else:
-                shared[key] = part
-    return arrays._replace(shared=shared), x
-
-
 def _history_of(spec: GroupSpec, arrays: GroupArrays, bounds, x: Float[Array, " n"]):
-    found, status, _, _ = run_group(spec, *_turned(spec, arrays, differentiable_once(x)))
+    found, status, _, _ = run_group(spec, arrays, differentiable_once(x))
     return _unless_failed(found[0, 0], status[0], bounds, x)
 
 
 def _value_of(spec: GroupSpec, arrays: GroupArrays, bounds, x: Float[Array, " n"], reduction: str):
-    found, status, _, _ = run_group(spec, *_turned(spec, arrays, differentiable_once(x)))
+    found, status, _, _ = run_group(spec, arrays, differentiable_once(x))
     return _unless_failed(picked(found[0, 0], reduction), status[0], bounds, x)
 
 

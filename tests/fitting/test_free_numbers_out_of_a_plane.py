@@ -100,6 +100,7 @@ def test_the_axes_hold_all_that_numbers_can_come_to_and_no_more(tmp_path, text, 
 
 
 @pytest.mark.parametrize(("text", "component"), [(MOVING, 1), (ASLANT, 0)])
+@pytest.mark.slow
 def test_the_middle_of_a_wire_follows_its_ends_out_of_the_plane(tmp_path, text, component):
     study, keys = study_of(tmp_path, text), tuple(f"{END}.{k}" for k in range(2))
     scalar = read_scalar(f"last position at rope@11m in {'xyz'[component]}", study.scene)
@@ -173,20 +174,38 @@ def test_a_response_moves_the_end_of_a_string_anywhere(tmp_path):
         assert slopes == pytest.approx(1e6 / LENGTH * np.array(x) / far, abs=1e-3)
 
 
-def test_a_response_turns_a_pull_at_its_strength(tmp_path):
-    pull, place = 30e3, tmp_path / "pulled.toml"
-    place.write_text(
-        STRING.partition("end = ")[0]
-        + f"end = {{ held = {{ pretension = {pull}, direction = [1, 0, 0] }} }}\n[output]\n"
+PULL = 30e3
+FAR = LENGTH * (1.0 + PULL / 1e6)  # where the end is then
+PULLED = (
+    STRING.partition("end = ")[0]
+    + f"end = {{ held = {{ pretension = {PULL}, direction = [1, 0, 0] }} }}\n[output]\n"
+)
+
+
+def test_a_fit_turns_a_pull_at_its_strength(tmp_path):
+    (tmp_path / "a.csv").write_text("t,y\n0.01,5\n0.02,5\n")
+    text = FIT.replace(f"{END}.0", "lines.rope.end.held.direction.1").replace("5, high = 17", "-9")
+    seen = 'quantity = "position", at = "rope.end", component = "y", column = "y"'
+    text = text.replace('quantity = "tension", at = "rope.start", column = "T"', seen)
+    spec, arrays = arrays_of(
+        fit_of(tmp_path, text, PULLED + STRING.partition("[output]")[2]).problem
     )
-    far = LENGTH * (1.0 + pull / 1e6)
+    said = jax.jit(predict, static_argnums=0)
+    for y in (0.75, -2.4):
+        (model,) = np.asarray(said(spec, arrays, np.array([y])).groups[0])[0]
+        assert model == pytest.approx(np.full(2, FAR * y / np.hypot(1.0, y)), rel=1e-9)
+
+
+def test_a_response_turns_a_pull_at_its_strength(tmp_path):
+    place = tmp_path / "pulled.toml"
+    place.write_text(PULLED)
     found = lc.response(place, ["direction.0", "direction.1"], "last position at rope.end in y")
     for x in ([1.0, 0.0], [3.0, 4.0], [0.1, -0.1]):
         value, slopes = jax.value_and_grad(found)(np.array(x))
-        # y = far x1 / |x|, and so its slopes
+        # y = FAR x1 / |x|, and so its slopes
         size = np.hypot(x[0], x[1])
-        assert value == pytest.approx(far * x[1] / size, rel=1e-9, abs=1e-12)
-        wanted = far / size**3 * np.array([-x[0] * x[1], x[0] ** 2])
+        assert value == pytest.approx(FAR * x[1] / size, rel=1e-9, abs=1e-12)
+        wanted = FAR / size**3 * np.array([-x[0] * x[1], x[0] ** 2])
         np.testing.assert_allclose(slopes, wanted, rtol=1e-9, atol=1e-9)
 
 

@@ -80,6 +80,7 @@ TAUT += f"end = {{ fixed = [10.2, 0, 0] }}\n{OUTPUT}"
 EXACT = {"materials.wire.EA": 0.02, "lines.rope.length": -1e6 * 10.2 / 100.0}  # dT/dEA, dT/dL
 
 
+@pytest.mark.slow
 def test_a_response_of_a_scene_at_rest(tmp_path):
     path = tmp_path / "taut.toml"
     path.write_text(TAUT)

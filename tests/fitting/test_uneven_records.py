@@ -80,6 +80,7 @@ def test_a_way_back_through_records_of_different_lengths(folder, monkeypatch):
     assert float(slope[0]) == pytest.approx(difference, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_ropes_whose_records_differ_in_length(tmp_path):
     names = {"one": 4, "two": 20}
     ran = run_text(tmp_path, LINE, "pretension=400 kN")
