@@ -65,6 +65,7 @@ class Model:
         controls: its numbers.
         solve: values by key to what the page draws; FaultError with words for the reader.
         toml: values by key to a scene's text.
+        remark: what its numbers are of, "" if it needs no words.
     """
 
     key: str
@@ -72,12 +73,14 @@ class Model:
     controls: Sequence[Control]
     solve: Callable[[dict[str, float]], dict[str, Any]]
     toml: Callable[[dict[str, float]], str]
+    remark: str = ""
 
     def head(self) -> dict[str, Any]:
         """It for the page."""
         return {
             "key": self.key,
             "words": self.words,
+            "remark": self.remark,
             "controls": [control.head() for control in self.controls],
         }
 

@@ -20,6 +20,7 @@ def drawn_line(
     position: NDArray[Any],
     tension: ArrayLike,
     place: ArrayLike,
+    ends: ArrayLike,
     diameter: float = 0.0,
 ) -> dict[str, Any]:
     """A line for the page.
@@ -29,18 +30,20 @@ def drawn_line(
         position: places (m), shape (node, 3).
         tension: of the segments between them (N), shape (segment,).
         place: distance along the line of the segments' middles (m), shape (segment,).
+        ends: tension at its two ends (N), as the read-outs have it.
         diameter: m.
 
     Raises:
         FaultError: a number is not finite.
     """
-    if not all(np.isfinite(values).all() for values in (position, tension, place)):
+    if not all(np.isfinite(values).all() for values in (position, tension, place, ends)):
         raise FaultError(NO_SHAPE)
     return {
         "name": name,
         "diameter": diameter,
         "position": np.asarray(position, float).tolist(),
         "tension": np.asarray(tension, float).tolist(),
+        "ends": np.asarray(ends, float).tolist(),
         "place": np.asarray(place, float).tolist(),
     }
 

@@ -147,7 +147,7 @@ def _drawn(scene: Scene, name: str, line: RestingLine) -> dict[str, Any]:
     steps = np.linalg.norm(np.diff(line.position, axis=0), axis=1) / (1.0 + line.strain)
     ends = np.cumsum(steps)
     diameter = own.diameter or 0.0
-    return drawn_line(name, line.position, line.tension, ends - 0.5 * steps, diameter)
+    return drawn_line(name, line.position, line.tension, ends - 0.5 * steps, line.ends, diameter)
 
 
 def _bodies(

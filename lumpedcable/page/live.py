@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from lumpedcable.page.controls import FaultError, Model, chosen
+from lumpedcable.page.controls import Model, chosen
 from lumpedcable.page.document import document
 from lumpedcable.page.elastic import elastic_model
+from lumpedcable.page.highline import SceneHighline, highline_of
 from lumpedcable.page.server import Answer
-from lumpedcable.page.stages import highline_of, stage_models
+from lumpedcable.page.stages import stage_models
 from lumpedcable.page.surroundings import surroundings, tables
 from lumpedcable.scene import Study
 
@@ -40,7 +41,8 @@ def live_page(study: Study, run: int = 0) -> tuple[str, dict[str, Answer]]:
         "title": scene.title or Path(study.path).stem,
         "file": Path(study.path).name,
         "models": [model.head() for model in models.values()],
-        "first": _first(models, highline),
+        # the scene itself, unless a stage has its numbers and has them at once
+        "first": "scene" if highline is None else highline.stage or "scene",
         "surroundings": surroundings(tables(study.effective_text)),
     }
 
@@ -55,22 +57,6 @@ def live_page(study: Study, run: int = 0) -> tuple[str, dict[str, Answer]]:
     return document(head), {"/solve": solve, "/toml": toml}
 
 
-def _models(study: Study, run: int, highline: dict[str, float] | None) -> list[Model]:
+def _models(study: Study, run: int, highline: SceneHighline | None) -> list[Model]:
     own = elastic_model(study, run)
-    return [own] if highline is None else [*stage_models(highline), own]
-
-
-def _first(models: dict[str, Model], highline: dict[str, float] | None) -> str:
-    """The model that the page opens with: a stage that the scene looks like, if it has a shape."""
-    if highline is None:
-        return "scene"
-    likely = "delivery" if "load" in highline else "stabilisation-length"
-    if "traction_weight" in highline:
-        likely = "erection"
-    for key in (likely, "adjustment"):
-        try:
-            models[key].solve({})
-            return key
-        except FaultError:
-            continue  # numbers without a line
-    return "scene"
+    return [own] if highline is None else [*stage_models(highline.numbers), own]

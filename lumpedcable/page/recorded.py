@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,12 @@ from numpy.typing import NDArray
 from lumpedcable.page.bodies import moved_bodies
 from lumpedcable.page.pack import Pack
 from lumpedcable.page.surroundings import points_apart, surroundings, tables
+from lumpedcable.page.thinned import even, extremes, with_peaks
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results import ResultError
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity, scale
 from lumpedcable.results.lines import LineData
-from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 
 __all__ = ["Payload", "recorded"]
@@ -48,7 +49,7 @@ def recorded(path: str | Path, run: int | None = None) -> Payload:
 
     Returns:
         The head of the page and its arrays. Histories hold the file's numbers as float32; where there
-        are more than fit, every so many are left out, and so are runs.
+        are more than fit, every so many are left out, and so are runs, but the extremes are kept.
 
     Raises:
         ResultError: it cannot be read, has no such run, or holds no positions to draw.
@@ -65,17 +66,10 @@ def recorded(path: str | Path, run: int | None = None) -> Payload:
         return found.payload()
 
 
-def even(count: int, most: int) -> Array:
-    """Indices of at most `most` of `count` things, evenly spread, first and last among them."""
-    if count <= most:
-        return np.arange(count)
-    return np.unique(np.linspace(0, count - 1, most).round().astype(int))
-
-
 class _Recorder:
     """Reads one file, run by run."""
 
-    def __init__(self, result: ResultFile, first: int) -> None:
+    def __init__(self, result: SoundFile, first: int) -> None:
         self.result, self.pack, self.first = result, Pack(), first
         runs = even(result.runs, MOST_RUNS)
         # the nearest of the others makes room for the one that is asked for
@@ -95,7 +89,7 @@ class _Recorder:
         self.histories = _history_names(self.stored, names, self.motions)
         self.derived: dict[str, dict[str, list[Array]]] = {}
         most = max(MOST_NUMBERS // (len(self.runs) * max(len(self.histories), 1)), 2)
-        spread = even(len(result.time), min(MOST_TIMES, most))
+        spread = with_peaks(len(result.time), min(MOST_TIMES, most), self._tensions())
         self.nodes = {name: even(line.nodes, MOST_NODES) for name, line in self.lines.items()}
         drawn = len(self.runs) * sum(5 * len(nodes) for nodes in self.nodes.values())
         # frames are those of the timeline's times that show fields; what lies between is drawn between
@@ -110,10 +104,21 @@ class _Recorder:
         return len(self.result.frames) < len(self.result.time)
 
     def timeline(self, values: Array) -> Array:
-        """Numbers worked out from fields, at all times of the timeline; straight between two fields."""
-        if self.seldom:
+        """A history at the times of the timeline; one of the fields' times is straight between two."""
+        if len(values) < len(self.result.time):
             return np.interp(self.times, self.result.frames, values)
         return values[self.times]
+
+    def extremes(self, values: Array) -> Array:
+        """When (s) and how large a history was at its least and its most, (2, 2)."""
+        time = self.result.time
+        return extremes(time if len(values) == len(time) else time[self.result.frames], values)
+
+    def _tensions(self) -> Iterator[Array]:
+        """Tensions at the ends of lines in the runs that are shown, to be looked at at their peaks."""
+        for key in self.stored:
+            if key.startswith("lines/") and key.endswith("_tension"):
+                yield from (self.result.series.read(key, int(run)) for run in self.runs)
 
     def payload(self) -> Payload:
         result = self.result
@@ -134,6 +139,7 @@ class _Recorder:
             "version": str(result.attributes.get("lumpedcable_version", "")),
             "complete": result.complete,
             "time": {"data": self.pack.exact(time), "factor": factor, "unit": unit},
+            "times_in_file": len(result.time),
             "frames": self.frames.tolist(),
             "runs": self._runs(),
             "runs_in_file": result.runs,
@@ -183,14 +189,15 @@ class _Recorder:
         for run in self.runs:
             position = line.position(int(run))
             drawn.append(position[frames][:, nodes])
-            own["length"].append(self.timeline(_length(position)))
-            own["sag"].append(self.timeline(_sag(position)))
+            own["length"].append(_length(position))
+            own["sag"].append(_sag(position))
             if line.has("tension"):
                 fields["tension"].append(line.tension(int(run))[frames][:, segments])
             if line.has("velocity"):
                 speed = np.linalg.norm(line.velocity(int(run)), axis=-1)
+                speed[~self.result.moving[run, self.result.frames]] = np.nan  # it lies
                 fields["speed"].append(speed[frames][:, nodes])
-                own["peak_speed"].append(self.timeline(_largest(speed)))
+                own["peak_speed"].append(_largest(speed))
         self.derived[name] = own
         places = np.array([line.unstretched_position(int(run))[nodes] for run in self.runs])
         middles = np.array([line.unstretched_segment(int(run))[segments] for run in self.runs])
@@ -224,23 +231,28 @@ class _Recorder:
         """Every number against time: of the lines, of the file, energies."""
         found = []
         for key, (group, words, unit) in self.histories.items():
+            if key in self.stored or key in self.motions:
+                values = [self.result.series.read(key, int(run)) for run in self.runs]
+            else:  # worked out from the fields
+                values = self.derived[group].get(key.rpartition("/")[2], [])
             if key in self.motions:
-                read = self.result.series.read
-                values = [read(key, int(run))[self.times] for run in self.runs]
                 if not np.any(np.nan_to_num(values)):
                     continue  # it cannot move so
+                if "velocity/" in key:
+                    values = np.where(self.result.moving[self.runs], values, np.nan)
                 values = np.degrees(values) if unit == "deg" else values
-            elif key not in self.stored:  # worked out from the fields
-                values = self.derived[group].get(key.rpartition("/")[2])
-            else:
-                values = [self.result.series.read(key, int(run))[self.times] for run in self.runs]
-            if values is None or not len(values):
+            if not len(values):
                 continue
-            table = np.asarray(values, float)
-            found.append(
-                {"key": key, "group": group, "words": words, **_scale(table, unit),
-                 "data": self.pack.exact(table)}
-            )  # fmt: skip
+            history = {
+                "key": key,
+                "group": group,
+                "words": words,
+                **_scale(np.asarray(values), unit),
+            }
+            history["data"] = self.pack.exact([self.timeline(one) for one in values])
+            if len(self.times) < len(self.result.time):
+                history["extremes"] = self.pack.exact([self.extremes(one) for one in values])
+            found.append(history)
         return _shared_tension(found, lines)
 
     def _outputs(self) -> list[dict[str, Any]]:

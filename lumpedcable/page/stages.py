@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumpedcable.exact import STAGES, StageShape, stage_shape
 from lumpedcable.exact.checks import NO_LINE
 from lumpedcable.exact.stages import UNITS
 from lumpedcable.page.controls import Control, FaultError, Model
 from lumpedcable.page.drawn import NO_SHAPE, drawn_line, shown_number
-from lumpedcable.scene import Body, Scene
 
-__all__ = ["highline_of", "stage_models"]
+__all__ = ["stage_models"]
 
 WORDS = {
     "S": "length S",
@@ -27,72 +25,8 @@ WORDS = {
 }
 _GRAVITY = 9.81  # m/s2, of a scene that is saved
 _POINTS = 201
+_REMARK = "closed form of an inextensible line"
 _STIFF = 1e3  # stiffness over tension of a saved line
-
-
-def highline_of(scene: Scene) -> dict[str, float] | None:
-    """The numbers of a scene that is a highline, None of any other.
-
-    A highline is what hangs in still air between two places that are held: one line, or several that
-    are joined or carry one body.
-
-    Returns:
-        By the keys of `STAGES`: span, drop (m), weight (N/m) of its first line; length (m), load (N)
-        and place (m) where there is a body; time (s), speed (m/s) and traction_weight (N/m) where
-        another line is joined to it.
-    """
-    bodies = [body for body in scene.bodies.values() if isinstance(body, Body)]
-    if len(bodies) < len(scene.bodies):  # moved or carried along a line
-        return None
-    fluid = scene.fluid
-    if scene.gravity is None or scene.water is not None or scene.seabed is not None:
-        return None
-    if (
-        len(scene.bodies) > 1
-        or not scene.lines
-        or (fluid is not None and fluid.current is not None)
-    ):
-        return None
-    held = [
-        place
-        for line in scene.lines.values()
-        for place in (_held(line.start), _held(line.end))
-        if place is not None
-    ]
-    if len(held) != 2 or len(scene.lines) > 2:
-        return None
-    way = held[1] - held[0]
-    span = float(np.hypot(way[0], way[1]))
-    if span <= 0.0:
-        return None
-    first, *others = scene.lines.values()
-    found = {"span": span, "drop": float(-way[2]), "weight": first.mass * scene.gravity}
-    out = first.length
-    if first.payout is not None:
-        found["speed"] = abs(first.payout.speed)
-        out += first.payout.speed * first.payout.time
-    if others and not scene.bodies:  # dragged by another line
-        found["traction_weight"] = others[0].mass * scene.gravity
-        found["time"] = out / (found.setdefault("speed", 1.0) or 1.0)
-        return found
-    length = out + sum(line.length for line in others)
-    if length > float(
-        np.linalg.norm(way)
-    ):  # a first guess, whose targets change it, need not reach
-        found["length"] = length
-    for body in bodies:
-        found["load"] = body.mass * scene.gravity
-        found["place"] = 0.5 * span
-    return found
-
-
-def _held(end: Any) -> NDArray[np.float64] | None:
-    """Where an end is held or starts to be moved from (m), None where it is not."""
-    place = getattr(end, "fixed", None)
-    for holder in (getattr(end, "held", None), getattr(end, "motion", None)):
-        place = getattr(holder, "position", None) if place is None else place
-    array = np.asarray(place if place is not None else [], float)
-    return array if array.shape == (3,) else None
 
 
 def stage_models(numbers: Mapping[str, float]) -> list[Model]:
@@ -123,7 +57,7 @@ def _model(key: str, numbers: Mapping[str, float]) -> Model:
         with np.errstate(all="ignore"):
             return _scene(stage.words, every, _shape(key, 4001, every))
 
-    return Model(key, stage.words, controls, solve, toml)
+    return Model(key, stage.words, controls, solve, toml, _REMARK)
 
 
 def _shape(key: str, points: int, values: Mapping[str, float]) -> StageShape:
@@ -162,7 +96,8 @@ def _line(name: str, shape: StageShape) -> dict[str, Any]:
     step = np.diff(position, axis=0)
     long = np.linalg.norm(step, axis=1)
     tension = shape.numbers["F_H"] * long / step[:, 0]
-    return drawn_line(name, position, tension, np.cumsum(long) - 0.5 * long)
+    ends = [shape.numbers["F_TA"], shape.numbers["F_TB"]]
+    return drawn_line(name, position, tension, np.cumsum(long) - 0.5 * long, ends)
 
 
 def _scene(words: str, values: Mapping[str, float], shape: StageShape) -> str:

@@ -53,9 +53,17 @@ class SoundFile(ResultFile):
         So it is at the first saved time after its stop, which is of the stop itself, and where stops
         do not count at all that follow.
         """
+        return self._until(self._stops)
+
+    @cached_property
+    def moving(self) -> NDArray[np.bool_]:
+        """The same where stops count in any case: what has stopped keeps the speed at its stop."""
+        return self._until(True)
+
+    def _until(self, stops: bool) -> NDArray[np.bool_]:
         failed = np.array([status not in WELL for status in self.status])
         good = ~(failed[:, None] & (self.time >= self.status_time[:, None]))
-        stop = self.summary().get("run", {}).get("stop_time") if self._stops else None
+        stop = self.summary().get("run", {}).get("stop_time") if stops else None
         if stop is not None:
             good[:, 1:] &= ~(self.time[None, :-1] >= stop[:, None])
         good[:, 0] = True

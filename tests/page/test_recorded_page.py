@@ -125,6 +125,7 @@ def test_a_run_that_has_stopped_stays_where_it_lies(tmp_path):
         Variable("bodies/ship/attitude", ("run", "time", "xyz"), "f8", "rad"),
         Variable("lines/cable/position", ("run", "time", "node", "xyz"), "f8", "m"),
         Variable("lines/cable/payout", ("run", "time"), "f8", "m"),
+        Variable("lines/cable/velocity", ("run", "time", "node", "xyz"), "f8", "m/s"),
         Variable("summary/stop_time", ("run",), "f8", "s"),
     ]
     dims = {"run": 2, "time": 5, "xyz": 3, "lines/cable/node": 2, "lines/cable/segment": 1}
@@ -139,6 +140,7 @@ def test_a_run_that_has_stopped_stays_where_it_lies(tmp_path):
         writer.write("bodies/ship/attitude", 0.0 * position)
         writer.write("lines/cable/position", np.stack([position, position + 9.0], axis=2))
         writer.write("lines/cable/payout", position[..., 0])
+        writer.write("lines/cable/velocity", np.full((2, 5, 2, 3), 0.39 / np.sqrt(3.0)))
         writer.write("summary/stop_time", [np.nan, 2.6])
         path = writer.finish()
     head = recorded(path)
@@ -149,6 +151,11 @@ def test_a_run_that_has_stopped_stays_where_it_lies(tmp_path):
     for told in (unpacked(block, how) for how in seen):
         x = told[1, :, 0] if told.ndim == 3 else told[1]
         assert x == pytest.approx([0.0, 1.0, 2.0, 2.5, 2.5], abs=1e-3)
+    # it has a speed until the first time after its stop, which is of the stop, and none as it lies
+    fastest = next(h["data"] for h in head["histories"] if h["key"] == "lines/cable/peak_speed")
+    for told in (unpacked(block, fastest), unpacked(block, line["speed"])[..., 0]):
+        assert told[0] == pytest.approx([0.39] * 5)
+        assert told[1] == pytest.approx([0.39] * 4 + [np.nan], nan_ok=True)
 
 
 def test_runs_and_numbers_are_told(file):

@@ -17,14 +17,19 @@ export class Frame {
     Object.assign(this, { group, labels, box, surroundings, rise: 1, made: [], texts: [] });
   }
 
-  build() {
+  empty() {
     for (const thing of this.made) {
       this.group.remove(thing);
       thing.geometry.dispose();
+      thing.material.dispose();
     }
     this.labels.replaceChildren();
     this.made = [];
     this.texts = [];
+  }
+
+  build() {
+    this.empty();
     const { low, high } = this.box;
     const { bed, surface } = this.surroundings;
     // what one stands on: the bed, or the bottom of the room

@@ -41,8 +41,10 @@ class Live {
     this.equationBox = el("section", {}, el("h2", {}, "Shape, x and z in m"), this.equations);
     this.plotHost = el("div.plothost");
     this.secondKey = el("p.key.second", {}, "orange: straight segments, without the line's weight");
+    this.remark = el("p.key.remark");
     this.shell.side.replaceChildren(
-      el("section.readouts", { "aria-label": "Values" }, el("table.values.now", {}, this.numbers), this.secondKey),
+      el("section.readouts", { "aria-label": "Values" }, el("table.values.now", {}, this.numbers), this.remark,
+        this.secondKey),
       this.controls,
       this.equationBox,
       el("section.figure", {}, el("h2", {}, "Tension along the line"), this.plotHost));
@@ -55,7 +57,11 @@ class Live {
     this.model = this.models.get(key);
     this.stageBox.value = key;
     this.box = null;
-    this.numbers.replaceChildren(); // those of another stage would mislead while this one is worked out
+    // those of another stage would mislead while this one is worked out
+    this.numbers.replaceChildren();
+    this.secondKey.hidden = this.equationBox.hidden = true;
+    this.remark.textContent = this.model.remark;
+    this.remark.hidden = !this.model.remark;
     this.buildControls();
     this.ask();
   }
@@ -201,7 +207,8 @@ class Live {
 
   show() {
     const { lines, numbers, equations } = this.answer;
-    const tensions = lines.filter((line) => !line.second).flatMap((line) => line.tension);
+    const tensions = lines.filter((line) => !line.second)
+      .flatMap((line) => [...line.tension, ...line.ends]);
     if (!tensions.length) return this.say("This scene has no line to draw at rest.");
     this.range = shades(Math.min(...tensions), Math.max(...tensions));
     const [low, high] = this.range;
@@ -231,14 +238,13 @@ class Live {
     const curves = [];
     for (const line of this.answer.lines) {
       if (line.second) continue;
-      const y = line.tension.map((v) => v * scale.factor);
+      const y = [line.ends[0], ...line.tension, line.ends[1]].map((v) => v * scale.factor);
       low = Math.min(low, ...y);
       high = Math.max(high, ...y);
       const x = line.place.map((s) => s + start);
       const first = start;
       start = x.at(-1) + (x.at(-1) - (x.at(-2) ?? start)) / 2; // lines one after another
-      [x[0], x[x.length - 1]] = [first, start]; // a segment has one tension from node to node
-      curves.push({ x, y, colour: css("--first") });
+      curves.push({ x: [first, ...x, start], y, colour: css("--first") });
     }
     [low, high] = limits(low, high);
     this.plot.show({ x: { words: "distance along the line", unit: "m", low: 0, high: start },
@@ -255,7 +261,8 @@ class Live {
       line.position.forEach(([x, y, z], i) => {
         points.set([x, y, z * stage.rise], 3 * i);
         if (flat) return rgb.set(flat, 3 * i);
-        const t = (line.tension[Math.max(i - 1, 0)] + line.tension[Math.min(i, count - 2)]) / 2;
+        const t = i === 0 ? line.ends[0] : i === count - 1 ? line.ends[1]
+          : (line.tension[i - 1] + line.tension[i]) / 2;
         colour((t - low) / (high - low || 1), dark, rgb, 3 * i);
       });
       stage.tubes.get(`line ${k}`)?.update(points, rgb, stage.camera, (x, y, z) => stage.pixelAt(x, y, z));

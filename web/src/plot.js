@@ -3,7 +3,7 @@
 import { css, el } from "./dom.js";
 import { tickText, ticks } from "./format.js";
 
-const LEFT = 50, RIGHT = 10, TOP = 8, BOTTOM = 34;
+const LEAST_LEFT = 50, UNIT = 20, RIGHT = 10, TOP = 8, BOTTOM = 34;
 
 export class Plot {
   // x, y: { words, unit }; onseek(x) makes the cursor draggable
@@ -41,6 +41,7 @@ export class Plot {
   paint() {
     const { state, canvas } = this;
     const width = this.host.clientWidth, height = this.host.clientHeight;
+    if (!state) canvas.width = canvas.width; // nothing to show: what there was goes
     if (!state || !width || !height) return;
     const sharp = Math.min(window.devicePixelRatio || 1, 3);
     canvas.width = Math.round(width * sharp);
@@ -49,14 +50,18 @@ export class Plot {
     pen.scale(sharp, sharp);
     pen.font = `11px ${css("--font")}`;
     const { x, y } = state;
-    const across = (v) => LEFT + ((v - x.low) / (x.high - x.low || 1)) * (width - LEFT - RIGHT);
+    this.tall = ticks(y.low, y.high, Math.max(2, (height - TOP - BOTTOM) / 34));
+    // room for the numbers beside the unit
+    const widest = Math.max(...this.tall.at.map((at) => pen.measureText(tickText(at, this.tall.step)).width));
+    const left = this.left = Math.max(LEAST_LEFT, UNIT + Math.ceil(widest) + 6);
+    const across = (v) => left + ((v - x.low) / (x.high - x.low || 1)) * (width - left - RIGHT);
     const up = (v) => height - BOTTOM - ((v - y.low) / (y.high - y.low || 1)) * (height - TOP - BOTTOM);
     this.map = { across, up,
-      back: (px) => x.low + ((px - LEFT) / (width - LEFT - RIGHT)) * (x.high - x.low) };
+      back: (px) => x.low + ((px - left) / (width - left - RIGHT)) * (x.high - x.low) };
     this.axes(pen, width, height, across, up);
     pen.save();
     pen.beginPath();
-    pen.rect(LEFT - 4, TOP - 4, width - LEFT - RIGHT + 8, height - TOP - BOTTOM + 8); // marks at the rim
+    pen.rect(left - 4, TOP - 4, width - left - RIGHT + 8, height - TOP - BOTTOM + 8); // marks at the rim
     pen.clip();
     for (const curve of state.curves) this.curve(pen, curve, across, up);
     if (state.cursor != null) {
@@ -82,25 +87,25 @@ export class Plot {
     pen.strokeStyle = css("--line");
     pen.fillStyle = css("--faint");
     pen.lineWidth = 1;
-    const tall = ticks(y.low, y.high, Math.max(2, (height - TOP - BOTTOM) / 34));
+    const { tall, left } = this;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     for (const at of tall.at) {
       const py = Math.round(up(at)) + 0.5;
       pen.beginPath();
-      pen.moveTo(LEFT, py);
+      pen.moveTo(left, py);
       pen.lineTo(width - RIGHT, py);
       pen.stroke();
-      pen.fillText(tickText(at, tall.step), LEFT - 6, py);
+      pen.fillText(tickText(at, tall.step), left - 6, py);
     }
-    const wide = ticks(x.low, x.high, Math.max(2, (width - LEFT - RIGHT) / 64));
+    const wide = ticks(x.low, x.high, Math.max(2, (width - left - RIGHT) / 64));
     pen.textAlign = "center";
     pen.textBaseline = "top";
     for (const at of wide.at) {
       const px = Math.min(across(at), width - RIGHT - 4);
       pen.fillText(tickText(at, wide.step), px, height - BOTTOM + 5);
     }
-    pen.fillText(`${x.words} (${x.unit || "-"})`, (LEFT + width - RIGHT) / 2, height - 13);
+    pen.fillText(`${x.words} (${x.unit || "-"})`, (left + width - RIGHT) / 2, height - 13);
     pen.save();
     pen.translate(9, (TOP + height - BOTTOM) / 2);
     pen.rotate(-Math.PI / 2);

@@ -19,7 +19,8 @@ class Recorded {
     this.head = head;
     this.shell = new Shell(page, head);
     this.scenery = new Scenery(head, block, this.shell.stage);
-    this.histories = head.histories.map((h) => ({ ...h, table: new Table(block, h.data) }));
+    this.histories = head.histories.map((h) => ({ ...h, table: new Table(block, h.data),
+      ends: h.extremes && new Table(block, h.extremes) }));
     const asked = new URLSearchParams(location.hash.slice(1));
     this.run = within(asked.get("run"), head.runs.length) ?? head.first;
     this.other = within(asked.get("with"), head.runs.length);
@@ -53,6 +54,11 @@ class Recorded {
       if (head.runs_in_file > head.runs.length) {
         rows.push(el("span.few", {}, `${head.runs.length} of ${head.runs_in_file} runs`));
       }
+    }
+    const times = this.scenery.time.length;
+    if (head.times_in_file > times) {
+      rows.push(el("span.few", { title: "Histories keep their largest and smallest values" },
+        `${times} of ${head.times_in_file} times`));
     }
     shell.pickers.replaceChildren(...rows);
   }
@@ -259,22 +265,35 @@ class Recorded {
     const keys = this.historyBox.value.split(" ");
     const picked = keys.map((key) => this.histories.find((h) => h.key === key));
     const { factor, unit } = this.head.time;
-    const x = this.scenery.time.map((t) => t * factor);
     let low = Infinity, high = -Infinity;
     const tables = [];
     for (const [run, colour] of this.shownRuns()) for (const h of picked) tables.push({ h, run, colour });
     const curves = tables.map(({ h, run, colour }) => {
-      const [a, b] = h.table.range(run);
-      low = Math.min(low, a * h.factor);
-      high = Math.max(high, b * h.factor);
+      const points = this.history(h, run);
+      for (const [, value] of points) {
+        if (value * h.factor < low) low = value * h.factor;
+        if (value * h.factor > high) high = value * h.factor;
+      }
       const dash = picked.length > 1 && h === picked[0] ? [2, 3] : null;
-      return { x, y: h.table.row(run).map((v) => v * h.factor), colour, dash };
+      return { x: points.map(([t]) => t * factor), y: points.map(([, v]) => v * h.factor), colour, dash };
     });
     [low, high] = limits(low, high);
     this.key.textContent = picked.length > 1 ? "start dotted, end solid" : "";
-    this.historyPlot.show({ x: { words: "time", unit, low: x[0], high: x.at(-1) },
+    const time = this.scenery.time;
+    this.historyPlot.show({ x: { words: "time", unit, low: time[0] * factor, high: time.at(-1) * factor },
       y: { unit: picked[0].unit, low, high }, curves, tables,
-      cursor: this.clock ? this.clock.now * factor : x[0] });
+      cursor: this.clock ? this.clock.now * factor : time[0] * factor });
+  }
+
+  // [time, value] of a history at the times of the page, and at its extremes where those are between
+  history(h, run) {
+    const points = Array.from(h.table.row(run), (value, k) => [this.scenery.time[k], value]);
+    for (const k of h.ends ? [0, 1] : []) {
+      const [time, value] = [0, 1].map((what) => h.ends.at(run, k, what));
+      const after = points.findIndex(([t]) => t >= time);
+      if (after >= 0 && points[after][0] !== time) points.splice(after, 0, [time, value]);
+    }
+    return points;
   }
 }
 

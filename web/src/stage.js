@@ -45,9 +45,11 @@ export class Stage {
     this.box = padded(box, surroundings);
     this.wet = surroundings.water && surroundings.surface == null; // water all around
     this.scene.background = new Color(css(this.wet ? "--sea" : "--stage"));
+    this.frame?.empty(); // what it made is known to it alone
     this.frame = new Frame(this.room, this.labels, this.box, surroundings);
     this.frame.rise = this.rise;
     this.frame.build();
+    document.documentElement.dataset.room = this.room.children.length; // a test counts them
   }
 
   tube(key, nodes, radius, pixels, behind) {

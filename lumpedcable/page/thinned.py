@@ -1,0 +1,43 @@
+"""Which of many numbers the page keeps: an even choice of them, and what is extreme."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["even", "extremes", "with_peaks"]
+
+Array = NDArray[Any]
+
+
+def even(count: int, most: int) -> Array:
+    """Indices of at most `most` of `count` things, evenly spread, first and last among them."""
+    if count <= most:
+        return np.arange(count)
+    return np.unique(np.linspace(0, count - 1, most).round().astype(int))
+
+
+def with_peaks(count: int, most: int, histories: Iterable[Array]) -> Array:
+    """As `even`, with the places of the histories' largest values among them, if there are so few.
+
+    Args:
+        count: how many values each history has.
+        most: how many places at most; peaks take half of them at most.
+        histories: each of shape (count,); NaN is no value.
+    """
+    if count <= most:
+        return np.arange(count)
+    peaks = np.unique([np.nanargmax(h) for h in histories if np.isfinite(h).any()]).astype(int)
+    peaks = peaks[even(len(peaks), most // 2)]
+    return np.union1d(even(count, most - len(peaks)), peaks)
+
+
+def extremes(time: Array, values: Array) -> Array:
+    """[[time, value] of the smallest, of the largest] of a history, NaN where it has no value."""
+    if not np.isfinite(values).any():
+        return np.full((2, 2), np.nan)
+    places = [np.nanargmin(values), np.nanargmax(values)]
+    return np.column_stack([time[places], values[places]])
