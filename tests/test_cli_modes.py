@@ -4,6 +4,7 @@ import json
 import re
 
 import good_scenes
+import numpy as np
 import pytest
 from command_line import ROOT, refused, say
 
@@ -211,6 +212,43 @@ def test_what_is_left_out_is_said(tmp_path):
     told = json.loads((tmp_path / "scene" / "modes.json").read_text())
     assert told["stiffness_asymmetry"] > 1e-9
     assert [mode["state"] for mode in told["modes"]] == ["stable"] * 10
+
+
+JOINED = """
+gravity = 9.81
+[materials.hooke]
+law = "linear"
+EA = "5 MN"
+[lines.a]
+material = "hooke"
+length = 24.5
+segments = 1
+mass = 4
+start = { fixed = [0, 0, 0] }
+end = { joined = "b.start", at = [24, 3, -5] }
+[lines.b]
+material = "hooke"
+length = 19.5
+segments = 1
+mass = 6
+start = "a.end"
+end = { fixed = [42, 0, 2] }
+[output]
+"""
+
+
+def test_a_joint_away_from_its_rest_is_told(tmp_path):
+    good_scenes.write(tmp_path, JOINED)
+    said = say(tmp_path, "modes", "scene.toml")
+    joint, force = np.array([24.0, 3.0, -5.0]), np.zeros(3)
+    for end, length, mass in ((np.zeros(3), 24.5, 4.0), (np.array([42.0, 0.0, 2.0]), 19.5, 6.0)):
+        way = end - joint
+        far = np.linalg.norm(way)
+        force += 5e6 * (far / length - 1.0) * way / far - [0.0, 0.0, 0.5 * mass * length * 9.81]
+    assert f"Not about rest: {np.linalg.norm(force):.4g} N are left" in said.out
+    at_rest = JOINED.replace('{ joined = "b.start", at = [24, 3, -5] }', '"b.start"')
+    good_scenes.write(tmp_path, at_rest)
+    assert "Not about rest" not in say(tmp_path, "modes", "scene.toml").out
 
 
 WINCH = """

@@ -68,6 +68,7 @@ class Modes:
     skew: the same of their forces in each mode (-), (k,).
     unknowns: number of all modes there are.
     axes: the coordinates that modes can move in, orthonormal columns (3, d) in x, y, z.
+    held: net force (N) on joints where the scene puts them, which modes leave out; 0 where they stay.
     """
 
     square: Float[np.ndarray, " k"]
@@ -82,6 +83,7 @@ class Modes:
     skew: Float[np.ndarray, " k"]
     unknowns: int
     axes: Float[np.ndarray, "3 d"]
+    held: float = 0.0
 
     @property
     def unstable(self) -> np.ndarray:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from lumpedcable.model.layout import layout_of
-from lumpedcable.model.net import make_net
+from lumpedcable.model.model import Model
+from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.errors import Fault
+from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.modal import Modes, natural_modes
+from lumpedcable.solve.statics import force_scale, static_residual
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure, linearise, prepare_batch
 from lumpedcable.study.plan import common_coordinates
@@ -21,6 +26,9 @@ from lumpedcable.study.plan import common_coordinates
 __all__ = ["NoEquilibriumError", "find_modes"]
 
 
+IN_BALANCE = (
+    1e-6  # of the largest force, which a place in a file, of some digits, may leave on a joint
+)
 ROOM = {
     1: "inextensible lines on one straight line move across it alone",
     2: "inextensible lines that hold each other in this plane move out of it alone",
@@ -61,13 +69,14 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     model = jax.tree.map(lambda x: np.asarray(x)[0], ready.model)
     net = make_net(model)
     try:
-        return natural_modes(linearise(model), net, layout, coordinates, count)
+        found = natural_modes(linearise(model), net, layout, coordinates, count)
     except ValueError as error:
         d = coordinates.dimensions
         if d == 3 or net.fixed.all():
             raise SceneError([study.fault("lines", str(error))]) from None
         message = f"expected {'2 or ' if d == 1 else ''}3 for natural modes, found {d}: {ROOM[d]}"
         raise SceneError([study.fault("dimensions", message)]) from None
+    return replace(found, held=_held(scene, model, net))
 
 
 def _left_out(study: Study, scene: Scene) -> Iterator[Fault]:
@@ -80,3 +89,14 @@ def _left_out(study: Study, scene: Scene) -> Iterator[Fault]:
         if isinstance(body, CarriedBody):
             message = f'expected no trolley for natural modes, found one on line "{body.on.line}"'
             yield study.fault(f"bodies.{name}.on", message)
+
+
+def _held(scene: Scene, model: Model, net: Net) -> float:
+    """Net force (N) on joints that are held at a place while the start is found; 0 where they stay."""
+    ends = (end for line in scene.lines.values() for end in (line.start, line.end))
+    if not any(isinstance(end, JoinedEnd) for end in ends):
+        return 0.0
+    still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
+    force = static_residual(model, still, net)
+    left = float(jnp.max(jnp.linalg.norm(force, axis=1)))
+    return left if left > IN_BALANCE * float(force_scale(model)) else 0.0

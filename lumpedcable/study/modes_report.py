@@ -122,6 +122,10 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
         )
     if scene.seabed is not None:
         notes.append("What lies on the bed stays on it; what hangs above it does not meet it.")
+    if modes.held:
+        notes.append(
+            f"Not about rest: {modes.held:.4g} N are left on a joint that the scene puts `at` a place."
+        )
     ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
     if any(isinstance(end, WinchEnd) for end in ends):
         notes.append("Winches are held: each line keeps the length that it has at rest.")
