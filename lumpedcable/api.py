@@ -24,6 +24,7 @@ import numpy as np
 from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.joined import copy_whole
+from lumpedcable.results.opening import how_locked
 from lumpedcable.results.reader import open_result
 from lumpedcable.results.schema import FIELD_TIME
 from lumpedcable.results.target import keep_others, whole
@@ -231,9 +232,9 @@ class Result(Drawn):
             raise ResultError(
                 'labelled arrays need the extra "xarray": pip install "lumpedcable[xarray]"'
             ) from None
-        # HDF5 opens a file twice only if both times ask for locks alike, and the reader asks for none
-        how: dict[str, Any] = {"engine": "h5netcdf", "driver_kwds": {"locking": False}}
         try:
+            locking = {"locking": how_locked(self.path)}
+            how: dict[str, Any] = {"engine": "h5netcdf", "driver_kwds": locking}
             found = xarray.open_dataset(self.path, group=group, **how)
         except (OSError, KeyError, ValueError) as error:
             raise ResultError(

@@ -7,10 +7,13 @@ import pickle
 import shutil
 import subprocess
 import sys
+from functools import partial
 
 import good_scenes
+import h5py
 import numpy as np
 import pytest
+import xarray
 from command_line import ROOT, SMALL
 
 import lumpedcable as lc
@@ -58,6 +61,23 @@ def test_lines_are_labelled_arrays(result):
     assert "energy_closure" in result.summary()
     # arrays that are in use do not keep others from reading
     assert lc.open(result.path).labels == result.labels
+
+
+@pytest.mark.parametrize("other", [
+    h5py.File, partial(h5py.File, locking=False), partial(xarray.open_datatree, engine="h5netcdf"),
+])  # fmt: skip
+def test_whoever_has_it_open_does_not_keep_us_from_reading(result, tmp_path, other):
+    path = shutil.copy(result.path, tmp_path / "r.h5")
+    with other(path):
+        assert lc.open(path).line("rope").tension.shape[0] == 2
+
+
+def test_we_do_not_keep_others_from_reading(result, tmp_path):
+    path = shutil.copy(result.path, tmp_path / "r.h5")
+    tension = lc.open(path).line("rope").tension  # which is not yet read
+    with h5py.File(path) as file, xarray.open_datatree(path, engine="h5netcdf") as tree:
+        assert file["lines/rope/tension"].shape == tension.shape
+        assert tree["lines/rope"].tension.shape == tension.shape
 
 
 def test_it_is_drawn_and_shown(result, tmp_path):

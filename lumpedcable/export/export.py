@@ -12,6 +12,7 @@ from lumpedcable.export.spreadsheet import write_csv
 from lumpedcable.export.vtkhdf import write_vtkhdf
 from lumpedcable.results import OutputError, ResultFile
 from lumpedcable.results.disk import reported
+from lumpedcable.results.errors import near
 from lumpedcable.results.sound import SoundFile
 
 __all__ = ["FORMATS", "export_result"]
@@ -46,7 +47,8 @@ def export_result(
         OutputError: no such format, or it cannot be written there.
     """
     if kind not in FORMATS:
-        raise OutputError(f"expected a format, one of {', '.join(FORMATS)}, found {kind!r}")
+        known = ", ".join(FORMATS)
+        raise OutputError(f"expected a format, one of {known}, found {kind!r}{near(kind, FORMATS)}")
     suffix, write = FORMATS[kind]
     with SoundFile.open(path, stops=False) as result:
         if run is not None:

@@ -10,6 +10,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from lumpedcable.results.opening import read_only
+
 __all__ = ["copy_whole", "damaged", "joined"]
 
 _AT_ONCE = 2**22  # numbers that are copied at once
@@ -49,7 +51,7 @@ def copy_whole(source: Path, target: Path) -> None:
         OSError: a file cannot be read or written.
     """
     shutil.copyfile(source, target)
-    with h5py.File(source, "r", locking=False) as file, h5py.File(target, "r+") as copy:
+    with read_only(source) as file, h5py.File(target, "r+") as copy:
         shown: list[str] = []
         file.visititems(
             lambda path, item: (
@@ -72,7 +74,7 @@ def damaged(dataset: h5py.Dataset) -> str:
 
 def _opens(path: Path) -> bool:
     try:
-        h5py.File(path, "r", locking=False).close()
+        read_only(path).close()
     except OSError:
         return False
     return True

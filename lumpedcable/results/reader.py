@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from lumpedcable.results.attributes import attributes_of as _attributes
 from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
-from lumpedcable.results.errors import ResultError, check_known, first_line
+from lumpedcable.results.errors import ResultError, check_known, first_line, near
 from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
 from lumpedcable.results.lines import Index, LineData, dataset_of, frames_of, read
+from lumpedcable.results.opening import read_only
 from lumpedcable.results.schema import axes_words, check_version, partial_of
 from lumpedcable.results.series import Series
 
@@ -315,12 +316,14 @@ def opened(path: str | Path, kind: Callable[[Path, h5py.File], Kind]) -> Kind:
             raise ResultError(f"{path} is a folder, expected a results file (*.h5)")
         if not path.exists():
             partial = partial_of(path)
-            hint = f"; there is an unfinished {partial.name} beside it" if partial.exists() else ""
+            siblings = path.parent.glob("*.h5") if path.parent.is_dir() else ()
+            hint = near(path.name, (other.name for other in siblings))
+            if partial.exists():
+                hint = f"; there is an unfinished {partial.name} beside it"
             if folder is not None:
                 hint = f"; {HOW_TO_SHOW}"
             raise ResultError(f"no such file: {path}{hint}")
-        # no lock: a file still being written must be readable, and its structure is fixed
-        file = h5py.File(path, "r", locking=False)
+        file = read_only(path)
     except PermissionError as error:
         raise ResultError(f"{path} may not be read (permission denied)") from error
     except OSError as error:
