@@ -13,7 +13,7 @@ GROUPS = ("cases", "zip", "sample")
 """Tables of a sweep that hold several keys; they come after single keys, in this order."""
 RANGE = ("from", "to", "count", "step", "spacing")
 DRAW = ("from", "to", "spacing", "mean", "deviation")
-_SETTINGS = {"cases": (), "zip": (), "sample": ("method", "count", "seed")}
+SETTINGS = {"cases": (), "zip": (), "sample": ("method", "count", "seed")}
 
 Raw = tuple[Path, Any]
 """Where something stands in the file, and its raw value."""
@@ -72,7 +72,7 @@ def entries_of(
         else:
             for i, table in enumerate(tables):
                 mine = place if isinstance(raw, dict) else (*place, i)
-                settings = {k: v for k, v in table.items() if k in _SETTINGS[kind]}
+                settings = {k: v for k, v in table.items() if k in SETTINGS[kind]}
                 rest = {k: v for k, v in table.items() if k not in settings}
                 keys = {key: (at, value) for at, key, value in flattened(mine, rest)}
                 entries.append(Entry(kind, mine, keys, settings))

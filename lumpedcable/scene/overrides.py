@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lumpedcable.scene.entries import Entry, is_spec
+from lumpedcable.scene.entries import SETTINGS, Entry, is_spec
 from lumpedcable.scene.errors import Fault
 from lumpedcable.scene.events import with_place
 from lumpedcable.scene.part import Path, dotted
@@ -49,6 +49,8 @@ def apply(overrides: Iterable[str], data: dict[str, Any], sweep: Iterable[Entry]
             result.faults.append(Fault("", None, "", message, text))
             continue
         value = read_value(value_text)
+        if _set_draws(result, text, key, value):
+            continue
         path, message = resolve(key, value, result.data)
         if path is None:
             result.faults.append(Fault("", None, "", message, text))
@@ -57,6 +59,21 @@ def apply(overrides: Iterable[str], data: dict[str, Any], sweep: Iterable[Entry]
             value = value_text.strip()  # a title "12" is no number
         _set(result, text, path, value)
     return result
+
+
+def _set_draws(result: Overridden, text: str, key: str, value: Any) -> bool:
+    """Set how many draws there are, or how they are drawn: "sweep.sample.count"; whether it was that."""
+    for k, entry in enumerate(result.sweep):
+        where, _, setting = key.rpartition(".")
+        if (
+            entry.kind == "sample"
+            and where == dotted(entry.place)
+            and setting in SETTINGS["sample"]
+        ):
+            result.sweep[k] = replace(entry, settings=entry.settings | {setting: value})
+            result.origins[*entry.place, setting] = text
+            return True
+    return False
 
 
 def _is_text(spot: Spot | None) -> bool:
@@ -124,7 +141,8 @@ def resolve(key: str, value: Any, data: dict[str, Any]) -> tuple[Path | None, st
     if wanted[0] == "sweep":
         return None, (
             f'expected the path of the number itself, found "{key}"; '
-            "a list of values makes it an axis of the sweep"
+            "a list of values makes it an axis of the sweep, and of draws sweep.sample.count, seed and "
+            "method can be set"
         )
     known = {
         tuple(map(str, path)): given

@@ -42,7 +42,16 @@ def alone(runs: Runs) -> dict[int, str]:
     return {run: words for run, words in found.items() if words is not None}
 
 
-@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+LONG = ("adjustment", "restraint-two-anchors", "unloading")  # several seconds each
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
+        for path in SCENES
+    ],
+)
 def test_runs_checked_together_are_told_the_same(path):
     study = load_study(path)
     # of the output nothing is swept

@@ -169,3 +169,19 @@ def test_an_item_of_a_list_has_one_number(tmp_path):
     swept = f'{CUT}[sweep]\n"lines.rope.end.fixed.00" = [54, 55]\n'
     with pytest.raises(SceneError, match=r"expected the full path of a number of the scene, found"):
         load_study(good_scenes.write(tmp_path, swept))
+
+
+def test_draws_can_be_fewer_and_others(tmp_path):
+    draws = f'{CUT}[sweep.sample]\ncount = 64\n"lines.rope.mass" = {{ from = 1, to = 2 }}\n'
+    path = good_scenes.write(tmp_path, draws)
+    few = load_study(path, ["sweep.sample.count=4", "sweep.sample.seed=3"])
+    masses = [run.lines["rope"].mass for run in few.runs]
+    written = good_scenes.write(tmp_path, draws.replace("64", "4\nseed = 3"))
+    assert masses == [run.lines["rope"].mass for run in load_study(written).runs]
+    assert len(masses) == 4
+    again = load_study(good_scenes.write(tmp_path, few.effective_text))
+    assert [run.lines["rope"].mass for run in again.runs] == masses
+    with pytest.raises(
+        SceneError, match=r"sweep\.sample\.count: expected a whole number from 1 to"
+    ):
+        load_study(good_scenes.write(tmp_path, draws), ["sweep.sample.count=0"])
