@@ -20,9 +20,9 @@ CLOSE = 1e-3  # numbers on another processor are not the same to the last digit
 
 
 def executed(path):
-    """The notebook run anew, from the repository's folder, without what changes at every run."""
+    """The notebook run anew, from its own folder as Jupyter does, without what changes at every run."""
     notebook = nbformat.read(path, as_version=4)
-    told = {"metadata": {"path": str(ROOT)}}
+    told = {"metadata": {"path": str(path.parent)}}
     NotebookClient(notebook, timeout=300, kernel_name="python3", resources=told).execute()
     notebook.metadata = nbformat.from_dict(
         {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}

@@ -1,6 +1,7 @@
-"""The claims of transfer.md and their picture: python docs/transfer.py RESULTS.h5.
+"""How often the claims of transfer.md hold: python docs/transfer.py RESULTS.h5 [--write].
 
-The results are those of configs/highline/transfer-chances.toml.
+The results are those of configs/highline/transfer-chances.toml. With --write the shares go into the
+page, beside a new picture.
 """
 
 import re
@@ -104,10 +105,9 @@ def draw(found):
     figure.savefig(IMAGES / "transfer_chances.svg", metadata={"Date": None})
 
 
-def main(path):
-    """Write the table into the page and draw the picture."""
+def main(path, write=False):
+    """Print the table; or write it into the page and draw the picture."""
     found = outcomes(path)
-    draw(found)
     count = len(found["class 1"]["h_d"])
     rows = []
     for claim, holds in claims(found).items():
@@ -117,8 +117,12 @@ def main(path):
         shown = f"{100 * share:.0f} %" + (f" ± {100 * spread:.0f}" if spread > 0.005 else "")
         rows.append(f"| {claim} | {shown} | {verdict(share)} |\n")
     table = HEAD + "".join(rows)
+    if not write:
+        print(f"{count} draws\n\n{table}")
+        return
+    draw(found)
     PAGE.write_text(BLOCK.sub(lambda m: f"{m[1]}{table}{m[2]}", PAGE.read_text()))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1], write="--write" in sys.argv[2:])

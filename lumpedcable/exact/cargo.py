@@ -31,6 +31,10 @@ __all__ = [
 ]
 
 
+LONGEST = 100.0
+"""Times the distance of its ends: a longer line is two that hang straight down, which rounding hides."""
+
+
 def _closed(pair: Pair, H: Values) -> Highline:
     """The line that ends at B under the horizontal tension H (N); one, as the load's place is known."""
     size = np.real((pair.load + (pair.weights[0] + pair.weights[1]) * pair.span) / H)
@@ -130,10 +134,13 @@ def loaded_from_length(
     """Return the line of a known length S (m) with a load G (N) at x = place (m).
 
     Raises:
-        ValueError: a load off the span, a line that is too short, a weight that is not positive.
+        ValueError: a load off the span, a line that is too short or a hundred times too long, a weight
+            that is not positive.
     """
     l, c, q, G, x, S = _checked(span, drop, weight, load, place, length)
     reaching(l, c, S)
+    longest, found = LONGEST * np.hypot(np.real(l), np.real(c)), np.real(S)
+    hold(found <= longest, "expected a length S of {:g} m or less, found {:g} m", longest, found)
     return _of_length(_at(l, c, q, G, x), S)
 
 

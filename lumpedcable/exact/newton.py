@@ -42,6 +42,8 @@ def _descend(gradient: Gradient, x: Array, size: float, positive: int) -> tuple[
     best, best_norm = x, float(np.linalg.norm(g))
     since = 0  # steps since the gradient was last halved
     for _ in range(500):
+        if not np.all(np.isfinite(K)) or not np.max(np.abs(x)) < 1e100:
+            break
         step = _newton_step(K, g)
         lead, room = step[:positive], -0.95 * x[:positive]
         short = lead < room
@@ -59,8 +61,7 @@ def _descend(gradient: Gradient, x: Array, size: float, positive: int) -> tuple[
         if norm < best_norm:
             since = since if norm > 0.5 * best_norm else 0
             best, best_norm = x, norm
-        done = best_norm == 0.0 or (best_norm < 1e-9 * size and since > 3)
-        if done or not np.all(np.isfinite(K)) or not np.max(np.abs(x)) < 1e100:
+        if best_norm == 0.0 or (best_norm < 1e-9 * size and since > 3):
             break
     return best, best_norm
 

@@ -51,7 +51,7 @@ def animate_result(
         run: which run, from 0.
         seconds: how long the film lasts; the text beside the clock says how much slower or faster
             than real time that is.
-        fps: frames in a second.
+        fps: frames in a second; of a GIF, whose frames last whole hundredths of a second, about so many.
         beside: from the open file and the run to what it does not hold or holds otherwise: lines by
             name, read as its own are; places (m) of bodies without a size; faces (m) of those with one.
 
@@ -69,20 +69,23 @@ def animate_result(
     if not (seconds > 0.0 and fps > 0):
         raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
     keep_others(target, target.suffix)
+    rate = 100.0 / max(2, round(100.0 / fps)) if target.suffix == ".gif" else float(fps)
+    frames = max(2, round(seconds * rate))
     with SoundFile.open(path) as result, style.styled():
         result.hold(run)
         more = beside(result, run) if beside is not None else ({}, (), ())
-        film = _Film(result, run, seconds, more)
+        film = _Film(result, run, frames / rate, more)
         with reported(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             with whole(target) as partial:
-                _write(film, _writer(target, fps), partial, max(2, round(seconds * fps)))
+                _write(film, _writer(target, rate), partial, frames)
     return target
 
 
-def _writer(target: Path, fps: int) -> AbstractMovieWriter:
+def _writer(target: Path, rate: float) -> AbstractMovieWriter:
     if target.suffix == ".gif":
-        return PillowWriter(fps=fps)
+        # a hundredth that rounding makes a little less is cut off
+        return PillowWriter(fps=rate * (1.0 - 1e-9))  # pyright: ignore[reportArgumentType]
     try:
         import imageio_ffmpeg  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -93,7 +96,7 @@ def _writer(target: Path, fps: int) -> AbstractMovieWriter:
     matplotlib.rcParams["animation.ffmpeg_path"] = imageio_ffmpeg.get_ffmpeg_exe()
     # sizes must be even, and players want this pixel format
     filters = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]
-    return FFMpegWriter(fps=fps, extra_args=filters)
+    return FFMpegWriter(fps=round(rate), extra_args=filters)
 
 
 def _write(film: _Film, writer: AbstractMovieWriter, target: Path, frames: int) -> None:

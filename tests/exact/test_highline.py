@@ -305,6 +305,7 @@ def test_the_least_tension():
         (lambda: loaded_from_length(*LINE, LOAD, 60.0, 62.5), "cargo on the span.*found 60 m"),
         (lambda: loaded_from_length(*LINE, -1.0, 30.0, 62.5), "load G of 0 N or more"),
         (lambda: loaded_from_length(*LINE, LOAD, 30.0, 62.0), "62.0967 m, found 62 m"),
+        (lambda: loaded_from_length(*LINE, LOAD, 30.0, 7e3), "6209.67 m or less, found 7000 m"),
         (lambda: loaded_from_tension(*LINE, LOAD, 30.0, 15e3), "15323.4 N or more"),
         (lambda: straight_from_tension(SPAN, DROP, LOAD, 30.0, 9e3), "over 10000 N"),
         (lambda: straight_from_length(SPAN, DROP, LOAD, 30.0, 62.0), "found 62 m"),

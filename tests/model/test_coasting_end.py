@@ -28,6 +28,7 @@ every = "2 ms"
 
 
 @pytest.mark.parametrize("dt", [None, 2e-4])
+@pytest.mark.slow
 def test_drag_slows_the_end_of_a_slack_line_by_its_own_speed(tmp_path, dt):
     found, _ = equilibrium_of(scene_of(tmp_path, SCENE))
     model, line = found.model, found.model.lines["rope"]

@@ -120,6 +120,7 @@ def test_summaries_alone_keep_none_of_segments(tmp_path):
         assert result.summary()["run"]["peak_tension"] >= 50e3 * (1.0 - 1e-9)
 
 
+@pytest.mark.slow
 def test_lanes_that_are_given_up_keep_theirs(tmp_path, monkeypatch):
     # springs that stop their blocks after a quarter of a period, one after the other
     text = CAUGHT.replace("[output]", '[output]\nstop = "block"')

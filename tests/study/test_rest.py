@@ -92,9 +92,8 @@ length = "45 m"
 """
 
 
-@pytest.mark.parametrize(
-    ("length", "target"), [("45 m", ""), pytest.param("41 m", TARGET, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow  # four programs for a state of rest
+@pytest.mark.parametrize(("length", "target"), [("45 m", ""), ("41 m", TARGET)])
 def test_runs_of_other_meshes_have_their_own_places(tmp_path, length, target):
     (tmp_path / "scene.toml").write_text(f"""
 gravity = 9.81
@@ -295,6 +294,7 @@ CLAMP = "{{ fixed = [0, 0, 0], direction = {} }}"
 HELD = "{{ held = {{ pretension = 12, direction = {} }} }}"
 
 
+@pytest.mark.slow
 def test_a_clamped_line_carries_what_is_hung_on_it(tmp_path):
     """One force at the end of a bent line without weight, more than a right angle from its clamp: every
     part of it carries that force, and at the clamp its share in that direction, to second order."""
@@ -362,6 +362,7 @@ def test_a_state_turned_over_is_none(tmp_path, monkeypatch, beside):
 
 
 @pytest.mark.parametrize("rise", [0.0, 0.4])
+@pytest.mark.slow
 def test_a_span_leaves_its_clamps_forwards(tmp_path, rise):
     """A rod of 2 m over 1.2 m, clamped straight up and straight down: an arch, not a loop below."""
     start = CLAMP.format([0, 0, 1])
@@ -374,6 +375,7 @@ def test_a_span_leaves_its_clamps_forwards(tmp_path, rise):
     assert np.sum(tangent[1:] * tangent[:-1], axis=1).min() > 0
 
 
+@pytest.mark.slow
 def test_the_slack_line_of_a_tension_is_remarked_on(tmp_path):
     said = say(
         tmp_path, "run", CONFIGS / "adjustment.toml", "--set", "winch.tension=3 kN",

@@ -111,7 +111,8 @@ def test_there_is_room_for_every_field_of_a_call(outputs, after):
     assert [fields_done(first, outputs, after) for first in range(100)] == done
 
 
-@pytest.mark.parametrize("keep_lanes", [pytest.param(True, marks=pytest.mark.slow), False])
+@pytest.mark.slow
+@pytest.mark.parametrize("keep_lanes", [True, False])
 def test_a_run_that_has_stopped_keeps_its_last_fields(tmp_path, monkeypatch, keep_lanes):
     # v / (mu g) = 25 to 510 ms: three of them stop between two fields, and long before the others
     text = sliding_block(

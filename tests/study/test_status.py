@@ -122,6 +122,7 @@ method = "kvaerno3"
 """
 
 
+@pytest.mark.slow  # an implicit method is long to compile
 def test_a_step_that_is_not_found_however_short_ends_the_run(tmp_path):
     # the viscosity of a segment is 0 where its ends move alike but for 1e-7 c: a rate that is driven out
     # of that by the rest and back by the viscosity stays at the jump, and a stage there has no solution
@@ -192,6 +193,7 @@ def test_the_line_that_piles_up_is_named(tmp_path, first):
     assert f"materials.nylon.damping and lines.{first}.drag" in outcome.message
 
 
+@pytest.mark.slow
 def test_energies_beyond_all_numbers(tmp_path):
     # m g z of the second line is more than a float holds, though it moves as the first does
     lines = HOOKE[HOOKE.index("[lines.rope]") : HOOKE.index("[events")]
@@ -288,6 +290,7 @@ step = "5 ms"
 """
 
 
+@pytest.mark.slow
 def test_a_body_in_space_that_pitches_to_90_degrees_says_so(tmp_path):
     # a moment M about its own y turns it by M t^2 / (2 I): through 90 degrees, given time
     M, I = 40.0, 20.0

@@ -88,9 +88,8 @@ def test_a_line_is_hauled_through_water_against_its_whole_drag(tmp_path):
     assert ran.outcomes[0].energy_closure < 1e-3
 
 
-@pytest.mark.parametrize(
-    ("friction", "stalls"), [pytest.param(3.0, True, marks=pytest.mark.slow), (1.0, False)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("friction", "stalls"), [(3.0, True), (1.0, False)])
 def test_a_winch_drags_a_line_over_the_bed_if_friction_lets_it(tmp_path, friction, stalls):
     ran = run_text(tmp_path, BED.replace("damping", f"friction = {friction}\ndamping") + HAULED)
     assert ran.statuses == ["OK"]
@@ -134,6 +133,7 @@ every = "50 ms"
 """
 
 
+@pytest.mark.slow
 def test_what_a_winch_pays_out_brings_the_motion_of_its_water_along(tmp_path):
     # the added mass is nine times the rope's own: left out, a tenth of all energy would be missing
     ran = run_text(tmp_path, SHAKEN, "solver.courant=0.4")

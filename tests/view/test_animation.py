@@ -34,6 +34,26 @@ def test_a_gif_shows_the_run_in_slow_motion(file):
         assert (abs(after - before).max(axis=2) > 60).sum() > 100
 
 
+@pytest.mark.parametrize(("fps", "hundredths"), [(15, 7), (7, 14), (90, 2)])
+def test_a_gif_lasts_as_long_as_it_says(file, tmp_path, monkeypatch, fps, hundredths):
+    told, laid_out = [], animation._Film.__init__
+    monkeypatch.setattr(
+        animation._Film, "__init__",
+        lambda film, result, run, seconds, more: (
+            told.append(seconds), laid_out(film, result, run, seconds, more),
+        )[1],
+    )  # fmt: skip
+    made = animate_result(file, tmp_path / "r.gif", run=2, seconds=0.26, fps=fps)
+    with Image.open(made) as film:
+        lasts = []
+        for k in range(film.n_frames):
+            film.seek(k)
+            lasts.append(film.info["duration"])
+    assert min(lasts) == 10 * hundredths
+    assert 1e-3 * sum(lasts) == pytest.approx(told[0], rel=1e-9)
+    assert told[0] == pytest.approx(0.26, abs=0.5e-2 * hundredths)
+
+
 def test_a_frame_holds_the_file_s_values(file):
     with SoundFile.open(file) as result, style.styled():
         film = animation._Film(result, 4, 10.0, ({}, (), ()))
