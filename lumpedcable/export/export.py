@@ -12,7 +12,7 @@ from lumpedcable.export.spreadsheet import write_csv
 from lumpedcable.export.vtkhdf import write_vtkhdf
 from lumpedcable.results import OutputError, ResultFile
 from lumpedcable.results.disk import reported
-from lumpedcable.results.errors import near
+from lumpedcable.results.errors import did_you_mean
 from lumpedcable.results.sound import SoundFile
 
 __all__ = ["FORMATS", "export_result"]
@@ -48,7 +48,9 @@ def export_result(
     """
     if kind not in FORMATS:
         known = ", ".join(FORMATS)
-        raise OutputError(f"expected a format, one of {known}, found {kind!r}{near(kind, FORMATS)}")
+        raise OutputError(
+            f"expected a format, one of {known}, found {kind!r}{did_you_mean(kind, FORMATS)}"
+        )
     suffix, write = FORMATS[kind]
     with SoundFile.open(path, stops=False) as result:
         if run is not None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from lumpedcable.results.errors import nearest
 from lumpedcable.results.human import scale
 
 __all__ = ["Control", "FaultError", "Model", "chosen"]
@@ -105,8 +105,8 @@ def chosen(models: Mapping[str, Model], asked: Any) -> tuple[Model, dict[str, fl
     values = {}
     for name, value in asked["values"].items():
         if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            raise FaultError(f"no number {name!r}" + (f"; nearest: {near[0]}" if near else ""))
+            close = nearest(name, known)
+            raise FaultError(f"no number {name!r}" + (f"; nearest: {close}" if close else ""))
         good = isinstance(value, int | float) and not isinstance(value, bool)
         if not good or not abs(value) <= sys.float_info.max:
             raise FaultError(f"{known[name].words}: expected a number, found {value!r:.40}")

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from lumpedcable.exact import loaded_from_length, stage_shape
 from lumpedcable.exact.stages import STAGES
 from lumpedcable.scene import Body, Line, Scene
+from lumpedcable.scene.lines import held_place
 
 __all__ = ["SceneHighline", "highline_of"]
 
@@ -58,10 +59,10 @@ def highline_of(scene: Scene) -> SceneHighline | None:
         for name, line in scene.lines.items()
         for side in ("start", "end")
     }
-    held = {name: place for name, end in ends.items() if (place := _held(end)) is not None}
+    held = {name: place for name, end in ends.items() if (place := held_place(end)) is not None}
     if len(held) != 2:
         return None
-    first, last = held.values()
+    first, last = map(np.asarray, held.values())
     way = last - first
     span = float(np.hypot(way[0], way[1]))
     if span <= 0.0:
@@ -75,15 +76,6 @@ def highline_of(scene: Scene) -> SceneHighline | None:
     if stage is not None and not _stiff(scene, stage, numbers):
         stage = None
     return SceneHighline(numbers, stage)
-
-
-def _held(end: Any) -> NDArray[np.float64] | None:
-    """Where an end is held (m), None where it is not."""
-    place = getattr(end, "fixed", None)
-    if place is None:
-        place = getattr(getattr(end, "held", None), "position", None)
-    array = np.asarray(place if place is not None else [], float)
-    return array if array.shape == (3,) else None
 
 
 def _numbers(scene: Scene, span: float, drop: float, chord: float) -> dict[str, float]:
@@ -146,7 +138,7 @@ def _alike(scene: Scene, ends: dict[str, Any]) -> bool:
     lines = list(scene.lines.values())
     if any(line.bending is not None or line.model == "ideal" for line in lines):
         return False
-    free = [end for end in ends.values() if _held(end) is None]
+    free = [end for end in ends.values() if held_place(end) is None]
     if not scene.bodies:
         return not free or (len(free) == 2 and all(end in ends for end in map(str, free)))
     ((name, body),) = scene.bodies.items()

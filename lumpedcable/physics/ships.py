@@ -36,8 +36,8 @@ class AbstractBodyMotion(eqx.Module):
 
     @property
     def from_rest(self) -> bool:
-        """Whether its structure tells that it has no speed at t = 0: with a ramp."""
-        return getattr(self, "ramp", None) is not None
+        """Whether its structure tells that it has no speed at t = 0."""
+        return False
 
     @abc.abstractmethod
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
@@ -71,6 +71,11 @@ class HarmonicBody(AbstractBodyMotion):
     swings: tuple[Swing, ...]
     ramp: Float[Array, ""] | None = None
 
+    @property
+    def from_rest(self) -> bool:
+        """With a ramp, over which it grows."""
+        return self.ramp is not None
+
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
         """The six numbers (m, rad) at t (s)."""
         parts = [jnp.zeros(())] * 6
@@ -95,6 +100,11 @@ class HeldBody(AbstractBodyMotion):
     """A body that stays at six numbers (m, rad): a moment of one that moves freely."""
 
     at: Float[Array, " 6"]
+
+    @property
+    def from_rest(self) -> bool:
+        """Always."""
+        return True
 
     def freedoms(self, t: Float[Array, ""]) -> Float[Array, " 6"]:
         """The six numbers, at any t."""
@@ -145,6 +155,11 @@ class SeaBody(AbstractBodyMotion):
     cosine: Float[Array, "6 N"]
     sine: Float[Array, "6 N"]
     ramp: Float[Array, ""] | None = None
+
+    @property
+    def from_rest(self) -> bool:
+        """With a ramp, over which it grows."""
+        return self.ramp is not None
 
     @classmethod
     def of(

@@ -32,16 +32,21 @@ def first_line(said: object, otherwise: str = "") -> str:
     return next(filter(None, lines), otherwise or type(said).__name__)
 
 
-def near(name: str, known: Iterable[str]) -> str:
-    """'; did you mean "..."?' with the name nearest to one that is not there, "" where none is near."""
-    found = difflib.get_close_matches(name, list(known), 1)
-    return f'; did you mean "{found[0]}"?' if found else ""
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The name nearest to one that is not there, None where none is near."""
+    return next(iter(difflib.get_close_matches(name, list(known), 1)), None)
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """'; did you mean "..."?' with the nearest name, "" where none is near."""
+    close = nearest(name, known)
+    return f'; did you mean "{close}"?' if close else ""
 
 
 def check_known(path: Path, what: str, name: str, known: Iterable[str]) -> None:
     """Raise ResultError, with the nearest name, where a file has no such `what`."""
     known = list(known)
     if name not in known:
-        close = difflib.get_close_matches(name, known, 1)
-        hint = f"nearest: {close[0]}" if close else f"there is {', '.join(known) or 'none'}"
+        close = nearest(name, known)
+        hint = f"nearest: {close}" if close else f"there is {', '.join(known) or 'none'}"
         raise ResultError(f"{path}: no {what} {name!r}; {hint}")

@@ -25,16 +25,7 @@ def read_only(path: Path) -> h5py.File:
     Raises:
         OSError: it cannot be opened in any way: that of the first.
     """
-    first = _ways(path)[0]
-    try:
-        return h5py.File(path, "r", locking=first)
-    except (FileNotFoundError, PermissionError, IsADirectoryError):
-        raise
-    except OSError:
-        for other in _ways(path)[1:]:
-            with contextlib.suppress(OSError):
-                return h5py.File(path, "r", locking=other)
-        raise
+    return _opened(path)[0]
 
 
 def how_locked(path: Path) -> Lock:
@@ -43,13 +34,20 @@ def how_locked(path: Path) -> Lock:
     Raises:
         OSError: it cannot be opened.
     """
-    for way in _ways(path):
-        with contextlib.suppress(OSError):
-            h5py.File(path, "r", locking=way).close()
-            return way
-    read_only(path).close()  # says why not
-    return None
+    file, way = _opened(path)
+    file.close()
+    return way
 
 
-def _ways(path: Path) -> tuple[Lock, ...]:
-    return (False, None, True) if path.name.endswith(PARTIAL_SUFFIX) else (None, False, True)
+def _opened(path: Path) -> tuple[h5py.File, Lock]:
+    written = path.name.endswith(PARTIAL_SUFFIX)
+    first, *others = (False, None, True) if written else (None, False, True)
+    try:
+        return h5py.File(path, "r", locking=first), first
+    except (FileNotFoundError, PermissionError, IsADirectoryError):
+        raise
+    except OSError:
+        for other in others:
+            with contextlib.suppress(OSError):
+                return h5py.File(path, "r", locking=other), other
+        raise

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.attributes import attributes_of as _attributes
 from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
-from lumpedcable.results.errors import ResultError, check_known, first_line, near
+from lumpedcable.results.errors import ResultError, check_known, did_you_mean, first_line
 from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
 from lumpedcable.results.lines import Index, LineData, dataset_of, frames_of, read
 from lumpedcable.results.opening import read_only
@@ -317,7 +317,7 @@ def opened(path: str | Path, kind: Callable[[Path, h5py.File], Kind]) -> Kind:
         if not path.exists():
             partial = partial_of(path)
             siblings = path.parent.glob("*.h5") if path.parent.is_dir() else ()
-            hint = near(path.name, (other.name for other in siblings))
+            hint = did_you_mean(path.name, (other.name for other in siblings))
             if partial.exists():
                 hint = f"; there is an unfinished {partial.name} beside it"
             if folder is not None:

@@ -10,7 +10,6 @@ That is also why nothing is compressed.
 from __future__ import annotations
 
 import contextlib
-import difflib
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.results import disk
-from lumpedcable.results.errors import OutputError
+from lumpedcable.results.errors import OutputError, nearest
 from lumpedcable.results.joined import joined
 from lumpedcable.results.schema import (
     SCHEMA_VERSION,
@@ -125,8 +124,8 @@ class ResultWriter:
         """
         variable = self._variables.get(path)
         if variable is None:
-            near = difflib.get_close_matches(path, self._variables, 1)
-            raise ValueError(f"no variable {path!r}" + (f"; nearest: {near[0]}" if near else ""))
+            close = nearest(path, self._variables)
+            raise ValueError(f"no variable {path!r}" + (f"; nearest: {close}" if close else ""))
         unknown = set(selection) - set(variable.dims)
         if unknown:
             raise ValueError(f"{path} has dimensions {variable.dims}, not {sorted(unknown)}")

@@ -63,13 +63,11 @@ def apply(overrides: Iterable[str], data: dict[str, Any], sweep: Iterable[Entry]
 
 def _set_draws(result: Overridden, text: str, key: str, value: Any) -> bool:
     """Set how many draws there are, or how they are drawn: "sweep.sample.count"; whether it was that."""
+    where, _, setting = key.rpartition(".")
+    if setting not in SETTINGS["sample"]:
+        return False
     for k, entry in enumerate(result.sweep):
-        where, _, setting = key.rpartition(".")
-        if (
-            entry.kind == "sample"
-            and where == dotted(entry.place)
-            and setting in SETTINGS["sample"]
-        ):
+        if entry.kind == "sample" and where == dotted(entry.place):
             result.sweep[k] = replace(entry, settings=entry.settings | {setting: value})
             result.origins[*entry.place, setting] = text
             return True

@@ -26,9 +26,7 @@ from lumpedcable.study.plan import common_coordinates
 __all__ = ["NoEquilibriumError", "find_modes"]
 
 
-IN_BALANCE = (
-    1e-6  # of the largest force, which a place in a file, of some digits, may leave on a joint
-)
+IN_BALANCE = 1e-6  # of the largest force: a place in a file, of some digits, leaves that on a joint
 ROOM = {
     1: "inextensible lines on one straight line move across it alone",
     2: "inextensible lines that hold each other in this plane move out of it alone",

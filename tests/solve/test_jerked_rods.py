@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from engine_runs import run_text, scene_of
+from engine_runs import line_text, run_text, scene_of
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
@@ -35,15 +35,7 @@ every = 0.005
 
 
 def line(name, length, segments, start, end, material="a"):
-    return f"""
-[lines.{name}]
-material = "{material}"
-length = {length}
-segments = {segments}
-mass = {MASS}
-start = {start}
-end = {end}
-"""
+    return line_text(name, material, length, segments, MASS, start, end)
 
 
 def moved(x, ramp="", speed=(2, 0, 0)):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from command_line import refused
-from engine_runs import order_of, run_text
+from engine_runs import line_text, order_of, run_text
 from modal_runs import modes_at, modes_of, straight
 from scipy.linalg import eigh
 from scipy.optimize import brentq
@@ -30,15 +30,7 @@ step = "1 ms"
 
 
 def line(name, length, mass, start, end, segments=1):
-    return f"""
-[lines.{name}]
-material = "stiff"
-length = {length}
-segments = {segments}
-mass = {mass}
-start = {start}
-end = {end}
-"""
+    return line_text(name, "stiff", length, segments, mass, start, end)
 
 
 ORIGIN = "{ fixed = [0, 0, 0] }"
