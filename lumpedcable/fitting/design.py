@@ -37,11 +37,15 @@ class Limit:
 
 @dataclass(frozen=True)
 class Trial:
-    """A value of the number (SI), what it makes of the limited scalars, and their derivatives by it."""
+    """A value of the number (SI), what it makes of the limited scalars, and their derivatives by it.
+
+    It is `strained` where a line was stretched beyond max_strain of its material.
+    """
 
     number: float
     values: tuple[float, ...]
     slopes: tuple[float, ...]
+    strained: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,6 +120,8 @@ def least_design(
         trials.append(trial)
         after, decides = next_number(trial, limits)
         if abs(after - number) <= CLOSE * abs(number):
+            if trial.strained:
+                raise ValueError(_failed(key, number, Status.STRAIN_EXCEEDED))
             return Design(key, names[0].kind.unit, limits, tuple(trials), decides)
         low, high = sorted((number / STRIDE, number * STRIDE))  # below 0 the other way round
         number = float(np.clip(after, low, high))
@@ -132,14 +138,19 @@ def _number(study: Study, key: str):
 
 def _tried(study, limits, keys, start, number: float, run: int) -> Trial:
     scale = start / start[0]
-    values, slopes = [], []
+    values, slopes, strained = [], [], False
     for limit in limits:
         value, status, slope = scalar_slopes(study, limit.scalar, keys, number * scale, run)
-        if status is not Status.OK:
-            raise ValueError(f"{keys[0]} = {number:g}: {MEANING[status]}")
+        if status not in (Status.OK, Status.STRAIN_EXCEEDED):  # on the way a law may be carried on
+            raise ValueError(_failed(keys[0], number, status))
         values.append(value)
         slopes.append(float(slope @ scale))
-    return Trial(number, tuple(values), tuple(slopes))
+        strained |= status is Status.STRAIN_EXCEEDED
+    return Trial(number, tuple(values), tuple(slopes), strained)
+
+
+def _failed(key: str, number: float, status: Status) -> str:
+    return f"{key} = {number:g}: {MEANING[status]}"
 
 
 def next_number(trial: Trial, limits: tuple[Limit, ...]) -> tuple[float, int]:

@@ -164,8 +164,7 @@ def setting_of(
 
     With `back` it has as many steps as the scene asks for, and a share `spare` more. A step that the
     scene gives is obeyed as by a run, which may be above the bound: what is sampled judges it alone.
-    It is right at the scene's own numbers, with their derivatives; `anywhere`, for other values too, of
-    which some may strain a line beyond max_strain of its material.
+    It is right at the scene's own numbers, with their derivatives; `anywhere`, for other values too.
 
     Raises:
         EndlessError: it would take more steps than anybody waits for.
@@ -199,7 +198,7 @@ def setting_of(
     )  # fmt: skip
     free = tuple((key, (k,)) for k, key in enumerate(keys))
     structure = Structure(scene.skeleton(), layout, scene)
-    spec = GroupSpec(structure, plan, (what,), count, free, strained=anywhere)
+    spec = GroupSpec(structure, plan, (what,), count, free, strained=True)
     if plan.adaptive:
         return spec, arrays
     at = np.array([scene.numbers()[key] for key in keys])

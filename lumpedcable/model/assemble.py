@@ -4,7 +4,6 @@ The scene's numbers may be traced: the same function serves one run, a batch und
 derivative with respect to any number of the scene file.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import jax.numpy as jnp
@@ -17,7 +16,6 @@ from lumpedcable.model.carried import (
     make_measures,
     make_riders,
     make_winches,
-    place_motion,
 )
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.cuts import LEAST
@@ -27,13 +25,13 @@ from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import STANDARD_GRAVITY, law_of, rod_law
 from lumpedcable.model.model import Model
-from lumpedcable.model.numbers import if_given, moving, number, vector
+from lumpedcable.model.moved import path_of
+from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
 from lumpedcable.physics.load import AbstractLoad
 from lumpedcable.physics.morison import AddedMass, Drag
-from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
 from lumpedcable.physics.seabed import (
     AbstractSeabed,
     BedGrip,
@@ -49,9 +47,7 @@ from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
 from lumpedcable.scene.lines import (
     HeldForce,
-    JoinedEnd,
     MovingEnd,
-    RecordedMotion,
     clamp_of,
     held_force,
     held_place,
@@ -316,38 +312,13 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
         return Loaded(_force(held, coordinates), release)
     if (tied := body_place(scene, own, coordinates)) is not None:
         return Attached(*tied, release)
-    if isinstance(own, WinchEnd) or scene.point_of(own) is not None:
-        path = place_motion(scene, own, coordinates)
-        assert path is not None  # the scene was checked
-        return Driven(path, release)
-    if own is None or isinstance(own, str | JoinedEnd):
-        return Loaded()
-    return Driven(_motion(scene, own, coordinates), release)
+    path = path_of(scene, own, coordinates)
+    return Loaded() if path is None else Driven(path, release)
 
 
 def _force(held: HeldForce, coordinates: Coordinates) -> Float[Array, " d"]:
     """The force (N) that holds an end."""
     return number(held.pretension) * coordinates.vector(held.direction)
-
-
-def _motion(scene: Scene, end, coordinates: Coordinates) -> AbstractMotion:
-    if (place := held_place(end)) is not None:
-        return Still(coordinates.point(place))
-    motion, share = end.motion, moving(scene)
-    if isinstance(motion, RecordedMotion):
-        record = jnp.stack([coordinates.point(place) for place in motion.position])
-        path = Recorded(vector(motion.time), record)
-        # a record has no mean place: at rest the end is where it is at t = 0
-        begins = path.position(jnp.zeros(()))
-        return replace(path, record=jnp.where(share > 0.0, record, begins))
-    absent = {
-        "velocity": if_given(motion.velocity, lambda v: share * coordinates.vector(v)),
-        "amplitude": if_given(motion.amplitude, lambda v: share * coordinates.vector(v)),
-        "period": if_given(motion.period),
-        "phase": None if motion.amplitude is None else number(motion.phase),
-        "ramp": if_given(motion.ramp),
-    }
-    return Harmonic(coordinates.point(motion.position), **absent)
 
 
 def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinates) -> Junction:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
@@ -13,10 +14,11 @@ from lumpedcable.model.couple import Coupled, winch_name
 from lumpedcable.model.floating import reference_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
+from lumpedcable.model.moved import path_of
 from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.places import PlaceMeasured, Seen, place_measured
 from lumpedcable.model.riders import Rider
-from lumpedcable.model.ships import motion_of, point_of_body
+from lumpedcable.model.ships import motion_of
 from lumpedcable.model.winches import Control, Sheave, Winch
 from lumpedcable.physics import measures
 from lumpedcable.physics.contact import Hertz
@@ -30,7 +32,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, Contact, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
-from lumpedcable.scene.lines import MovingEnd, held_place
+from lumpedcable.scene.lines import joined_to
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, SpeedMeasure
 from lumpedcable.scene.moved import MovedBody
 
@@ -44,7 +46,6 @@ __all__ = [
     "make_measures",
     "make_riders",
     "make_winches",
-    "place_motion",
 ]
 
 
@@ -99,18 +100,6 @@ class Measured(eqx.Module):
         return jnp.concatenate([self.origin + self.axes @ q[:d], turn])
 
 
-def place_motion(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotion | None:
-    """The path of a place [x, y, z] (m) or of a point of a moved body; None for anything else."""
-    if isinstance(place, WinchEnd):
-        place = place.winch.at
-    held = held_place(place)
-    place = place if held is None else held
-    if isinstance(place, tuple):
-        return Still(coordinates.point(place))
-    carried = scene.point_of(place)
-    return None if carried is None else point_of_body(scene, *carried, coordinates)
-
-
 def body_place(scene: Scene, end: Any, coordinates: Coordinates):
     """The rigid body that an end is tied to and the point (m) in its axes; None for anything else."""
     tied = scene.body_point(end)
@@ -126,13 +115,13 @@ def body_place(scene: Scene, end: Any, coordinates: Coordinates):
 def _posts(scene: Scene, line: str, coordinates: Coordinates) -> list[AbstractMotion | BodyPost]:
     """The paths of the two ends of a line that a body runs on, or the bodies that they stand on."""
     found = []
-    for end in (scene.lines[line].start, scene.lines[line].end):
-        assert not isinstance(end, MovingEnd)
+    for own in (scene.lines[line].start, scene.lines[line].end):
+        end = joined_to(scene.lines, own)
         tied = body_place(scene, end, coordinates)
         if tied is not None:
             found.append(BodyPost(*tied))
             continue
-        motion = place_motion(scene, end, coordinates)
+        motion = path_of(scene, end, coordinates)
         assert motion is not None  # the scene was checked
         found.append(motion)
     return found
@@ -317,12 +306,10 @@ def _free_post(scene: Scene, part: BodyMeasure, coordinates: Coordinates) -> Bod
 def _measure(scene: Scene, part: BodyMeasure) -> AbstractMeasure:
     near = None
     if part.near is not None:
-        carried = scene.point_of(part.near)
-        space = Coordinates(jnp.eye(3), jnp.zeros(3))  # type: ignore[arg-type]
+        path = path_of(scene, part.near, Coordinates(np.eye(3), np.zeros(3)))
         bounds = [if_given(b) for b in (part.within, part.beyond)]
         # a post on a free body is put in where it is at the moment
-        still = Still(jnp.zeros(3))
-        near = Near(still if carried is None else point_of_body(scene, *carried, space), *bounds)
+        near = Near(Still(jnp.zeros(3)) if path is None else path, *bounds)
     if isinstance(part, SpeedMeasure):
         return measures.ClimbMeasure(near=near)
     if part.over is None:

@@ -53,9 +53,10 @@ def elastic_model(study: Study, run: int = 0) -> Model:
         except UnrestError as error:
             raise FaultError(str(error)) from error
         scene = resting.scene.with_numbers(numbers)
-        ships = moved_ships(scene, np.zeros(1))
+        begins = np.zeros(1)
+        ships = moved_ships(scene, begins)
         riders = {name: at[None] for name, at in bodies.items()}
-        for name, cable in straight_lines(scene, ships, riders).items():
+        for name, cable in straight_lines(scene, ships, riders, begins).items():
             tension = np.full(2, cable.tension)
             lines[name] = RestingLine(cable.position[0], tension, 0.0 * tension, tension)
         order = [_line_of(scene, name) for name in lines]

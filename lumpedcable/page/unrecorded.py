@@ -89,7 +89,7 @@ class Unrecorded:
                 ways.setdefault(name, []).append((way.position, way.attitude))
             riders = {name: result.body(name, "position", run) for name in result.bodies}
             free = {n: Moved(p, result.body(n, "attitude", run)) for n, p in riders.items()}
-            for name, line in straight_lines(scene, free | ships, riders).items():
+            for name, line in straight_lines(scene, free | ships, riders, result.time).items():
                 places.setdefault(name, {})[run] = line.position[result.frames]
                 tensions.setdefault(name, {})[run] = line.tension
         for name, way in ways.items():

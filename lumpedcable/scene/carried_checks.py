@@ -10,11 +10,14 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
+    HarmonicMotion,
     HeldEnd,
     JoinedEnd,
     Line,
+    MovingEnd,
     held_force,
     held_place,
+    joined_to,
     tie_of,
 )
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
@@ -115,12 +118,10 @@ def _across(lines: Lines, bodies: Bodies, path: Path, line: Line) -> Iterator[Pr
         body = bodies.get(tie) if tie is not None else None
         if isinstance(body, Body) and not body.rigid:
             what = f'the point mass "{tie}"'
-        name, _, which = (tie or "").rpartition(".")
-        joined = lines.get(name)
-        if joined is not None and which in SIDES and not _is_point(bodies, tie or ""):
-            beyond = getattr(joined, which)
-            if isinstance(beyond, str | JoinedEnd | HeldEnd) and anchor(bodies, beyond) is None:
-                what = f'a joint with "{tie}"'
+        beyond = joined_to(lines, end)
+        loose = isinstance(beyond, str | JoinedEnd | HeldEnd) and anchor(bodies, beyond) is None
+        if loose and (tie or "").rpartition(".")[0] in lines:
+            what = f'a joint with "{tie}"'
         if what is not None:
             yield Problem(
                 (*path, other),
@@ -199,17 +200,23 @@ def _lumped(path: Path, what: str, ideal: str) -> Problem:
 
 
 def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
-    """Return where an end is held or has its mean place (m), None where the scene does not say."""
+    """Return where an end is held, or its mean place (m); None where the scene does not say."""
     if isinstance(end, WinchEnd):
         end = end.winch.at
+    if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
+        away = (
+            end.motion.phase != 0.0 and end.motion.ramp is None
+        )  # it does not start from its mean
+        return None if away else end.motion.position
     if (place := held_place(end)) is not None:
         return place
     if isinstance(end, tuple):
         return end
     name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
     body = bodies.get(name)
-    if isinstance(body, MovedBody | Body) and body.position and point in body.points:
-        arm = body.points[point]
+    centre = not point and isinstance(body, Body) and body.rigid
+    if isinstance(body, MovedBody | Body) and body.position and (centre or point in body.points):
+        arm = (0.0, 0.0, 0.0) if centre else body.points[point]
         if isinstance(body, Body) and body.attitude is not None:
             arm = _turned(body.attitude, arm)
         return tuple(a + b for a, b in zip(body.position, arm, strict=True))
@@ -261,7 +268,7 @@ def _carried(
                 f'"{path[1]}", which the line could not carry otherwise, '
                 f"found {format_quantity(tension, 'N')}",
             )
-    places = [anchor(bodies, getattr(line, side)) for side in SIDES]
+    places = [anchor(bodies, joined_to(lines, getattr(line, side))) for side in SIDES]
     if places[0] is None or places[1] is None:
         return
     span = math.dist(places[0][:2], places[1][:2])

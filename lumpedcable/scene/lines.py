@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Tag
 
 from lumpedcable.scene.carried import WinchEnd
-from lumpedcable.scene.part import Part, Path, Problem, Text, choose, did_you_mean_key, tag
+from lumpedcable.scene.part import SIDES, Part, Path, Problem, Text, choose, did_you_mean_key, tag
 from lumpedcable.scene.quantities import (
     Angle,
     BendingStiffness,
@@ -189,6 +189,19 @@ def tie_of(end: Any) -> str | None:
     if isinstance(end, WinchEnd):
         return end.winch.at if isinstance(end.winch.at, str) else None
     return end if isinstance(end, str) and end != "free" else None
+
+
+def joined_to(lines: Mapping[str, Line | None], end: Any) -> Any:
+    """Return the end of another line that an end is joined to, in turn, or the end itself."""
+    seen = set()
+    while (tie := tie_of(end)) is not None and tie not in seen:
+        seen.add(tie)
+        name, _, side = tie.rpartition(".")
+        line = lines.get(name)
+        if line is None or side not in SIDES:
+            break
+        end = getattr(line, side)
+    return end
 
 
 def held_place(end: Any) -> tuple[float, float, float] | None:

@@ -12,12 +12,14 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.moved import path_of
 from lumpedcable.model.ships import motion_of
 from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
-from lumpedcable.scene.carried_checks import anchor
+from lumpedcable.scene.lines import joined_to
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.study import compiled  # noqa: F401 - for float64
 
@@ -91,14 +93,16 @@ def moved_ships(scene: Scene, times: NDArray[Any]) -> dict[str, Moved]:
 
 
 def straight_lines(
-    scene: Scene, ships: Mapping[str, Moved], riders: Mapping[str, NDArray[Any]]
-) -> dict[str, Straight]:
+    scene: Scene, ships: Mapping[str, Moved], riders: Mapping[str, NDArray[Any]],
+    times: NDArray[Any],
+) -> dict[str, Straight]:  # fmt: skip
     """The ideal cables of a scene, which have no nodes: straight from either post to the trolley.
 
     Args:
         scene: one run.
         ships: from `moved_ships`, and the same of bodies that move freely.
         riders: places (time, 3) of the bodies that run on lines (m).
+        times: those times (s).
     """
     found = {}
     for name, line in scene.lines.items():
@@ -108,19 +112,24 @@ def straight_lines(
         if line.model != "ideal" or rider is None or rider not in riders or winch is None:
             continue
         trolley = np.asarray(riders[rider], float)
-        posts = [_post(scene, end, ships, len(trolley)) for end in (line.start, line.end)]
+        posts = [_post(scene, end, ships, times) for end in (line.start, line.end)]
         places = np.stack([posts[0], trolley, posts[1]], axis=1)
         found[name] = Straight(places, float(winch.winch.tension))
     return found
 
 
-def _post(scene: Scene, end: Any, ships: Mapping[str, Moved], count: int) -> NDArray[np.float64]:
-    """The way (time, 3) of an end of an ideal cable: a point of a ship, or a place."""
+def _post(
+    scene: Scene, end: Any, ships: Mapping[str, Moved], times: NDArray[Any]
+) -> NDArray[np.float64]:
+    """The way (time, 3) of an end of an ideal cable: with a ship, or as it is held or moved itself."""
+    end = joined_to(scene.lines, end)
     named = end.winch.at if isinstance(end, WinchEnd) else end
     name, _, point = named.partition(".") if isinstance(named, str) else ("", "", "")
     body = scene.bodies.get(name)
     if name in ships and isinstance(body, MovedBody | Body):
         ship, place = ships[name], body.points.get(point, (0.0, 0.0, 0.0))
         return ship.position + Rotation.from_euler("xyz", ship.attitude).apply(place)
-    place = anchor(scene.bodies, end)
-    return np.broadcast_to(np.full(3, np.nan) if place is None else np.asarray(place), (count, 3))
+    path = path_of(scene, end, Coordinates(np.eye(3), np.zeros(3)))
+    if path is None:
+        return np.full((len(times), 3), np.nan)
+    return np.asarray(jax.vmap(path.position)(jnp.asarray(times, float)))

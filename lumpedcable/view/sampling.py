@@ -176,7 +176,9 @@ class RecoilingEnd:
                 found.append((f"exact {what}{why}", True, value))
             else:
                 source = known.get("source") or name.removeprefix("reference_").split("_")[0]
-                found.append((f"front arrival in {source}", False, value))
+                told = self._result.attributes.get("overrides")
+                changed = " for the scene without --set" if told else ""
+                found.append((f"front arrival in {source}{changed}", False, value))
         return found
 
     def holds(self) -> str:

@@ -331,6 +331,10 @@ def test_what_cannot_be_exported_is_told(file, tmp_path):
     assert "another file than the results" in refused(
         tmp_path, "export", file, "--to", "csv", "-o", file
     )
+    assert "a name that ends in .glb (binary glTF), found text.gltf" in refused(
+        tmp_path, "export", file, "--to", "gltf", "-o", "text.gltf"
+    )
+    assert not (tmp_path / "text.gltf").exists()
     blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("tension",))
     told = refused(tmp_path, "export", blind, "--to", "vtkhdf")
     assert "no positions to export: an ideal cable has none" in told

@@ -10,6 +10,22 @@ from lumpedcable.fitting.sensitivity import scalar_slopes
 # 450 kN without drag: the line arrives at the wall and goes through itself
 PILES_UP = ROPE.replace("tension_only = false", "tension_only = true")
 PULLED = ("segments=50", "pretension=450 kN")  # one program for as many outputs
+PULLED_ON = """
+[materials.m]
+law = "linear"
+EA = "1 kN"
+max_strain = 0.4
+[lines.rope]
+material = "m"
+length = "5 m"
+segments = 10
+mass = "1 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { motion = { position = ["5 m", 0, 0], velocity = ["8 m/s", 0, 0] } }
+[output]
+duration = "0.3 s"
+every = "10 ms"
+"""
 TIPS = """
 dimensions = 3
 [materials.m]
@@ -40,6 +56,9 @@ step = "5 ms"
     [
         (PILES_UP, (*PULLED, "output.duration=120 ms", "output.every=6 ms"), "LINE_REVERSED"),
         (PILES_UP, (*PULLED, "output.duration=20 ms", "output.every=1 ms"), "OK"),
+        # pulled on at 8 m/s, c = 31.6 m/s: a strain of 0.253, and twice that from the wall at 0.158 s
+        (PULLED_ON, (), "STRAIN_EXCEEDED"),
+        (PULLED_ON, ("materials.m.max_strain=0.9",), "OK"),
         pytest.param(TIPS, (), "BODY_UPENDED", marks=pytest.mark.slow),
     ],
 )

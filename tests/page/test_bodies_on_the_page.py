@@ -254,7 +254,7 @@ def test_an_ideal_cable_goes_with_the_free_ship_that_its_post_stands_on():
     roll = 0.1 * TIMES
     ships = {"ship": Moved(place, np.stack([roll, still, still], axis=-1))}
     riders = {"cargo": np.stack([still, 10.0 + still, 14.0 + still], axis=-1)}
-    line = straight_lines(scene, ships, riders)["highline"]
+    line = straight_lines(scene, ships, riders, TIMES)["highline"]
     post = place + np.stack([still, -15.0 * np.sin(roll), 15.0 * np.cos(roll)], axis=-1)
     assert line.position[:, 0] == pytest.approx(post)
 

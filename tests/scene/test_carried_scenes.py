@@ -214,6 +214,7 @@ def test_something_holds_the_end_across_from_a_winch(tmp_path, end, start, what)
         ('"ship.bow"', '"ship"'),
         ('"ship"', '"free"'),
         ('"tail.start"', THERE),
+        ('"tail.start"', "{ motion = { position = [55, 0, 0] } }"),
     ],
 )
 def test_what_holds_the_end_across_from_a_winch_may_be_any_place(tmp_path, end, start):

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from lumpedcable.exact import IdealHighline
 from lumpedcable.results import open_result
-from lumpedcable.scene import load_study
+from lumpedcable.scene import SceneError, load_study
 from lumpedcable.study.run import run_study
 
 ROOT = Path(__file__).parents[2]
@@ -202,3 +202,82 @@ def test_the_robust_claims_of_the_paper_hold_over_periods_and_phases(tmp_path):
     for (claim, each), share in zip(holds.items(), least, strict=False):
         assert len(each) == 16
         assert np.mean(each) >= share, claim
+
+
+MOVED = """
+gravity = 9.81
+[materials.steel]
+law = "linear"
+EA = 5e6
+[bodies.cargo]
+mass = 1000.0
+on = { line = "highline", place = 8.0 }
+[lines.highline]
+material = "steel"
+length = 20.0
+segments = 12
+mass = 3.0
+model = "MODEL"
+start = { motion = { position = [0, 0, 0], amplitude = [0.02, 0, 0.1], period = 1.3, ramp = 0.5 } }
+end = { winch = { at = [20, 0, 1], tension = 40e3 } }
+[output]
+duration = 1.0
+every = 0.1
+"""
+ON_A_SHIP = """
+start = "ship.post"
+[bodies.ship]
+position = [-3, 0, -2]
+points.post = [3, 0, 2]
+motion.surge = { amplitude = 0.02, period = 1.3 }
+motion.heave = { amplitude = 0.1, period = 1.3 }
+motion.ramp = 0.5
+"""
+
+
+@pytest.mark.parametrize("model", ["ideal", pytest.param("lumped", marks=pytest.mark.slow)])
+def test_cargo_runs_on_a_line_whose_end_is_moved_as_on_one_from_a_ship_that_is(tmp_path, model):
+    text = MOVED.replace("MODEL", model)
+    start = next(line for line in text.splitlines() if line.startswith("start"))
+    end = next(line for line in text.splitlines() if line.startswith("end"))
+    carried = text.replace(f"{start}\n{end}", end + ON_A_SHIP)
+    found = []
+    for name, scene in (("moved", text), ("ship", carried)):
+        (tmp_path / f"{name}.toml").write_text(scene)
+        study = load_study(tmp_path / f"{name}.toml")
+        (outcome,) = run_study(study, tmp_path / f"{name}.h5")
+        assert outcome.status.name == "OK"
+        with open_result(tmp_path / f"{name}.h5") as result:
+            found.append(result.body("cargo", "position"))
+    assert np.ptp(found[0][..., 2]) > 0.01  # it does move
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("model", ["ideal", pytest.param("lumped", marks=pytest.mark.slow)])
+def test_cargo_runs_on_a_line_that_meets_another_one_where_that_is_held(tmp_path, model):
+    text, found = MOVED.replace("MODEL", model), []
+    start = next(line for line in text.splitlines() if line.startswith("start"))
+    other = f"""
+[lines.other]
+material = "steel"
+length = 5.0
+segments = 2
+mass = 3.0
+end = "free"
+{start}
+[output]"""
+    joined = text.replace(start, 'start = "other.start"').replace("[output]", other)
+    for name, scene in (("alone", text), ("joined", joined)):
+        (tmp_path / f"{name}.toml").write_text(scene)
+        (outcome,) = run_study(load_study(tmp_path / f"{name}.toml"), tmp_path / f"{name}.h5")
+        assert outcome.status.name == "OK"
+        with open_result(tmp_path / f"{name}.h5") as result:
+            found.append(result.body("cargo", "position"))
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-4)  # other steps
+
+
+def test_cargo_stands_on_a_line_whose_end_is_moved(tmp_path):
+    text = MOVED.replace("MODEL", "ideal").replace("place = 8.0", "place = 21.0")
+    (tmp_path / "off.toml").write_text(text)
+    with pytest.raises(SceneError, match="expected a place on the span"):
+        load_study(tmp_path / "off.toml")
