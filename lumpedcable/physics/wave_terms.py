@@ -22,6 +22,7 @@ VISCOSITY_SHARE_OF_LIMIT = 0.4
 MORE_AT_LOAD = 1.5  # times as much viscosity in the segment of a loaded end,
 LESS_LIMIT_AT_LOAD = 0.35  # within as much of the limit, since half a mass follows
 SLACK_VISCOSITY = 0.25  # times l / dt: one step then evens out the shortest wave, without ringing
+TURNED = 0.05  # rad that a line turns by over a segment and its neighbours where it folds
 SOFT = 1e-30  # N: no stiffness, but one whose root has a derivative
 SLACK_SHARE_OF_REST = 0.3  # of what the springs beside a slack segment leave of a stable step
 STILL = 50.0  # times the rounding error of the wave speed: a jump of velocity that counts as none
@@ -51,7 +52,8 @@ class Values(NamedTuple):
     """Numbers at each segment: of rate and tension its left neighbour's, its own and its right one's.
 
     `beside` are the stiffnesses of the two neighbours, None where no fixed step asks for them; `at_rest`
-    is the second difference of the tensions at rest (N), None where it is nothing.
+    is the second difference of the tensions at rest (N), None where it is nothing; `aligned` tells from
+    1 to 0 how little the line turns there, None where it cannot, or where that is not asked.
     """
 
     rate: tuple[Float[Array, " n"], ...]
@@ -63,6 +65,7 @@ class Values(NamedTuple):
     dt: Float[Array, ""] | None
     damping: Float[Array, ""] | None
     at_rest: Float[Array, " n"] | None = None
+    aligned: Float[Array, " n"] | None = None
 
 
 class _Pieces(NamedTuple):
@@ -138,7 +141,9 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
         assert given.taut is not None
         near = most(most(*values.beside), SOFT) * ((dt / length) ** 2 / mass)
         slack = _Slack(near, given.taut)
-        viscosity = jnp.where(given.taut, viscosity, _slack_share(near, jump) * (length / dt))
+        share = _slack_share(near, jump)
+        share = share if values.aligned is None else share * values.aligned
+        viscosity = jnp.where(given.taut, viscosity, share * (length / dt))
     return _Pieces(stiff, jump, smooth, nu2, linear, free, room, bound, slack, keep(viscosity))
 
 
@@ -279,8 +284,16 @@ def _slopes(given: Given, values: Values, pieces: _Pieces, corrected: bool) -> V
         by_damping = jnp.where(eased, -by_b, 0.0) / (mass * length)
         by_mass = by_mass - by_damping * (values.damping / mass)
         by_length = by_length - by_damping * (values.damping / length)
+    by_aligned = None
+    if values.aligned is not None:
+        assert given.taut is not None
+        assert pieces.slack is not None
+        assert dt is not None
+        whole = by_b * _slack_share(pieces.slack.near, jump) * (length / dt)
+        by_aligned = jnp.where(given.taut, 0.0, whole)
     return Values(
-        by_rate, by_stiffness, beside, by_tension, by_length, by_mass, by_dt, by_damping, at_rest
+        by_rate, by_stiffness, beside, by_tension, by_length, by_mass, by_dt, by_damping, at_rest,
+        by_aligned,
     )  # fmt: skip
 
 
@@ -314,6 +327,7 @@ def _slopes_of_viscosity(values: Values, pieces: _Pieces, eased) -> _OfViscosity
         bent = bent & (pieces.jump <= 0.0) & ~slack.taut
         per_stiffness = (values.dt / values.length) ** 2 / values.mass
         by_near = -SLACK_SHARE_OF_REST * (values.length / values.dt) * per_stiffness
+        by_near = by_near if values.aligned is None else by_near * values.aligned
         by_near = jnp.where(bent & (slack.near > SOFT * per_stiffness), by_near, 0.0)
         of_slack = viscosity - 2.0 * by_near * (slack.near / per_stiffness)
         size = jnp.where(slack.taut, size, of_slack)

@@ -22,6 +22,7 @@ from lumpedcable.physics.tips import AFTER, ALIKE, BEFORE, FALLEN
 from lumpedcable.physics.vectors import least, most
 from lumpedcable.physics.wave_terms import (
     SOFT,
+    TURNED,
     Given,
     Values,
     WaveTensions,
@@ -179,12 +180,14 @@ class ReleaseWaves(eqx.Module):
       times as much, since half a mass follows. Material damping k (N s) is a viscosity already: what it
       does, k / (m l), is taken off b. Where a tension-only line is slack, b = l / (4 dt), or
       0.3 (1 - nu^2) l / dt with the nu of the segments beside it if that is less: nothing else would
-      send back a node that has overshot, and it would keep its speed and run into its neighbours.
+      send back a node that has overshot, and it would keep its speed and run into its neighbours. That
+      it can only along a straight line: b is taken 1 - (a / 0.05)^2 times, or 0, with a (rad) the angle
+      between the segments on both sides. A line that folds as it falls would be held up else.
     - the correction is switched off where f says shock, (1 - f) C, and at a joint.
 
-    1/12 and the ghosts of a taut line are derived; 0.16, 0.5, 0.4, 0.3, what an end changes of them, the
-    rules of phi and the square are choices. Without a fixed step (dt None, adaptive solvers) nu is 0 and
-    the stability bound is left out.
+    1/12 and the ghosts of a taut line are derived; 0.16, 0.5, 0.4, 0.3, 0.05, what an end changes of
+    them, the rules of phi and the squares are choices. Without a fixed step (dt None, adaptive solvers)
+    nu is 0 and the stability bound is left out.
     """
 
     corrected: bool = eqx.field(static=True)
@@ -246,6 +249,7 @@ class ReleaseWaves(eqx.Module):
             dt,
             damping,
             self._at_rest(met, tension, tension_only),
+            _aligned(tangent, cut) if tension_only and dt is not None else None,
         )
         return at_each(tensions, given, values, slopes), ghosted
 
@@ -323,6 +327,23 @@ def _written_beyond(
         if tensions is not None:
             tensions = place_at_end(tensions, slot, end.ghost_tension(pick(tension, own), ahead))
     return Ghosted(tensions, rates, near)
+
+
+def _aligned(tangent: Float[Array, "d n"], cut: Cut | None) -> Float[Array, " n"] | None:
+    """From 1 to 0, how little a line turns over each segment and its neighbours; None of a straight one.
+
+    Beyond an end it goes on straight.
+    """
+    if tangent.shape[0] == 1:
+        return None
+    around = framed(tangent[:, :1], tangent, tangent[:, -1:])
+    if cut is not None:
+        for side, _ in cut.sides():
+            own = pick(tangent, cut.seam.segment(side))
+            around = place_at_end(around, cut.seam.slot(side) + 1, own)
+    before, _, after = neighbours(around)
+    turn = after - before
+    return most(1.0 - jnp.sum(turn * turn, axis=0) / TURNED**2, 0.0)
 
 
 def _at_loads(

@@ -140,7 +140,7 @@ class Seabed(Part):
     """Upward force in N per m of unstretched length and per m of penetration, so in Pa."""
     damping: FoundationDamping | None = None
     """Force in N per m of unstretched length and per m/s of speed along the bed's normal, in contact
-    only, so in Pa s. Absent: none."""
+    only, so in Pa s; with the spring it never pulls. Absent: none."""
     friction: NonNegativeNumber | None = None
     """Coulomb's coefficient of lines on the bed. Absent: none."""
     profile: Profile | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
+from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.part import SIDES, Part, Path, Problem, Text, did_you_mean, either
 from lumpedcable.scene.quantities import Length, PositiveForce, PositiveLength, found
 
@@ -90,6 +91,12 @@ def target_problems(
                 yield Problem(
                     (*path, "change"),
                     f'expected a line with segments, found "{target.line}" with segment_lengths',
+                )
+            elif line is not None and WinchEnd in (type(line.start), type(line.end)):
+                yield Problem(
+                    (*path, "change"),
+                    f'expected a line without a winch, found "{target.line}", whose winch finds how '
+                    "much of it is out: ask for the winch's tension",
                 )
         yield from _of(target, (*path, "of"), lines, bodies)
 

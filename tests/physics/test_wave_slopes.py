@@ -14,16 +14,19 @@ from lumpedcable.physics.wave_terms import Given, Values, slopes, tensions
 N = 600
 KINDS = [
     kind
-    for kind in itertools.product((True, False), repeat=7)
-    # neighbours count where the line can be slack and the step is known, loads where waves are corrected
-    if not (kind[0] and not (kind[1] and kind[2])) and (kind[3] or not kind[6])
+    for kind in itertools.product((True, False), repeat=8)
+    # neighbours count where the line can be slack and the step is known, turns where they do, and loads
+    # where waves are corrected
+    if not (kind[0] and not (kind[1] and kind[2]))
+    and (kind[3] or not kind[6])
+    and kind[7] <= kind[0]
 ]
 FEW = [
-    kind if sum(kind) in (0, 7) else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS
+    kind if sum(kind) in (0, 8) else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS
 ]
 
 
-def at_random(beside, steps, cut, corrected, ends, damped, loaded):
+def at_random(beside, steps, cut, corrected, ends, damped, loaded, turning):
     """Segments of every kind: at rest, smooth, at a front, stiff, soft and slack, loaded, at joints."""
     random = np.random.default_rng(7)
     rate = random.normal(size=(3, N)) * random.choice([1.0, 10.0, 100.0], N)
@@ -46,6 +49,7 @@ def at_random(beside, steps, cut, corrected, ends, damped, loaded):
         jnp.asarray(random.uniform(0.3, 0.6, N)), jnp.asarray(1.3),
         jnp.asarray(4e-4) if steps else None, jnp.asarray(30.0) if damped else None,
         jnp.asarray(random.normal(size=N)) * 2e3 if loaded else None,
+        jnp.asarray(random.choice([0.0, 0.4, 1.0], N)) if turning else None,
     )  # fmt: skip
     return given, values
 
@@ -83,7 +87,7 @@ def test_slopes_are_those_that_jax_finds(kind):
 
 
 def test_every_case_of_the_formulas_is_among_them():
-    given, values = at_random(*7 * [True])
+    given, values = at_random(*8 * [True])
     taut = np.asarray(given.taut)
     found = tensions(given, values)
     nu2 = np.asarray(values.stiffness / values.mass * (values.dt / values.length) ** 2)
@@ -92,6 +96,6 @@ def test_every_case_of_the_formulas_is_among_them():
     cut = np.asarray(found.correction == -values.tension[1])
     cases = (
         taut & cut, taut & ~cut, taut & (nu2 > 1.0), taut & (nu2 < 0.5), taut & quiet, taut & ~quiet,
-        ~taut & (rate > 0.0), ~taut & (rate < 0.0),
+        ~taut & (rate > 0.0), ~taut & (rate < 0.0), ~taut & ~quiet & (np.asarray(values.aligned) < 1.0),
     )  # fmt: skip
     assert min(map(np.sum, cases)) >= 3

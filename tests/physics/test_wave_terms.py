@@ -14,10 +14,13 @@ WALL = Boundary(False)
 N = 12
 
 
-def terms(tension, rate, ends=(WALL, WALL), dt=DT, corrected=True, stiffness=None, cut=False):
+def terms(
+    tension, rate, ends=(WALL, WALL), dt=DT, corrected=True, stiffness=None, cut=False, angle=0.0
+):
     tension, rate = jnp.asarray(tension, float), jnp.asarray(rate, float)
     stiffness = jnp.full(tension.shape, EA) if stiffness is None else jnp.asarray(stiffness, float)
-    tangent = jnp.stack([jnp.ones(tension.shape[0]), jnp.zeros(tension.shape[0])])
+    angle = jnp.broadcast_to(jnp.asarray(angle, float), tension.shape)
+    tangent = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
     found, _ = ReleaseWaves(corrected).terms(
         tension, stiffness, rate, tangent, jnp.asarray(LENGTH), jnp.asarray(MASS), ends,
         None if dt is None else jnp.asarray(dt), cut,
@@ -132,6 +135,23 @@ def test_a_slack_segment_evens_out_the_shortest_wave_in_one_step():
     _, viscous = terms(np.zeros(N), rate, stiffness=np.zeros(N), cut=True)
     after = zigzag[1:-1] + DT * np.diff(np.asarray(viscous)) / (MASS * LENGTH)
     np.testing.assert_allclose(after, 0.0, atol=1e-12)
+
+
+def test_a_slack_line_that_folds_is_left_to_fold():
+    # b goes as 1 - (turn / 0.05)^2 with the turn over a segment and its neighbours
+    turn = np.array([0.0, 0.0, 0.0, 0.01, 0.01, 0.03, 0.1, 0.1, 0.0, 0.0, 0.0])
+    rate = np.where(np.arange(N) % 2 == 0, 1.0, -1.0)
+    slack = {"stiffness": np.zeros(N), "cut": True}
+    _, straight = terms(np.zeros(N), rate, **slack)
+    _, folding = terms(np.zeros(N), rate, angle=np.cumsum([0.4, *turn]), **slack)
+    over = 2.0 * np.sin(0.5 * np.convolve(turn, [1.0, 1.0])[[0, *range(1, N - 1), N - 1]])
+    share = np.maximum(1.0 - (over / 0.05) ** 2, 0.0)
+    np.testing.assert_allclose(folding, share * np.asarray(straight), atol=1e-12)
+    assert np.sum(share == 0.0) == 3
+    assert np.sum(share == 1.0) == 6
+    # taut, it has its viscosity however it turns
+    _, taut = terms(np.full(N, 9e3), rate, cut=True, angle=np.cumsum([0.4, *turn]))
+    np.testing.assert_array_equal(taut, terms(np.full(N, 9e3), rate, cut=True)[1])
 
 
 def test_a_line_that_cannot_push_is_not_pushed_by_the_correction():

@@ -48,6 +48,15 @@ def load(tmp_path, text):
     return load_study(good_scenes.write(tmp_path, text), [])
 
 
+def test_a_line_has_its_length_from_its_winch_or_from_a_target(tmp_path):
+    end = "end = { fixed = [60, 0, -16] }"
+    with pytest.raises(SceneError, match='expected a line without a winch, found "after"'):
+        load(
+            tmp_path,
+            SCENE.replace(end, 'end = { winch = { at = [60, 0, -16], tension = "9 kN" } }'),
+        )
+
+
 def test_a_scene_at_rest_is_read(tmp_path):
     study = load(tmp_path, SCENE)
     scene = study.runs[0]
