@@ -330,9 +330,9 @@ def _written_beyond(
 
 
 def _aligned(tangent: Float[Array, "d n"], cut: Cut | None) -> Float[Array, " n"] | None:
-    """From 1 to 0, how little a line turns over each segment and its neighbours; None of a straight one.
+    """1 - (a / 0.05)^2, or 0, with the angle a (rad) between the segments beside each.
 
-    Beyond an end it goes on straight.
+    None of a straight line. Beyond an end a line goes on straight.
     """
     if tangent.shape[0] == 1:
         return None

@@ -120,7 +120,8 @@ def _across(lines: Lines, bodies: Bodies, path: Path, line: Line) -> Iterator[Pr
             what = f'the point mass "{tie}"'
         beyond = joined_to(lines, end)
         loose = isinstance(beyond, str | JoinedEnd | HeldEnd) and anchor(bodies, beyond) is None
-        if loose and (tie or "").rpartition(".")[0] in lines:
+        name, _, which = (tie or "").rpartition(".")
+        if loose and name in lines and which in SIDES:
             what = f'a joint with "{tie}"'
         if what is not None:
             yield Problem(
@@ -200,14 +201,15 @@ def _lumped(path: Path, what: str, ideal: str) -> Problem:
 
 
 def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
-    """Return where an end is held, or its mean place (m); None where the scene does not say."""
+    """Return where an end is held, or its mean place (m); None where the scene does not say.
+
+    Nor of an end with a motion that does not begin at its mean place.
+    """
     if isinstance(end, WinchEnd):
         end = end.winch.at
     if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
-        away = (
-            end.motion.phase != 0.0 and end.motion.ramp is None
-        )  # it does not start from its mean
-        return None if away else end.motion.position
+        from_mean = end.motion.phase == 0.0 or end.motion.ramp is not None
+        return end.motion.position if from_mean else None
     if (place := held_place(end)) is not None:
         return place
     if isinstance(end, tuple):
