@@ -99,9 +99,10 @@ class _Smooth(NamedTuple):
 
 
 class _Slack(NamedTuple):
-    """The nu^2 of the stiffer neighbour, and where a segment is taut."""
+    """The nu^2 of the stiffer neighbour, the viscosity of a straight line (m/s), where it is taut."""
 
     near: Float[Array, " n"]
+    whole: Float[Array, " n"]
     taut: Bool[Array, " n"]
 
 
@@ -140,10 +141,9 @@ def _pieces(given: Given, values: Values, keep) -> _Pieces:
     if values.beside is not None:
         assert given.taut is not None
         near = most(most(*values.beside), SOFT) * ((dt / length) ** 2 / mass)
-        slack = _Slack(near, given.taut)
-        share = _slack_share(near, jump)
-        share = share if values.aligned is None else share * values.aligned
-        viscosity = jnp.where(given.taut, viscosity, share * (length / dt))
+        slack = _Slack(near, _slack_share(near, jump) * (length / dt), given.taut)
+        share = slack.whole if values.aligned is None else slack.whole * values.aligned
+        viscosity = jnp.where(given.taut, viscosity, share)
     return _Pieces(stiff, jump, smooth, nu2, linear, free, room, bound, slack, keep(viscosity))
 
 
@@ -286,11 +286,8 @@ def _slopes(given: Given, values: Values, pieces: _Pieces, corrected: bool) -> V
         by_length = by_length - by_damping * (values.damping / length)
     by_aligned = None
     if values.aligned is not None:
-        assert given.taut is not None
         assert pieces.slack is not None
-        assert dt is not None
-        whole = by_b * _slack_share(pieces.slack.near, jump) * (length / dt)
-        by_aligned = jnp.where(given.taut, 0.0, whole)
+        by_aligned = jnp.where(pieces.slack.taut, 0.0, by_b * pieces.slack.whole)
     return Values(
         by_rate, by_stiffness, beside, by_tension, by_length, by_mass, by_dt, by_damping, at_rest,
         by_aligned,
