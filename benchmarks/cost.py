@@ -17,7 +17,7 @@ import jax.numpy as jnp
 from benchmarks.engine import Runner, scene_of
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.numbers import number
-from lumpedcable.solve.integrate import Numbers
+from lumpedcable.solve.plan import Numbers
 from lumpedcable.study.compiled import advance_batch, begin_batch, prepare_batch
 from lumpedcable.study.packed import Packed
 from lumpedcable.study.plan import plan_of, structure_of

@@ -11,7 +11,7 @@ from benchmarks.engine import SCENE
 from benchmarks.studies import SWEEP
 from lumpedcable.model.numbers import number
 from lumpedcable.scene import load_study
-from lumpedcable.solve.integrate import Numbers
+from lumpedcable.solve.plan import Numbers
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.plan import rounded_steps

@@ -18,7 +18,7 @@ from lumpedcable.fitting.transforms import Transform, transform_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.numbers import number
 from lumpedcable.scene import Fault, Scene, SceneError
-from lumpedcable.solve.integrate import Plan
+from lumpedcable.solve.plan import Plan
 from lumpedcable.study.compiled import Structure, prepare_batch
 from lumpedcable.study.endless import MOST_STEPS, endless_words
 from lumpedcable.study.plan import (

@@ -18,8 +18,9 @@ from lumpedcable.model.materials import law_of
 from lumpedcable.model.model import Model
 from lumpedcable.physics.precision import cast
 from lumpedcable.solve.bound import step_bound
-from lumpedcable.solve.integrate import Numbers, Progress, begin, interval
+from lumpedcable.solve.integrate import begin, interval
 from lumpedcable.solve.observe import Sample, sample, signs
+from lumpedcable.solve.plan import Numbers, Progress
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import SIGNS, Status

@@ -6,13 +6,12 @@ interrupted.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import diffrax
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int, PyTree
+from jaxtyping import Array, Float, Int, PyTree
 
 from lumpedcable.model.attached import on_paths, start_velocities
 from lumpedcable.model.balance import reactions_at_rest
@@ -29,36 +28,17 @@ from lumpedcable.solve.jerk import jerked
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
 from lumpedcable.solve.leapfrog import CableTerm, HalfStep, Leapfrog
-from lumpedcable.solve.observe import (
-    Recoil,
-    Sample,
-    Watch,
-    sample,
-    tips,
-    watch,
-    watched,
-    watches,
-)
+from lumpedcable.solve.observe import Sample, sample, tips, watch, watched, watches
+from lumpedcable.solve.plan import Numbers, Plan, Progress, peaks_of
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
 from lumpedcable.solve.stop import halted, held, rests
-from lumpedcable.solve.trips import Trip, tripped, trips
+from lumpedcable.solve.trips import tripped, trips
 from lumpedcable.solve.upright import upright, uprightest
 from lumpedcable.solve.watching import Watching
 from lumpedcable.status import Status
 
-__all__ = [
-    "METHODS",
-    "Numbers",
-    "Plan",
-    "Progress",
-    "advance",
-    "begin",
-    "cast",
-    "initial_state",
-    "interval",
-    "peaks_of",
-]
+__all__ = ["METHODS", "advance", "begin", "initial_state", "interval"]
 
 # of an output interval: stages that have no solution with a step as short as this will not have any
 LEAST_SOLVED = 1e-10
@@ -78,75 +58,6 @@ METHODS = {
     "kvaerno4": diffrax.Kvaerno4,
     "kvaerno5": diffrax.Kvaerno5,
 }
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How to integrate, as far as it is structure: what it changes needs another compilation.
-
-    `adaptive` steps are the solver's own choice; else each output interval is cut into equal steps.
-    Of the ends `tips` place and velocity are sampled.
-    `outputs` is the most that one call of `advance` returns, `fields_after` from how many of them to how
-    many there are fields again. With `watch_peaks` leapfrog keeps the largest tensions of all segments.
-    Of the lines `borne` the largest tension is sampled.
-    `sloped` asks that Runge-Kutta methods of fixed steps have derivatives in both modes, which takes a
-    little longer, and a run that stops ends at the instant of it.
-    """
-
-    method: str
-    adaptive: bool
-    quantities: tuple[str, ...]
-    recoils: tuple[Recoil, ...]
-    dtype: str
-    max_steps: int
-    outputs: int
-    stop: str | None = None
-    sloped: bool = False
-    tips: tuple[Recoil, ...] = ()
-    fields_after: int = 1
-    watch_peaks: bool = False
-    borne: tuple[str, ...] = ()
-
-    @property
-    def energy(self) -> bool:
-        """Whether energies are accounted for."""
-        return "energy" in self.quantities
-
-
-class Progress(NamedTuple):
-    """Where a run is: its state, what its solver keeps between steps, its watches.
-
-    `solver_state` is a `HalfStep` of leapfrog, a `RodHalfStep` of rods, and of adaptive methods the mean
-    step (s) of the last interval. `stopped` is when its body came to rest (s), NaN before; `rod_peaks`
-    the largest tensions so far of the segments of inextensible lines (N), of others see `peaks_of`;
-    `upright` the least |cos(pitch)| so far of bodies that turn in space; `trips` tell when ends that
-    break at a tension have to carry it, whether or not they break then. `stuck` is 0 while steps are
-    found, else the `Status` of why there was none, and time stands still; a run whose rods have `lost`
-    their lengths stays as it was before that step.
-    """
-
-    y: State
-    solver_state: PyTree
-    seen: tuple[Watch, ...]
-    stuck: Int[Array, ""]
-    stopped: Float[Array, ""]
-    rod_peaks: dict[str, Float[Array, " n"]]
-    lost: Bool[Array, ""]
-    upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (as in `Numbers`)
-    trips: dict[str, Trip] = {}  # noqa: RUF012
-
-
-class Numbers(NamedTuple):
-    """The numbers of a plan: output interval (s), steps in it, tolerances.
-
-    `cuts` are, by line, the segments before its seam, where all runs that go together have the same.
-    """
-
-    every: Float[Array, ""]
-    steps: Int[Array, ""]
-    rtol: Float[Array, ""]
-    atol: Float[Array, ""]
-    cuts: dict[str, Int[Array, ""]] = {}  # noqa: RUF012 (a named tuple's default, which nobody changes)
 
 
 def initial_state(model: Model, energy: bool, stepping: bool) -> State:
@@ -285,11 +196,6 @@ def _adaptive(model: Model, plan: Plan, numbers: Numbers, run: Progress, start) 
     _, y, seen, taken, stuck = found
     dt, standing = numbers.every / jnp.maximum(taken, 1), uprightest(model, y, run.upright)
     return Progress(y, dt, seen, stuck, run.stopped, run.rod_peaks, run.lost, standing, run.trips)
-
-
-def peaks_of(plan: Plan, run: Progress) -> dict[str, Float[Array, " n"]]:
-    """Largest tensions so far of the segments of lines (N), by line; of those that are watched so."""
-    return run.solver_state.peaks if plan.watch_peaks else run.rod_peaks
 
 
 def _first(stuck, failed, status: Status) -> Int[Array, ""]:

@@ -1,9 +1,5 @@
 """The end of a run before its time is over: its body comes to rest, or its rods lose their lengths."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
@@ -11,9 +7,7 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
-
-if TYPE_CHECKING:
-    from lumpedcable.solve.integrate import Plan, Progress
+from lumpedcable.solve.plan import Plan, Progress
 
 __all__ = ["halted", "held", "rests"]
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.seams import parts_of
-from lumpedcable.solve.integrate import Progress, peaks_of
 from lumpedcable.solve.observe import Sample, signs
+from lumpedcable.solve.plan import Progress, peaks_of
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import Ready
 

@@ -28,9 +28,10 @@ from lumpedcable.model.seams import cut_at
 from lumpedcable.physics.precision import cast
 from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
-from lumpedcable.solve.integrate import Numbers, Plan, advance, begin
+from lumpedcable.solve.integrate import advance, begin
 from lumpedcable.solve.modal import Linear, linearised
 from lumpedcable.solve.observe import Sample
+from lumpedcable.solve.plan import Numbers, Plan
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.study.alike import together
 from lumpedcable.study.devices import platform, shared_out

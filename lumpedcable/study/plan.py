@@ -10,8 +10,8 @@ from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.layout import Layout, make_layout
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.run import Solver
-from lumpedcable.solve.integrate import Plan
 from lumpedcable.solve.observe import Recoil
+from lumpedcable.solve.plan import Plan
 from lumpedcable.study.batches import outputs_at_once
 from lumpedcable.study.compiled import Structure
 

@@ -19,7 +19,7 @@ from lumpedcable.model.numbers import number
 from lumpedcable.model.seams import cuts_in
 from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
-from lumpedcable.solve.integrate import Numbers, Plan
+from lumpedcable.solve.plan import Numbers, Plan
 from lumpedcable.study.account import Account
 from lumpedcable.study.batches import kind
 from lumpedcable.study.bookmark import Bookmark

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from lumpedcable.solve.integrate import Progress
 from lumpedcable.solve.keeping import fields_done
 from lumpedcable.solve.observe import Sample
+from lumpedcable.solve.plan import Progress
 from lumpedcable.study.batches import COMPILING, steps_at_once
 from lumpedcable.study.compiled import Ready, advance_batch
 from lumpedcable.study.devices import at_hand

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lumpedcable.model.ends import end_name
-from lumpedcable.solve.integrate import Progress
+from lumpedcable.solve.plan import Progress
 from lumpedcable.study.compiled import Ready, begin_batch
 from lumpedcable.study.packed import Packed
 from lumpedcable.study.plan import recoil_event

@@ -17,16 +17,10 @@ from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.numbers import number
 from lumpedcable.physics.precision import cast
 from lumpedcable.scene import Scene
-from lumpedcable.solve.integrate import (
-    METHODS,
-    Numbers,
-    Plan,
-    Progress,
-    advance,
-    initial_state,
-)
+from lumpedcable.solve.integrate import METHODS, advance, initial_state
 from lumpedcable.solve.leapfrog import CableTerm
 from lumpedcable.solve.observe import watches
+from lumpedcable.solve.plan import Numbers, Plan, Progress
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE, prepare_batch
 from lumpedcable.study.plan import (

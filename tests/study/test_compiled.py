@@ -16,7 +16,7 @@ from jax import monitoring
 from lumpedcable.exact import release_wave
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.numbers import number
-from lumpedcable.solve.integrate import Numbers
+from lumpedcable.solve.plan import Numbers
 from lumpedcable.study import compiled, known_waves
 from lumpedcable.study.compiled import advance_batch, begin_batch, prepare_batch
 from lumpedcable.study.plan import plan_of, structure_of
