@@ -19,8 +19,8 @@ from lumpedcable.exact import LinearRelease
 from lumpedcable.results import open_result
 from lumpedcable.scene import load_study
 from lumpedcable.status import Status
+from lumpedcable.study.outcome import Outcome
 from lumpedcable.study.run import run_study
-from lumpedcable.study.summary import Outcome
 
 FOLDER = Path(__file__).parents[1] / "configs" / "hard"
 Array = NDArray[np.float64]

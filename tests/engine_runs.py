@@ -15,8 +15,8 @@ from lumpedcable.scene import Scene, Study, load_study
 from lumpedcable.solve import reverse
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE, Structure
+from lumpedcable.study.outcome import Outcome
 from lumpedcable.study.run import run_study
-from lumpedcable.study.summary import Outcome
 
 # Zhu, Yin & Shen 2018, eq. 5 and table 1; without weight and water the line of exact waves
 NYLON = """

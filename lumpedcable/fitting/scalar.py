@@ -10,8 +10,7 @@ from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, UNITS
 from lumpedcable.model.layout import layout_of, make_layout
 from lumpedcable.scene import Fault, Scene, SceneError, Study
 from lumpedcable.scene.part import did_you_mean
-from lumpedcable.study.plan import common_coordinates, recoils_of
-from lumpedcable.study.recoils import recoil_name
+from lumpedcable.study.plan import common_coordinates, recoil_name, recoils_of
 
 __all__ = ["AskedError", "Scalar", "asked_scalar", "read_scalar", "usual_scalar"]
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lumpedcable.study.account import Account
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
 __all__ = ["Starts", "begins_of", "earliest", "other_begins", "source_of", "starts_of"]
 

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from lumpedcable.study.account import Account
     from lumpedcable.study.contents import Contents
+    from lumpedcable.study.outcome import Table
     from lumpedcable.study.shrinking import Batch
-    from lumpedcable.study.summary import Table
 
 __all__ = ["Bookmark", "bookmark_of"]
 

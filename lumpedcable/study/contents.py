@@ -39,12 +39,11 @@ from lumpedcable.study.carried import (
 )
 from lumpedcable.study.energies import energy_terms
 from lumpedcable.study.laying import Laid
+from lumpedcable.study.outcome import EXACT, Table, summaries_of
 from lumpedcable.study.places import Places, neighbours
-from lumpedcable.study.plan import courant_of, fields_of, peaked
-from lumpedcable.study.recoils import EXACT, recoil_names
+from lumpedcable.study.plan import courant_of, fields_of, peaked, recoil_names
 from lumpedcable.study.rest import rest_variables
 from lumpedcable.study.strength import strength_coordinates
-from lumpedcable.study.summary import Table, summaries_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

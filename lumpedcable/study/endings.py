@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lumpedcable.study.contents import Contents
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
-__all__ = ["Ended", "ended_of", "joined"]
+__all__ = ["Ended", "ended_of"]
 
 # ends of a run of which all steps that were taken are right
 SOUND = (Status.OK, Status.STILL_MOVING, Status.LENGTH_LOST)
@@ -123,8 +123,3 @@ def ended_of(contents: Contents, part: Part, ready: Ready, account: Account) -> 
         moving = well & np.isnan(account.stopped)
         status[moving], when[moving] = Status.STILL_MOVING, times[-1]
     return Ended(contents, part, ready, account, times, status, when, energy, beyond)
-
-
-def joined(*words: str) -> str:
-    """What is said, one after the other."""
-    return "; ".join(filter(None, words))

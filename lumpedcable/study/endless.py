@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumpedcable.status import MEANING, Status
+from lumpedcable.study.outcome import Table, message_of
 from lumpedcable.study.plan import asked_step
-from lumpedcable.study.summary import Table, message_of
 
 if TYPE_CHECKING:
     from lumpedcable.scene import Scene

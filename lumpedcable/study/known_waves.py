@@ -25,7 +25,7 @@ from lumpedcable.study.speeds import allowance
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
 __all__ = ["curve_of", "exact_wave", "mass_along", "still", "tensions_of"]
 

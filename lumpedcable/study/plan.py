@@ -7,6 +7,7 @@ import numpy as np
 
 from lumpedcable.model.assemble import wave_scheme
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.model.ends import end_name
 from lumpedcable.model.layout import Layout, make_layout
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.run import Solver
@@ -24,6 +25,8 @@ __all__ = [
     "peaked",
     "plan_of",
     "recoil_event",
+    "recoil_name",
+    "recoil_names",
     "recoils_of",
     "rounded_steps",
     "stepping",
@@ -77,6 +80,16 @@ def recoils_of(layout: Layout) -> tuple[Recoil, ...]:
             if Recoil(*member) not in found:
                 found.append(Recoil(*member))
     return tuple(found)
+
+
+def recoil_name(recoil: Recoil) -> str:
+    """ "rope.end" for the end of rope."""
+    return end_name(recoil.line, recoil.node)
+
+
+def recoil_names(layout: Layout) -> list[str]:
+    """Names of all recoiling ends of a layout."""
+    return [recoil_name(recoil) for recoil in recoils_of(layout)]
 
 
 def recoil_event(layout: Layout, recoil: Recoil) -> str:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import jax
 import numpy as np
 
-from lumpedcable.model.ends import Loaded, end_name
-from lumpedcable.model.layout import Layout
+from lumpedcable.model.ends import Loaded
 from lumpedcable.model.line import Line
 from lumpedcable.model.seams import at_end
 from lumpedcable.results.schema import END_SPEED, exact_name
@@ -19,24 +18,16 @@ from lumpedcable.solve.observe import ARRIVAL_DROP, FAR, Recoil
 from lumpedcable.status import Status
 from lumpedcable.study.begins import begins_of, earliest, other_begins, source_of
 from lumpedcable.study.compiled import Ready
-from lumpedcable.study.endings import Ended, joined
+from lumpedcable.study.endings import Ended
 from lumpedcable.study.known_waves import exact_wave, still, tensions_of
-from lumpedcable.study.plan import recoil_event, recoils_of
+from lumpedcable.study.outcome import EXACT, joined
+from lumpedcable.study.plan import recoil_event, recoil_name
 from lumpedcable.study.speeds import EXCESS, excess_words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["EXACT", "recoil_name", "recoil_names", "recoiled"]
-
-EXACT = {
-    "static_strain": ("1", "strain of a straight line under that tension", "no weight"),
-    END_SPEED: (
-        "m/s", "speed of the broken end in the exact wave", "instantaneous break, no drag, no weight"),
-    "front_arrival": (
-        "s", "time at which the exact wave front reaches the far end",
-        "instantaneous break, no drag, no weight"),
-}  # fmt: skip
+__all__ = ["recoiled"]
 
 Numbers = dict[str, "NDArray[np.float64]"]
 """Numbers of an end by their names, each of shape (runs,)."""
@@ -63,16 +54,6 @@ class _Broken:
     strain: NDArray[np.float64]
     tension: NDArray[np.float64]
     begins: NDArray[np.float64]
-
-
-def recoil_name(recoil: Recoil) -> str:
-    """ "rope.end" for the end of rope."""
-    return end_name(recoil.line, recoil.node)
-
-
-def recoil_names(layout: Layout) -> list[str]:
-    """Names of all recoiling ends of a layout."""
-    return [recoil_name(recoil) for recoil in recoils_of(layout)]
 
 
 def recoiled(ended: Ended, index: int) -> tuple[Numbers, list[str]]:

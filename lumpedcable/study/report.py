@@ -17,11 +17,10 @@ from lumpedcable.results.target import followed
 from lumpedcable.scene import Axis, Study, format_quantity
 from lumpedcable.status import Status, remark_of
 from lumpedcable.study.compiling import heard
+from lumpedcable.study.outcome import EXACT, Outcome
 from lumpedcable.study.progress import now_and_then
-from lumpedcable.study.recoils import EXACT
 from lumpedcable.study.run import run_study
 from lumpedcable.study.strength import has_strength
-from lumpedcable.study.summary import Outcome
 from lumpedcable.study.tables import (
     MOST_ROWS,
     WholeTable,

@@ -19,7 +19,7 @@ from lumpedcable.model.numbers import number
 from lumpedcable.model.seams import cuts_in
 from lumpedcable.results import ResultWriter
 from lumpedcable.scene import Study
-from lumpedcable.solve.plan import Numbers, Plan
+from lumpedcable.solve.plan import Numbers
 from lumpedcable.study.account import Account
 from lumpedcable.study.batches import kind
 from lumpedcable.study.bookmark import Bookmark
@@ -27,17 +27,19 @@ from lumpedcable.study.compiled import Ready, Structure
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
 from lumpedcable.study.laying import Laid, equal_rows, lay_out
+from lumpedcable.study.outcome import Outcome, Table, outcomes_of
 from lumpedcable.study.packed import Packed
+from lumpedcable.study.part import Part
 from lumpedcable.study.places import found_lengths
 from lumpedcable.study.plan import plan_of, stepping
 from lumpedcable.study.rest import write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
-from lumpedcable.study.summary import Outcome, Table, empty_table, outcomes_of, summarise
+from lumpedcable.study.summary import empty_table, summarise
 from lumpedcable.study.triggers import Triggers, begin_with
 from lumpedcable.timings import Timings
 
-__all__ = ["Part", "run_runs", "run_study"]
+__all__ = ["run_runs", "run_study"]
 
 # outputs asked for at once are doubled, up to the plan's, while a call takes less than that (s): few
 # calls for a short run, and a bar that moves and a file that fills up for a long one
@@ -155,32 +157,6 @@ class _Teller:
     def __call__(self, outputs: int) -> None:
         self.done += outputs
         self.on_progress(min(self.done, self.total), self.total)
-
-
-@dataclass(frozen=True)
-class Part:
-    """Runs of one structure that go through time together, stepped alike.
-
-    Attributes:
-        structure: what they share.
-        runs: their numbers in the study, shape (runs,).
-        rows: their rows in the block, shape (runs,).
-        size: lanes of the batch; those beyond the runs repeat the last one.
-        plan: how they are stepped.
-        numbers: steps in each output interval, and what else steps are taken with.
-    """
-
-    structure: Structure
-    runs: NDArray[np.int64]
-    rows: NDArray[np.int64]
-    size: int
-    plan: Plan
-    numbers: Numbers
-
-    @property
-    def steps(self) -> int:
-        """Steps in each output interval."""
-        return int(self.numbers.steps)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from lumpedcable.study.triggers import Triggers
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
 __all__ = ["Batch"]
 

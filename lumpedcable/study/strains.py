@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from lumpedcable.study.contents import Contents
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
 Curve = Callable[[Scene, str], "Callable[[ArrayLike], NDArray[np.float64]]"]
 

@@ -18,7 +18,7 @@ from lumpedcable.study.compiled import Ready
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
 __all__ = ["UTILISATION", "Utilised", "has_strength", "strength_coordinates", "utilised"]
 

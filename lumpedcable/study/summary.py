@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,62 +10,25 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PEAK_TENSION, exact_name
 from lumpedcable.scene import Scene
-from lumpedcable.scene.outcomes import QUANTITIES, SUMMARIES
-from lumpedcable.status import MEANING, Status, advice_of
+from lumpedcable.scene.outcomes import QUANTITIES
+from lumpedcable.status import Status
 from lumpedcable.study.account import Account
 from lumpedcable.study.begins import source_of
 from lumpedcable.study.carried import measure_outcome, missed_extremes
 from lumpedcable.study.compiled import Ready
-from lumpedcable.study.endings import Ended, ended_of, joined
-from lumpedcable.study.recoils import EXACT, recoil_name, recoiled
+from lumpedcable.study.endings import Ended, ended_of
+from lumpedcable.study.outcome import EXACT, Table, joined, message_of, summaries_of
+from lumpedcable.study.plan import recoil_name
+from lumpedcable.study.recoils import recoiled
 from lumpedcable.study.strength import UTILISATION, has_strength, utilised
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lumpedcable.study.contents import Contents
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
-__all__ = [
-    "Outcome",
-    "Table",
-    "empty_table",
-    "message_of",
-    "outcomes_of",
-    "summaries_of",
-    "summarise",
-]
-
-Table = dict[str, "NDArray[Any]"]
-"""Numbers of runs by their place in the file, each with the runs first."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a run ended, and its numbers (SI); NaN where the run did not get that far."""
-
-    run: int
-    status: Status
-    status_time: float
-    message: str
-    steps: int
-    solver_step: float
-    energy_closure: float
-    released_energy: float
-    static_imbalance: float
-    residual: NDArray[np.float64]
-    recoils: Mapping[str, Mapping[str, float]]
-    measures: Mapping[str, float] = field(default_factory=dict)
-    stop_time: float = float("nan")
-    stop_distance: float = float("nan")
-    utilisation: float = float("nan")
-    peak_tension: float = float("nan")
-
-
-def summaries_of(scene: Scene) -> dict[str, tuple[str, str]]:
-    """Those of `SUMMARIES` that the runs of a scene have: utilisation where a line has a strength."""
-    strong = has_strength(scene)
-    return {name: told for name, told in SUMMARIES.items() if strong or name != UTILISATION}
+__all__ = ["empty_table", "summarise"]
 
 
 def empty_table(contents: Contents, runs: int) -> Table:
@@ -87,60 +48,6 @@ def empty_table(contents: Contents, runs: int) -> Table:
     if contents.energy:
         table["energy/residual"] = np.full((runs, contents.laid.count + 1), np.nan)
     return table
-
-
-def outcomes_of(table: Table, runs: NDArray[np.int64]) -> list[Outcome]:
-    """The rows of a table, one by one."""
-    ends: dict[str, list[str]] = {}
-    for path in table:
-        parts = path.split("/")
-        if parts[0] == "summary" and len(parts) == 3:
-            ends.setdefault(parts[1], []).append(parts[2])
-    own_numbers = {*SUMMARIES, "solver_steps"}
-    flat = (path.removeprefix("summary/") for path in table if path.count("/") == 1)
-    measured = [n for n in flat if n not in own_numbers and f"summary/{n}" in table]
-    nothing = np.full((len(runs), 1), np.nan)
-    residual = table.get("energy/residual", nothing)
-    found = []
-    for k, run in enumerate(runs):
-        told = (name for name in SUMMARIES if f"summary/{name}" in table)
-        own = {name: float(table[f"summary/{name}"][k]) for name in told}
-        recoils = {
-            end: {name: float(table[f"summary/{end}/{name}"][k]) for name in names}
-            for end, names in ends.items()
-            if not np.isnan(table[f"summary/{end}/break_start"][k])
-        }
-        outcome = Outcome(
-            run=int(run),
-            status=Status(int(table["status"][k])),
-            status_time=float(table["status_time"][k]),
-            message=str(table["status_message"][k]),
-            steps=int(table["summary/solver_steps"][k]),
-            solver_step=own["solver_step"],
-            energy_closure=own["energy_closure"],
-            released_energy=own["released_energy"],
-            static_imbalance=own["static_imbalance"],
-            residual=residual[k],
-            recoils=recoils,
-            measures={name: float(table[f"summary/{name}"][k]) for name in measured},
-            stop_time=own["stop_time"],
-            stop_distance=own["stop_distance"],
-            utilisation=own.get(UTILISATION, float("nan")),
-            peak_tension=own["peak_tension"],
-        )
-        found.append(outcome)
-    return found
-
-
-def message_of(status: Status, when: float, remark: str = "", *, step_given: bool = False) -> str:
-    """What happened at a time (s), and what to do about it; of a run that went well, a remark.
-
-    `step_given` is whether the scene gives `solver.step`.
-    """
-    if status is Status.OK:
-        return joined(MEANING[status], remark)
-    at = "" if not np.isfinite(when) else f" at {1e3 * when:.6g} ms"
-    return f"{MEANING[status]}{at}; {advice_of(status, step_given)}"
 
 
 def summarise(contents: Contents, part: Part, ready: Ready, account: Account, table: Table) -> None:

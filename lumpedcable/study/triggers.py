@@ -22,7 +22,7 @@ from lumpedcable.study.starts import rows_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lumpedcable.study.run import Part
+    from lumpedcable.study.part import Part
 
 __all__ = ["Triggers", "begin_with"]
 

@@ -8,7 +8,8 @@ from nylon_line import MASS, cut
 from lumpedcable.exact import LinearRelease, release_wave
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import SceneError
-from lumpedcable.study.recoils import EXACT, recoil_names
+from lumpedcable.study.outcome import EXACT
+from lumpedcable.study.plan import recoil_names
 
 FIXED = 'end = { fixed = ["66 m", 0, 0] }'  # 10 % longer than it is unstretched
 

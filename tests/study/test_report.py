@@ -14,7 +14,8 @@ from lumpedcable.scene import load_study
 from lumpedcable.scene.outcomes import QUANTITIES, RESULTS, SUMMARIES, TAKEN
 from lumpedcable.status import Status
 from lumpedcable.study import report, tables
-from lumpedcable.study.summary import Outcome, empty_table
+from lumpedcable.study.outcome import Outcome
+from lumpedcable.study.summary import empty_table
 
 SNAPBACK = Path(__file__).parents[2] / "configs" / "snapback.toml"
 # quantity -> (what the runs have, how it is printed with its unit in the heading)
