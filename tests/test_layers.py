@@ -152,6 +152,52 @@ def test_a_right_import_is_let_through(module, source):
     assert faults(source, module) == []
 
 
+def arrows(modules):
+    """By module those that it imports; `modules` are (source, module, is a package).
+
+    The package's own names are imported when they are first asked for, so that it points nowhere.
+    """
+    known = {module for _, module, _ in modules} - {PACKAGE}
+    return {
+        module: {
+            inner if (inner := f"{target}.{name}") in known else target
+            for target, names, _ in imports(source, module, is_package)
+            for name in names or ("",)
+        }
+        & known
+        for source, module, is_package in modules
+    }
+
+
+def circles(arrows):
+    """The modules that lead back to themselves."""
+
+    def beyond(module):
+        found, left = set(), [module]
+        while left:
+            new = arrows.get(left.pop(), set()) - found
+            found |= new
+            left += new
+        return found
+
+    return {module for module in arrows if module in beyond(module)}
+
+
+def test_no_import_leads_back():
+    # those for types as well: a reader goes by them
+    modules = [(path.read_text(), name_of(path), path.name == "__init__.py") for path in MODULES]
+    assert circles(arrows(modules)) == set()
+
+
+def test_a_circle_is_found():
+    there = "from lumpedcable.model import line"
+    back = "if TYPE_CHECKING:\n    from lumpedcable.model.net import Net"
+    rest = ("from lumpedcable.model.net import Net", "lumpedcable.model.cuts", False)
+    net, line = (there, "lumpedcable.model.net", False), (back, "lumpedcable.model.line", False)
+    assert circles(arrows([net, line, rest])) == {"lumpedcable.model.net", "lumpedcable.model.line"}
+    assert circles(arrows([net, ("", "lumpedcable.model.line", False), rest])) == set()
+
+
 def unused(allowed, modules):
     """Ways that are allowed and that nobody goes; `modules` are (source, module, is a package)."""
     gone = {

@@ -8,7 +8,7 @@ J^T M J and J^T (F - M J' q').
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -18,14 +18,12 @@ from lumpedcable.model.couple import Found, body_force
 from lumpedcable.model.ends import Attached, Driven, solve_small
 from lumpedcable.model.hauled import placed_on_way, steered, ways
 from lumpedcable.model.inertia import end_matrices
+from lumpedcable.model.model import Model
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.motion import Still, velocity_of, way_of
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.precision import cast
 from lumpedcable.physics.vectors import dot
-
-if TYPE_CHECKING:
-    from lumpedcable.model.model import Model
 
 __all__ = [
     "attached_ends",
@@ -156,8 +154,8 @@ def left_out(
 
 
 def _moved_ends(model: Model) -> Iterator[tuple[str, int, Driven]]:
-    for name, node, end in model.outer_ends():
-        if isinstance(end, Driven) and not isinstance(end.motion, Still):
+    for name, node, end in model.driven():
+        if not isinstance(end.motion, Still):
             yield name, node, end
 
 

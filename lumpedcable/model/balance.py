@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.boundary import boundary
 from lumpedcable.model.ends import end_name
+from lumpedcable.model.forces import evaluate
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.linear import pick
@@ -22,7 +23,7 @@ def reactions_at_rest(model: Model, displacement: Vectors) -> dict[str, Float[Ar
     zero = _nothing(model)
     if not zero:
         return {}
-    found = model.evaluate(jnp.full((), BEFORE_ANYTHING), displacement, None, zero)
+    found = evaluate(model, jnp.full((), BEFORE_ANYTHING), displacement, None, zero)
     return {
         end_name(name, node): -pick(found[name].force, model.lines[name].node(node))
         for name, node, _ in model.breakable()

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.ends import Attached, Driven, Joined, Loaded, end_name
+from lumpedcable.model.model import Model
 from lumpedcable.physics.waves import Boundary
-
-if TYPE_CHECKING:
-    from lumpedcable.model.model import Model
 
 __all__ = ["boundary"]
 

@@ -1,7 +1,7 @@
 """From trolleys, winches and measures of a scene to those of the model."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,15 +10,17 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.coordinates import Coordinates, plane_normal
-from lumpedcable.model.couple import Coupled, winch_name
+from lumpedcable.model.couple import winch_name
 from lumpedcable.model.floating import reference_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
+from lumpedcable.model.model import AbstractMeasured, Model
 from lumpedcable.model.moved import path_of
 from lumpedcable.model.numbers import if_given, moving, number, vector
-from lumpedcable.model.places import PlaceMeasured, Seen, place_measured
-from lumpedcable.model.riders import Rider
+from lumpedcable.model.places import place_measured
+from lumpedcable.model.riders import Coupled, Rider
 from lumpedcable.model.ships import motion_of
+from lumpedcable.model.state import Seen
 from lumpedcable.model.winches import Control, Sheave, Winch
 from lumpedcable.physics import measures
 from lumpedcable.physics.contact import Hertz
@@ -36,9 +38,6 @@ from lumpedcable.scene.lines import joined_to
 from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, SpeedMeasure
 from lumpedcable.scene.moved import MovedBody
 
-if TYPE_CHECKING:
-    from lumpedcable.model.model import Model
-
 __all__ = [
     "Measured",
     "body_place",
@@ -49,7 +48,7 @@ __all__ = [
 ]
 
 
-class Measured(eqx.Module):
+class Measured(AbstractMeasured):
     """A measure of a body; `axes` (3, d) and `origin` (3,) lead from its coordinates to x, y, z.
 
     It ends with the hauling of the body where `until_rest` says so. `deck` is the rigid body whose deck
@@ -64,7 +63,7 @@ class Measured(eqx.Module):
     deck: str | None = eqx.field(static=True, default=None)
     post: BodyPost | None = None
 
-    def value(self, model: "Model", t, seen: Seen) -> Float[Array, ""]:
+    def value(self, model: Model, t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
         body, key = model.bodies[self.body], body_key(self.body)
         d = self.axes.shape[1]
@@ -77,7 +76,7 @@ class Measured(eqx.Module):
         assert isinstance(body.path, Hauled)
         return jnp.where(t <= body.path.arrival, found, jnp.nan)
 
-    def _law(self, model: "Model", displacement) -> AbstractMeasure:
+    def _law(self, model: Model, displacement) -> AbstractMeasure:
         """The measure with what it counts from where that is at the moment."""
         law = self.law
         if self.deck is not None and isinstance(law, measures.HeightMeasure):
@@ -90,7 +89,7 @@ class Measured(eqx.Module):
             law = replace(law, near=replace(law.near, post=Still(place)))
         return law
 
-    def _six(self, model: "Model", displacement, name: str) -> Float[Array, " 6"]:
+    def _six(self, model: Model, displacement, name: str) -> Float[Array, " 6"]:
         """Place (m) and roll, pitch, yaw (rad) of a rigid body."""
         q = model.bodies[name].reference + displacement[body_key(name)]
         d = self.axes.shape[1]
@@ -274,7 +273,7 @@ def _hertz(part: Contact | None) -> Hertz | None:
 
 def make_measures(
     scene: Scene, layout: Layout, coordinates: Coordinates
-) -> dict[str, Measured | PlaceMeasured]:
+) -> dict[str, AbstractMeasured]:
     """The numbers that the scene asks for, by name."""
     axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
     return {

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.evaluation import Evaluation
+from lumpedcable.model.evaluation import Evaluation, Splice
 from lumpedcable.model.inertia import kinetic_energy
 from lumpedcable.model.line import Line, LineForces
+from lumpedcable.model.model import Model
 from lumpedcable.model.passing import on_payout, passing_kinds
-from lumpedcable.model.riders import Rider
-from lumpedcable.model.splices import Splice
+from lumpedcable.model.riders import Coupled, Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import (
-    AbstractCoupling,
     BodyPost,
     CableState,
     IdealCable,
@@ -32,11 +29,7 @@ from lumpedcable.physics.coupling import (
 from lumpedcable.physics.motion import velocity_of
 from lumpedcable.physics.weight import Weight
 
-if TYPE_CHECKING:
-    from lumpedcable.model.model import Model
-
 __all__ = [
-    "Coupled",
     "Found",
     "body_force",
     "body_powers",
@@ -51,14 +44,6 @@ __all__ = [
 ]
 
 Values = dict[str, Array]
-
-
-class Coupled(eqx.Module):
-    """A body that runs on a cable by a law; `line` is None where the cable has no nodes."""
-
-    body: str = eqx.field(static=True)
-    line: str | None = eqx.field(static=True)
-    law: AbstractCoupling
 
 
 def winch_name(line: str) -> str:

@@ -1,4 +1,4 @@
-"""What is known of one line at one instant."""
+"""What is known at one instant of one line, and of one that is cut."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from lumpedcable.model import inertia
 from lumpedcable.model.line import LineForces
 from lumpedcable.physics.waves import Boundary
 
-__all__ = ["Evaluation"]
+__all__ = ["Evaluation", "Splice"]
 
 
 class Evaluation(NamedTuple):
@@ -28,3 +28,15 @@ class Evaluation(NamedTuple):
     def force(self) -> Float[Array, "d nodes"]:
         """Net force on each node (N), with the known end forces and without drag."""
         return self.line.force
+
+
+class Splice(NamedTuple):
+    """What bends over the node at which a line is cut, at one instant.
+
+    `forces` are those on the nodes of the parts before and after the cut (N), by their names. `stored`
+    is the energy that is left (J), and `power` what the break does to it (W), at most 0.
+    """
+
+    forces: dict[str, Float[Array, "d nodes"]]
+    stored: Float[Array, ""]
+    power: Float[Array, ""]

@@ -6,21 +6,19 @@ a line is going to break: half a segment each.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
+from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import End, Joined, Loaded, solve_small
 from lumpedcable.model.evaluation import Evaluation
+from lumpedcable.model.model import Model
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seabed import BedGrip
 from lumpedcable.physics.vectors import dot
-
-if TYPE_CHECKING:
-    from lumpedcable.model.couple import Found
-    from lumpedcable.model.model import Model
 
 __all__ = ["grip_limit", "held_back", "joint_held_back"]
 

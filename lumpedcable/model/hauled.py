@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.model import Model
 from lumpedcable.model.riders import Rider
 from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of, way_of
-
-if TYPE_CHECKING:
-    from lumpedcable.model.model import Model
 
 __all__ = ["placed_on_way", "steered", "steered_gain", "ways"]
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import Release, end_name, solve_small
 from lumpedcable.model.grip import joint_held_back
 from lumpedcable.model.inertia import end_matrices
+from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.linear import pick
-
-if TYPE_CHECKING:
-    from lumpedcable.model.couple import Found
-    from lumpedcable.model.model import Model, Vectors
 
 __all__ = ["junction_gain"]
 

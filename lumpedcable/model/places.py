@@ -1,7 +1,5 @@
 """Numbers of a place along a line: its tension, its speed, its motion."""
 
-from typing import TYPE_CHECKING, NamedTuple
-
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -10,7 +8,9 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import live_line, winch_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
+from lumpedcable.model.model import AbstractMeasured, Model
 from lumpedcable.model.numbers import number
+from lumpedcable.model.state import Seen
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seam import Seam
@@ -18,23 +18,10 @@ from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.scene.measures import LineMeasure, MotionMeasure, PlaceKind
 
-if TYPE_CHECKING:
-    from lumpedcable.model.model import Model
-
-__all__ = ["PlaceMeasured", "Seen", "place_measured", "segment_sizes"]
+__all__ = ["PlaceMeasured", "place_measured", "segment_sizes"]
 
 
-class Seen(NamedTuple):
-    """What measures are taken of: displacements (m) and velocities (m/s) by line and body, tensions
-    (N), damping included, of the segments of each line and at its two ends."""
-
-    displacement: dict[str, Array]
-    velocity: dict[str, Array]
-    tension: dict[str, Float[Array, " n"]]
-    ends: dict[str, Float[Array, " 2"]]
-
-
-class PlaceMeasured(eqx.Module):
+class PlaceMeasured(AbstractMeasured):
     """Tension (N) or motion (m/s, m) at the unstretched distance `place` (m) from a line's start.
 
     The line is as long as its winch has paid it out. `pieces` are the parts of the line, from its
@@ -49,7 +36,7 @@ class PlaceMeasured(eqx.Module):
     along: Float[Array, " d"] | None = None
     origin: Float[Array, ""] | None = None
 
-    def value(self, model: "Model", t, seen: Seen) -> Float[Array, ""]:
+    def value(self, model: Model, t, seen: Seen) -> Float[Array, ""]:
         """The number at t (s)."""
         if self.side is not None:
             piece = self.pieces[self.side]
@@ -67,7 +54,7 @@ class PlaceMeasured(eqx.Module):
             moved = moved - self._at(before, [line.reference for line in before])
         return self._told(moved)
 
-    def _vectors(self, model: "Model", seen: Seen) -> list[Float[Array, "d nodes"]]:
+    def _vectors(self, model: Model, seen: Seen) -> list[Float[Array, "d nodes"]]:
         """Of the nodes of each piece what is told of the place: place, way (m) or velocity (m/s)."""
         if self.kind in ("speed", "velocity"):
             return [seen.velocity[piece] for piece in self.pieces]

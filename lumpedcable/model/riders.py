@@ -7,9 +7,10 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.physics.body import BedFriction
+from lumpedcable.physics.coupling import AbstractCoupling
 from lumpedcable.physics.motion import AbstractMotion
 
-__all__ = ["Rider"]
+__all__ = ["Coupled", "Rider"]
 
 
 class Rider(AbstractBody):
@@ -82,3 +83,11 @@ class Rider(AbstractBody):
     def works(self) -> tuple[str, ...]:
         """None of its own."""
         return ()
+
+
+class Coupled(eqx.Module):
+    """A body that runs on a cable by a law; `line` is None where the cable has no nodes."""
+
+    body: str = eqx.field(static=True)
+    line: str | None = eqx.field(static=True)
+    law: AbstractCoupling

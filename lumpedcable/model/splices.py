@@ -7,33 +7,19 @@ neither; while the line breaks there it fades like the force does.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import Release
+from lumpedcable.model.evaluation import Splice
+from lumpedcable.model.model import Model
 from lumpedcable.physics.bending import Bending, bent
 from lumpedcable.physics.load import Shape
 
-if TYPE_CHECKING:
-    from lumpedcable.model.couple import Found
-    from lumpedcable.model.model import Model
-
-__all__ = ["Splice", "add_splices", "spliced", "splices"]
-
-
-class Splice(NamedTuple):
-    """What bends over the node at which a line is cut, at one instant.
-
-    `forces` are those on the nodes of the parts before and after the cut (N), by their names. `stored`
-    is the energy that is left (J), and `power` what the break does to it (W), at most 0.
-    """
-
-    forces: dict[str, Float[Array, "d nodes"]]
-    stored: Float[Array, ""]
-    power: Float[Array, ""]
+__all__ = ["add_splices", "spliced", "splices"]
 
 
 def spliced(model: Model) -> Iterator[tuple[str, str, Bending, Release]]:

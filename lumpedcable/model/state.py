@@ -1,9 +1,11 @@
-"""The state of a scene and what is accumulated on the way."""
+"""The state of a scene, what is accumulated on the way, and what measures see of it."""
+
+from typing import NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
-__all__ = ["State"]
+__all__ = ["Seen", "State"]
 
 
 class State(eqx.Module):
@@ -21,3 +23,13 @@ class State(eqx.Module):
     work: dict[str, dict[str, Array]]
     reaction: dict[str, Float[Array, " d"]]
     tension: dict[str, Float[Array, " n"]] = eqx.field(default_factory=dict)
+
+
+class Seen(NamedTuple):
+    """What measures are taken of: displacements (m) and velocities (m/s) by line and body, tensions
+    (N), damping included, of the segments of each line and at its two ends."""
+
+    displacement: dict[str, Array]
+    velocity: dict[str, Array]
+    tension: dict[str, Float[Array, " n"]]
+    ends: dict[str, Float[Array, " 2"]]

@@ -18,6 +18,7 @@ from lumpedcable.model.couple import (
     winch_of,
 )
 from lumpedcable.model.evaluation import Evaluation
+from lumpedcable.model.forces import node_frame
 from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
@@ -77,7 +78,7 @@ class _Unknowns(NamedTuple):
         live = {name: live_line(model, name, moved, None) for name in model.lines}
         for name, line in live.items():
             forces = line.forces(moved[name], None)
-            found[name] = Evaluation(forces, model.frame(line, forces.shape), (), ())
+            found[name] = Evaluation(forces, node_frame(model, line, forces.shape), (), ())
         found.add_couplings(model, t, moved, None)
         found.add_passing(model, None, None)
         if self.net is not None:

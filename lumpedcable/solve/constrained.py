@@ -23,10 +23,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from lumpedcable.model.attached import body_gain, follow_rate
+from lumpedcable.model.attached import body_gain, follow, follow_rate
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.couple import Found
 from lumpedcable.model.energy import powers
+from lumpedcable.model.forces import evaluate
 from lumpedcable.model.model import Model
 from lumpedcable.model.paths import paths_of
 from lumpedcable.model.rods import to_lines, to_segments
@@ -112,7 +113,7 @@ class Constrained(diffrax.AbstractSolver):
         before, work, dt = kept.velocity, kept.work, kept.dt
         t1 = jnp.asarray(t1)
         place = jax.tree.map(lambda x, v: x + dt * v, y0.displacement, before)
-        place = args.followed(t1, place)
+        place = follow(args, t1, place)
         kicked = kick(args, t1, place, before, kept.memory, dt, dt)
         now = after = work
         if work:
@@ -176,7 +177,7 @@ def kick(
     `ahead` (s) is the step of positions that follows, at whose end the rods have their lengths;
     `memory` what the kick before found for each path, None where there was none.
     """
-    found = model.evaluate(t, displacement, before, {}, None)
+    found = evaluate(model, t, displacement, before, {}, None)
     middle, after, carried, held, kept = {}, {}, {}, {}, []
     walked: set[str] = set()
     for k, path in enumerate(paths_of(model)):

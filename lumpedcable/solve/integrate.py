@@ -20,6 +20,7 @@ from lumpedcable.model.ends import Driven
 from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.hauled import steered
 from lumpedcable.model.model import Model
+from lumpedcable.model.motion import carries
 from lumpedcable.model.state import State
 from lumpedcable.physics.motion import Still, velocity_of
 from lumpedcable.physics.precision import cast
@@ -208,7 +209,7 @@ def _settled(model: Model, t, y: State, dt) -> State:
     displacement, velocity = on_paths(model, t, y.displacement, y.velocity)
     reaction = y.reaction
     if reaction:
-        reaction = model.carries(t, displacement, velocity, reaction, dt)
+        reaction = carries(model, t, displacement, velocity, reaction, dt)
     return State(displacement, velocity, y.work, reaction, y.tension)
 
 

@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.attached import follow_rate
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.ends import Driven
+from lumpedcable.model.forces import evaluate
 from lumpedcable.model.model import Model
 from lumpedcable.model.paths import Path, paths_of
 from lumpedcable.model.rods import to_lines
@@ -52,7 +53,7 @@ def jerked(
     paths = [path for path in paths_of(model) if _pulled(model, path)]
     if not paths:
         return velocity
-    found, moved = model.evaluate(t, displacement, velocity, {}, None), dict(velocity)
+    found, moved = evaluate(model, t, displacement, velocity, {}, None), dict(velocity)
     for path in paths:
         moved |= _jerked_path(model, chain_of(model, path, t, found, displacement, velocity, None))
     return follow_rate(model, t, displacement, moved)

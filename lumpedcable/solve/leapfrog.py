@@ -11,11 +11,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.attached import left_out, on_course, travels
+from lumpedcable.model.attached import follow, left_out, on_course, travels
 from lumpedcable.model.energy import powers
 from lumpedcable.model.evaluation import Evaluation
+from lumpedcable.model.forces import evaluate
 from lumpedcable.model.line import Workspace
 from lumpedcable.model.model import Model
+from lumpedcable.model.motion import acceleration, driven_velocities, kick
 from lumpedcable.model.state import State
 from lumpedcable.physics.vectors import most
 
@@ -29,7 +31,7 @@ def rates(
 
     `dt` is the step (s) that starts here, if steps are fixed.
     """
-    gain, found = model.acceleration(t, y.displacement, y.velocity, y.reaction, dt)
+    gain, found = acceleration(model, t, y.displacement, y.velocity, y.reaction, dt)
     work = y.work
     if work:
         power = powers(model, t, found, y.displacement, y.velocity, y.velocity, gain, None)
@@ -80,11 +82,11 @@ def moved(
     (W. Kahan, Commun. ACM 8, 40, 1965).
     """
     if not low:
-        return model.followed(t, jax.tree.map(lambda x, v: x + dt * v, place, velocity)), {}
+        return follow(model, t, jax.tree.map(lambda x, v: x + dt * v, place, velocity)), {}
     steps = jax.tree.map(lambda rest, v: rest + dt * v, low, velocity)
     sums = jax.tree.map(jnp.add, place, steps)
     low = jax.tree.map(lambda new, old, step: step - (new - old), sums, place, steps)
-    place = model.followed(t, on_course(model, t, sums))
+    place = follow(model, t, on_course(model, t, sums))
     return place, jax.lax.stop_gradient(left_out(model, t, place, low))
 
 
@@ -141,11 +143,11 @@ class Leapfrog(diffrax.AbstractSolver):
             (y0.velocity, y0.work),
             (slope.velocity, slope.work),
         )
-        found = args.evaluate(t0, y0.displacement, velocity, y0.reaction, dt)
+        found = evaluate(args, t0, y0.displacement, velocity, y0.reaction, dt)
         over = workspaces(found) if self.writes_over else {}
         watched = args.lines if self.watch_peaks else {}
         peaks = {n: line.law.tension(line.reference_strain) for n, line in watched.items()}
-        velocity = args.carried(t0, dt, y0.displacement, velocity)
+        velocity = driven_velocities(args, t0, dt, y0.displacement, velocity)
         rounds = kind != dt.dtype and travels(args)
         low = jax.tree.map(jnp.zeros_like, y0.displacement) if rounds else {}
         return HalfStep(velocity, work, dt, over, peaks, low)
@@ -161,7 +163,7 @@ class Leapfrog(diffrax.AbstractSolver):
         dt = kept.dt.astype(next(iter(before.values())).dtype)
         place, low = moved(model, t1, y0.displacement, kept.low, before, dt)
         model = model.with_low(low)
-        kicked = model.kick(t1, place, before, y0.reaction, dt, over or None)
+        kicked = kick(model, t1, place, before, y0.reaction, dt, over or None)
         middle, after, found = kicked.middle, kicked.after, kicked.found
         now = work
         if work:

@@ -5,10 +5,12 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from lumpedcable.model.attached import follow
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Joined, end_name
 from lumpedcable.model.energy import WORKS, energies
+from lumpedcable.model.forces import evaluate, node_frame
 from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import part_names
 from lumpedcable.model.line import Line, last_segments
@@ -149,7 +151,7 @@ def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array
     still = jnp.zeros_like(line.reference)
     shape, drag = line.shape(still), None
     if model is not None and line.current is not None:  # in still water nothing drags at rest
-        drag = _drag(line, model.frame(line, shape), node, still)
+        drag = _drag(line, node_frame(model, line, shape), node, still)
     return end_tension(line, line.law.tension(shape.strain), node, shape, drag)
 
 
@@ -221,7 +223,7 @@ def watch(
 
 def tips(model: Model, t, y: State, ends: tuple[Recoil, ...]) -> dict[str, Float[Array, "2 d"]]:
     """How far ends of lines have moved from where they started (m), and their velocities (m/s)."""
-    found, place = {}, model.followed(t, y.displacement) if ends else {}
+    found, place = {}, follow(model, t, y.displacement) if ends else {}
     for line, node in ends:
         at = model.lines[line].node(node)
         found[end_name(line, node)] = jnp.stack([pick(place[line], at), pick(y.velocity[line], at)])
@@ -254,9 +256,9 @@ def sample(
     stuck: Int[Array, ""],
 ) -> Sample:
     """Everything that is kept of one output time."""
-    found = model.evaluate(t, y.displacement, y.velocity, y.reaction, dt)
+    found = evaluate(model, t, y.displacement, y.velocity, y.reaction, dt)
     fields, ends, whole_ends, tensions = {}, {}, {}, {}
-    place = model.followed(t, y.displacement)
+    place = follow(model, t, y.displacement)
     finite = jnp.ones((), bool)
     turned = {}
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)

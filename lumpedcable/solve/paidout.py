@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model import inertia
 from lumpedcable.model.couple import paid_out, payout_force
+from lumpedcable.model.forces import node_frame
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.winches import Winch
@@ -46,7 +47,7 @@ def swept(model: Model, line: Line, start: Float[Array, " d"], end: Float[Array,
     nodes = start[:, None] + (end - start)[:, None] * jnp.linspace(0.0, 1.0, line.segments + 1)
     there = placed(line, nodes)
     still = jnp.zeros_like(nodes)
-    drag = inertia.drag_force(model.frame(there, there.shape(still)), still)
+    drag = inertia.drag_force(node_frame(model, there, there.shape(still)), still)
     assert drag is not None
     mean = jnp.sum(drag, axis=1) / jnp.sum(line.node_length)
     return eqx.tree_at(lambda x: x.loads, line, (*line.loads, Weight(mean)))

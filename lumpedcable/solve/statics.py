@@ -17,6 +17,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model import inertia
 from lumpedcable.model.ends import Attached, Driven, End, Loaded
+from lumpedcable.model.forces import node_frame
 from lumpedcable.model.line import Line, LineForces, alike, done_alike
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import Net, junction_forces, make_net
@@ -111,7 +112,7 @@ def _at_rest(model: Model, line: Line, displacement: Float[Array, "d nodes"]) ->
 
 def _drag_at_rest(model: Model, line: Line, shape: Shape) -> Float[Array, "d nodes"]:
     """Drag (N) of a current on a line that does not move, as dynamics takes it at its nodes or rods."""
-    nodes = model.frame(line, shape)
+    nodes = node_frame(model, line, shape)
     still = jnp.zeros_like(shape.position)
     if line.inextensible:
         return line_drag(line, shape.tangent, still, nodes.flow)

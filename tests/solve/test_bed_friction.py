@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from engine_runs import equilibrium_of, line_text, run_text, scene_of, sliding_block
 
+from lumpedcable.model.motion import kick
 from lumpedcable.results import open_result
 from lumpedcable.scene import SceneError
 
@@ -221,10 +222,10 @@ def test_friction_is_against_the_velocity_however_the_water_weighs_on_a_line(tmp
     start = jnp.zeros_like(model.lines["wire"].reference)
     for dt in (1e-4, 0.05):
         before = start.at[:2, 1:-1].set(jnp.array([[0.3], [0.4]]))
-        kick = model.kick(jnp.zeros(()), {"wire": start}, {"wire": before}, {}, jnp.asarray(dt))
+        kicked = kick(model, jnp.zeros(()), {"wire": start}, {"wire": before}, {}, jnp.asarray(dt))
         node = slice(2, -2)
-        force = np.asarray(kick.found["wire"].grip)[:2, node]
-        after = np.asarray(kick.after["wire"])[:2, node]
+        force = np.asarray(kicked.found["wire"].grip)[:2, node]
+        after = np.asarray(kicked.after["wire"])[:2, node]
         speed = np.hypot(*after)
         assert np.all(speed > 0.0)
         # the water lifts half of the weight

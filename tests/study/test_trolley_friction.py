@@ -10,6 +10,7 @@ from scipy.interpolate import BSpline
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.couple import winch_name
+from lumpedcable.model.forces import evaluate
 from lumpedcable.physics.coupling import slowed
 
 SPAN, SEGMENTS, MU, FADE, SET = 10.0, 20, 0.1, 0.05, 30e3
@@ -106,7 +107,7 @@ class Moving:
 
 @eqx.filter_jit
 def _evaluated(model, displacement, velocity):
-    found = model.evaluate(jnp.zeros(()), displacement, velocity, {})
+    found = evaluate(model, jnp.zeros(()), displacement, velocity, {})
     return found.pulls[0], found.drawn[winch_name("line")]
 
 

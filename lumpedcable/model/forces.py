@@ -1,0 +1,60 @@
+"""The one assembly of forces and masses: dynamics, statics, modes and fits all ask it."""
+
+from jaxtyping import Array, Float
+
+from lumpedcable.model import inertia
+from lumpedcable.model.attached import follow
+from lumpedcable.model.boundary import boundary
+from lumpedcable.model.couple import Found, live_line, winch_of
+from lumpedcable.model.evaluation import Evaluation
+from lumpedcable.model.line import Line, Workspace
+from lumpedcable.model.model import Model, Vectors
+from lumpedcable.model.passing import drifting
+from lumpedcable.model.splices import add_splices
+from lumpedcable.physics.load import Shape
+
+__all__ = ["evaluate", "node_frame"]
+
+
+def evaluate(
+    model: Model,
+    t: Float[Array, ""],
+    displacement: Vectors,
+    velocity: Vectors | None,
+    reaction: dict[str, Float[Array, " d"]],
+    dt: Float[Array, ""] | None = None,
+    over: dict[str, Workspace] | None = None,
+) -> Found:
+    """Forces and inertia of every line at t (s), before ends and junctions constrain them.
+
+    With velocity None: at rest, as statics asks. `dt` (s) is the fixed step, if any; `over` are
+    workspaces of an earlier evaluation to write over.
+    """
+    result = Found()
+    displacement = follow(model, t, displacement)
+    for name in model.lines:
+        line = live_line(model, name, displacement, velocity)
+        if dt is not None:
+            dt = dt.astype(line.reference.dtype)
+        boundaries = tuple(boundary(model, name, node, t, reaction) for node in line.ends)
+        ends = tuple(met.force for met in boundaries)
+        u = displacement[name]
+        v = None if velocity is None else velocity[name]
+        workspace = None if over is None else over[name]
+        forces = line.forces(u, v, boundaries, dt, ends, workspace)
+        nodes = node_frame(model, line, forces.shape)
+        winch = winch_of(model, name)
+        if winch is not None and line.drag is not None and line.growth is not None:
+            nodes = drifting(nodes, forces.shape, line.growth, winch.node)
+        result[name] = Evaluation(forces, nodes, ends, boundaries)
+    add_splices(model, t, result, dt)
+    result.add_couplings(model, t, displacement, velocity, dt)
+    return result
+
+
+def node_frame(model: Model, line: Line, shape: Shape) -> inertia.Frame:
+    """Inertia and resistance of the nodes of a line, in the current at their heights."""
+    height = None
+    if model.up is not None and model.base is not None and line.current is not None:
+        height = model.base + model.up @ shape.position
+    return inertia.frame(line, shape, height)
