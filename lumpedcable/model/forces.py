@@ -1,4 +1,4 @@
-"""The one assembly of forces and masses: dynamics, statics, modes and fits all ask it."""
+"""Forces and masses of the whole scene at an instant, lines and what acts between them."""
 
 from jaxtyping import Array, Float
 
