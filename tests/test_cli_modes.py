@@ -237,6 +237,7 @@ end = { fixed = [42, 0, 2] }
 """
 
 
+@pytest.mark.slow
 def test_a_joint_away_from_its_rest_is_told(tmp_path):
     good_scenes.write(tmp_path, JOINED)
     said = say(tmp_path, "modes", "scene.toml")

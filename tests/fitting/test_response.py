@@ -73,6 +73,7 @@ def test_second_derivatives_are_refused(speed, ask):
         jax.hessian(ask(speed))(speed.values)
 
 
+@pytest.mark.slow
 def test_waves_too_fast_for_its_steps_give_no_number(scene, speed):
     faster = HERE * [1.0, 64.0, 1.0]  # 8000 m/s: more than a segment of 5 m in a step of 1 ms
     assert np.isnan(float(speed(faster)))

@@ -58,6 +58,7 @@ def predicted(folder, text, stepping=""):
     return np.asarray(found.groups[0])[0, 0]
 
 
+@pytest.mark.slow
 def test_a_ship_moves_along_with_its_data(tmp_path):
     with_it, without = (
         predicted(tmp_path / "a", HUNG + LASTS),

@@ -30,6 +30,7 @@ every = 0.01
 """
 
 
+@pytest.mark.slow
 def test_a_speed_that_begins_at_zero_has_derivatives(tmp_path):
     study = study_of(tmp_path, PULLED)
     scalar, key = read_scalar("max v", study.scene), "lines.rope.end.motion.velocity.0"

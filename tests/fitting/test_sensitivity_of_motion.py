@@ -26,7 +26,12 @@ waves = "plain"
 
 
 @pytest.mark.parametrize(
-    ("what", "unstretched"), [("last mid", 33.0), ("max gone", 0.0), ("min back", 0.0)]
+    ("what", "unstretched"),
+    [
+        ("last mid", 33.0),
+        pytest.param("max gone", 0.0, marks=pytest.mark.slow),
+        pytest.param("min back", 0.0, marks=pytest.mark.slow),
+    ],
 )
 def test_what_moves_goes_with_the_tension(tmp_path, what, unstretched):
     scene = study_of(tmp_path, TEXT).runs[0]

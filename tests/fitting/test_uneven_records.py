@@ -61,6 +61,7 @@ def test_a_record_is_not_run_beyond_its_own_data(folder):
         assert model[0, : told.size] == pytest.approx(told, abs=1e-6 * np.max(np.abs(told)))
 
 
+@pytest.mark.slow
 def test_a_way_back_through_records_of_different_lengths(folder, monkeypatch):
     folder, _ = folder
 

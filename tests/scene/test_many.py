@@ -42,7 +42,13 @@ def alone(runs: Runs) -> dict[int, str]:
     return {run: words for run, words in found.items() if words is not None}
 
 
-LONG = ("adjustment", "restraint-two-anchors", "unloading")  # several seconds each
+LONG = (
+    "adjustment",
+    "restraint",
+    "restraint-two-anchors",
+    "transfer-sea",
+    "unloading",
+)  # several seconds each
 
 
 @pytest.mark.parametrize(

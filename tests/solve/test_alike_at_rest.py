@@ -95,7 +95,8 @@ def test_forces_on_the_net_are_those_of_the_lines(request, tmp_path, tied):
     np.testing.assert_allclose(forces_at_rest(model, moved, net), total, rtol=1e-11, atol=1e-8)
 
 
-@pytest.mark.parametrize("current", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("current", [True, False])
+@pytest.mark.slow
 def test_lines_rest_as_each_does_alone(tmp_path, current):
     told = []
     for names in (("a", "b", "long"), ("b",)):

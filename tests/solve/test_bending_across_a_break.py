@@ -62,7 +62,7 @@ CUTS = [((1.0,), ""), ((0.8,), "grading = 4"), ((0.1, 0.2, 1.9), ""), ((0.1,), "
 
 @pytest.mark.parametrize(
     ("cuts", "more"),
-    [*CUTS[1:3], *(pytest.param(*CUTS[k], marks=pytest.mark.slow) for k in (0, 3, 4))],
+    [CUTS[2], *(pytest.param(*CUTS[k], marks=pytest.mark.slow) for k in (0, 1, 3, 4))],
 )
 def test_a_cantilever_that_is_to_break_rests_as_one_that_is_not(tmp_path, cuts, more):
     whole = nodes_at_rest(tmp_path, cantilever(more=more))

@@ -69,7 +69,7 @@ def least(first, *arguments):
     [
         pytest.param(40, 10, (0.0, -2.0), marks=pytest.mark.slow),
         pytest.param(41, 10, (0.0, -2.0), marks=pytest.mark.slow),
-        (40, 10, (0.1, 0.0)),
+        pytest.param(40, 10, (0.1, 0.0), marks=pytest.mark.slow),
         pytest.param(40, 100, (0.3, 0.0), marks=pytest.mark.slow),
     ],
 )

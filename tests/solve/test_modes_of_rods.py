@@ -70,6 +70,7 @@ def test_a_double_pendulum(tmp_path):
     assert np.all(found.bodies > 0.05)
 
 
+@pytest.mark.slow
 def test_it_swings_in_time_as_its_modes_say(tmp_path):
     # moved aside by 4 mm, it goes on in its two modes, which a fit of sines to its end tells apart
     times = [0.25 * k for k in range(85)]

@@ -57,6 +57,7 @@ def test_a_taut_line_of_rods_hangs_by_its_own_length(tmp_path):
     np.testing.assert_allclose(rods, 1001.066 / RODS, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_its_derivatives_are_those_of_rods(tmp_path):
     scene = scene_of(tmp_path, WIRE)
     coordinates, layout = coordinates_of([scene]), make_layout(scene)

@@ -168,6 +168,7 @@ def test_chains_between_slack_and_taut_on_a_flat_bed(tmp_path):
     assert 5 < slack < 35
 
 
+@pytest.mark.slow
 def test_clumps_between_chains_on_a_bed(tmp_path):
     # the upper chain hangs between the clump and its other end; slack ones on the bed are not all found
     found = at_rest(tmp_path, CLUMP.format(current="", drag=""))
@@ -210,6 +211,7 @@ def test_trolleys_on_lines_that_hardly_stretch(tmp_path):
         assert place == pytest.approx(z, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_lines_of_any_law_that_meet_and_cannot_push(tmp_path):
     found = at_rest(tmp_path, BRANCHED)
     assert len(found) == 6

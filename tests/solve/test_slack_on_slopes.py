@@ -88,6 +88,7 @@ def test_a_slack_line_lies_along_a_slope(tmp_path, length, slope, segments, stif
     assert tension[-1] == pytest.approx(end, abs=coarse)
 
 
+@pytest.mark.slow
 def test_a_strut_on_a_flat_bed_is_no_state_of_rest(tmp_path):
     # 115 m for 110 m of way: nothing pulls at what lies, and a law that pushes folds it
     text = SCENE.format(length=115, segments=50, stiffness="1 MPa", profile="")

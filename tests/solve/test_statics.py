@@ -216,8 +216,8 @@ PULLS = {
 @pytest.mark.parametrize(
     ("case", "mirrored"),
     [
-        ("pulled straight", False),
-        ("pulled aside", False),
+        pytest.param("pulled straight", False, marks=pytest.mark.slow),
+        pytest.param("pulled aside", False, marks=pytest.mark.slow),
         ("pulled aside", True),
         ("hanging", True),
         pytest.param("pulled straight", True, marks=pytest.mark.slow),

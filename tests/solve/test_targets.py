@@ -196,6 +196,7 @@ def test_cargo_near_a_post_is_found_from_guesses_far_from_there():
         assert length(model.lines[name])[0] == pytest.approx(float(part.length), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_cargo_on_a_line_much_longer_than_its_first_guess():
     """On the way there all of the wire is slack, and what rounding leaves is that of a taut one."""
     places, whole = np.array([30.0, 35.0]), 100.0

@@ -255,6 +255,7 @@ def test_a_joint_that_everything_leaves(tmp_path):
         run_text(tmp_path, body + '\n[bodies.bob]\nmass = "5 kg"\n')
 
 
+@pytest.mark.slow
 def test_two_lines_that_break_away_from_a_body_begin_each_by_itself(tmp_path):
     places = {"a": (-10.1, 0, 0), "b": (10.1, 0, 0), "c": (10.1, 0, 0)}
     lines = "".join(

@@ -84,6 +84,7 @@ quantities = ["position"]
     assert np.isnan(found["a.start"]["front_arrival"])
 
 
+@pytest.mark.slow
 def test_the_other_end_of_a_line_that_is_to_break_along_it_recoils(tmp_path):
     ran = run_text(
         tmp_path,
@@ -184,6 +185,7 @@ every = "2 ms"
 PULLED = "{ motion = { position = [20, 0, 0], velocity = [8, 0, 0] } }"
 
 
+@pytest.mark.slow
 def test_ways_are_counted_from_the_instant_of_the_break(tmp_path):
     # its end goes on at 8 m/s until then, which is at a step, or between two of them
     starts = np.array([0.06, 0.0649, 0.1, 0.0999, 0.15])

@@ -66,6 +66,7 @@ def test_a_step_that_rods_bear_is_not(tmp_path):
     assert MOST <= np.nanmax(peaks_of(tmp_path)) < 3.0 * MOST
 
 
+@pytest.mark.slow
 def test_others_of_the_batch_go_on_and_each_ends_as_it_does_alone(tmp_path):
     swept = '[sweep]\n"bodies.load.mass" = [20.0, 1000.0]\n'  # the light one bears 13 ms
     fine = HUNG.replace('"8 ms"', '"4 ms"')

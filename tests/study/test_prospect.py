@@ -24,7 +24,10 @@ def lines_of(*changes: str, scene: Path = SNAPBACK, most: int = 1000) -> list[st
     return prospect_lines(prospect_of(load_study(scene, [*QUICK, *changes]), most))
 
 
-@pytest.mark.parametrize("changes", [(), ("solver.step=0.5 ms",), ("solver.method=rk4",)])
+@pytest.mark.parametrize(
+    "changes",
+    [(), ("solver.step=0.5 ms",), pytest.param(("solver.method=rk4",), marks=pytest.mark.slow)],
+)
 def test_steps_are_those_that_are_taken(tmp_path, changes):
     study = load_study(SNAPBACK, [*QUICK, *TWO, *changes])
     found = prospect_of(study, 1000)

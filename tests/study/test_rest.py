@@ -350,7 +350,13 @@ end = { winch = { at = [20, 5, 0], tension = "100 N" } }
 """
 
 
-@pytest.mark.parametrize("beside", ["", BESIDE], ids=["alone", "beside a line on a winch"])
+@pytest.mark.parametrize(
+    "beside",
+    [
+        pytest.param("", id="alone", marks=pytest.mark.slow),
+        pytest.param(BESIDE, id="beside a line on a winch"),
+    ],
+)
 def test_a_state_turned_over_is_none(tmp_path, monkeypatch, beside):
     # from a first shape that leaves its clamp backwards, Newton's method finds what no touch leaves so
     monkeypatch.setattr(start, "bent_out", lambda line, path, pull, held: path)

@@ -49,6 +49,10 @@ RAO = (
 SWING = '{ heave = { amplitude = "2 m", period = "9 s", phase = "60 deg" } }'
 RECORD = '{ time = [0, 1, 2], heave = ["1 m", "2 m", "1.5 m"], pitch = [0.02, 0.03, 0.01] }'
 MOTIONS = {"in waves": RAO, "a swing": SWING, "a record": RECORD}
+EACH = [
+    pytest.param(motion, id=name, marks=() if name == "a record" else pytest.mark.slow)
+    for name, motion in MOTIONS.items()
+]
 
 
 def scene_of(folder, motion, times="", end=SHIP):
@@ -72,7 +76,7 @@ def at_rest(tmp_path_factory):
     return seen(tmp_path_factory.mktemp("rest"), STILL)
 
 
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=list(MOTIONS))
+@pytest.mark.parametrize("motion", EACH)
 def test_a_ship_is_at_its_position_without_speed(tmp_path, at_rest, motion):
     (place, speed, tension), numbers, summary = seen(tmp_path, motion)
     (still, _, pull), expected, alike = at_rest
@@ -86,7 +90,7 @@ def test_a_ship_is_at_its_position_without_speed(tmp_path, at_rest, motion):
     assert summary["utilisation"] == pytest.approx(alike["utilisation"], rel=1e-9)
 
 
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=list(MOTIONS))
+@pytest.mark.parametrize("motion", EACH)
 def test_a_run_starts_where_the_motion_is_at_t_0(tmp_path, at_rest, motion):
     (place, speed, _), _, _ = seen(tmp_path, motion, LASTS)
     study = scene_of(tmp_path, motion, LASTS)
@@ -123,12 +127,18 @@ def test_a_ramp_starts_a_run_as_the_scene_at_rest(tmp_path, at_rest):
 @pytest.mark.parametrize(
     "path",
     [
-        'position = ["140 m", 0, "-5 m"], velocity = ["1 m/s", 0, "1 m/s"],'
-        ' amplitude = [0, 0, "2 m"], period = "9 s", phase = 1',
+        pytest.param(
+            'position = ["140 m", 0, "-5 m"], velocity = ["1 m/s", 0, "1 m/s"],'
+            ' amplitude = [0, 0, "2 m"], period = "9 s", phase = 1',
+            id="a steady velocity and an oscillation",
+        ),
         # a record has no mean place: where it is at t = 0
-        'time = [0, 1], position = [["140 m", 0, "-5 m"], ["141 m", 0, "-3 m"]]',
+        pytest.param(
+            'time = [0, 1], position = [["140 m", 0, "-5 m"], ["141 m", 0, "-3 m"]]',
+            id="a record",
+            marks=pytest.mark.slow,
+        ),
     ],
-    ids=["a steady velocity and an oscillation", "a record"],
 )
 def test_an_end_that_is_moved_rests_too(tmp_path, at_rest, path):
     (place, speed, tension), numbers, _ = seen(tmp_path, STILL, end=f"{{ motion = {{ {path} }} }}")

@@ -81,7 +81,9 @@ def test_fields_of_a_batch_are_some_of_those_that_there_are(whole, both):
     same(found, whole)
 
 
-@pytest.mark.parametrize("after", [pytest.param(1, marks=pytest.mark.slow), 4, 38])
+@pytest.mark.parametrize(
+    "after", [pytest.param(1, marks=pytest.mark.slow), 4, pytest.param(38, marks=pytest.mark.slow)]
+)
 def test_so_are_those_of_a_single_run_however_its_outputs_are_called_for(
     whole, tmp_path, monkeypatch, after
 ):

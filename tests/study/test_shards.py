@@ -176,7 +176,7 @@ def test_a_folder_that_says_nothing_of_names_has_shards_of_numbers_alone(whole, 
     assert folder.failures() == {2: "no memory"}
 
 
-@pytest.mark.parametrize("at_once", [2, 3])
+@pytest.mark.parametrize("at_once", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_shards_under_way_at_once_have_the_same_bits(scene, whole, tmp_path, monkeypatch, at_once):
     monkeypatch.setattr(shards, "_at_once", lambda: at_once)
     under_way, most = set(), []

@@ -140,6 +140,7 @@ def follows(mine, given, tight):
 class TestWhatFollows:
     """The run is that of the scene that gives the same start."""
 
+    @pytest.mark.slow
     def test_as_of_a_given_start(self, alone):
         mine = alone(f"tension = {LEVELS[1]}")
         start = mine.outcomes[0].recoils["rope.start"]["break_start"]

@@ -204,6 +204,7 @@ def test_a_sheave_rubs_by_all_that_the_drum_pulls_with(speed):
     assert float(forces["friction"][0]) * speed <= 0.0
 
 
+@pytest.mark.slow
 def test_places_along_a_line_are_those_of_what_is_paid_out_at_the_start(tmp_path):
     text = """
 gravity = 9.81
@@ -272,7 +273,7 @@ every = "9 ms"
 """
 
 
-@pytest.mark.parametrize("damping", [0.0, 20.0, 200.0])
+@pytest.mark.parametrize("damping", [pytest.param(0.0, marks=pytest.mark.slow), 20.0, 200.0])
 def test_a_line_that_is_hauled_in_outruns_its_step_and_says_so(tmp_path, damping):
     text = HAULED.replace("damping = 0\n", f"damping = {damping}\n" if damping else "")
     outcome = Ran(tmp_path, text).outcome

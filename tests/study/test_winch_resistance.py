@@ -73,6 +73,7 @@ def winch(ran):
     return ran["payout"][0], -ran["payout_speed"][0], 1.5 * tension[:, -1] - 0.5 * tension[:, -2]
 
 
+@pytest.mark.slow
 def test_a_line_is_hauled_through_water_against_its_whole_drag(tmp_path):
     # a tenth of the line is hauled in, by which the step must be short of its bound
     ran = run_text(tmp_path, HAULED + WATER, "solver.courant=0.7")
