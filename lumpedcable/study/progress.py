@@ -25,16 +25,21 @@ def now_and_then(title: str, shown: bool) -> Callable[[int, int], None]:
     """
     begun = last = time.monotonic()
     told = 0  # tenths
+    first: tuple[float, float] | None = None
 
     def tell(done: int, total: int) -> None:
-        nonlocal last, told
+        nonlocal last, told, first
         now, share = time.monotonic(), done / total if total else 1.0
+        # what came before was compiling, or done by an earlier command: neither tells of what is to come
+        first = (now, share) if first is None and share > 0.0 else first
         tenths = int(LINES * share + 1e-9)
         if shown or share >= 1.0 or now - last < PAUSE or tenths <= told:
             return
         last, told = now, tenths
-        left = (now - begun) * (1.0 / share - 1.0)
-        words = f"{100 * share:.0f} % after {_clock(now - begun)}, about {_clock(left)} left"
+        words = f"{100 * share:.0f} % after {_clock(now - begun)}"
+        if first is not None and share > first[1]:
+            left = (now - first[0]) * (1.0 - share) / (share - first[1])
+            words += f", about {_clock(left)} left"
         print(f"{title}: {words}", file=sys.stderr, flush=True)
 
     return tell

@@ -42,6 +42,26 @@ def test_a_run_of_minutes_tells_once_a_minute(capsys, clock):
     ]
 
 
+def test_what_is_left_is_told_by_what_went_through_time(capsys, clock):
+    # four minutes of compiling, or four of ten pieces that an earlier command has done, then 50 s each
+    for first, words in ((1, "20 %"), (4, "50 %")):
+        clock[0] = 1000.0
+        tell = progress.now_and_then("A rope", False)
+        tell(0, 10)
+        clock[0] = 1240.0
+        tell(first, 10)
+        clock[0] = 1310.0
+        tell(first + 1, 10)
+        said = capsys.readouterr().err.splitlines()
+        assert (
+            said[0] == f"A rope: {10 * first} % after 0:04:00"
+        )  # how fast it goes is not known yet
+        left = 70 * (10 - first - 1)
+        assert (
+            said[1] == f"A rope: {words} after 0:05:10, about 0:{left // 60:02}:{left % 60:02} left"
+        )
+
+
 @pytest.mark.parametrize(("seconds", "shown"), [(50.0, False), (6000.0, True)])
 def test_a_short_run_and_one_with_a_bar_tell_nothing(capsys, clock, seconds, shown):
     assert told(capsys, clock, seconds, shown) == []
