@@ -98,20 +98,21 @@ def powers(
     after: Vectors,
     dt: Float[Array, ""] | None,
     friction: Vectors | None = None,
+    tension: dict[str, Float[Array, " n"]] | None = None,
 ) -> dict[str, dict[str, Array]]:
     """Power of each kind of work (W) at the velocities `middle` (m/s), by line.
 
     `before` and `after` are the velocities half a step to either side of a kick of length dt (s); an
     integrator without steps of its own gives accelerations (m/s2) as `after` and dt None. `friction`
     are the forces (N) on bodies that rest on a bed, where `found` does not have them, and, by
-    inextensible line, the power (W) of what moves its ends.
+    inextensible line, the power (W) of what moves its ends. `tension` is that of such lines (N).
     """
     result, friction = {}, found.held | (friction or {})
     for name in model.lines:
         line = live_line(model, name, displacement, middle)
         e, v = found[name], middle[name]
         if line.inextensible:
-            result[name] = _rod_powers(line, e, v, dt)
+            result[name] = _rod_powers(line, e, v, (tension or {}).get(name))
             moved = friction.get(name, jnp.zeros((), v.dtype))
             result[name]["ends"] = result[name]["ends"] + moved
             continue
@@ -165,11 +166,13 @@ def powers(
     return result
 
 
-def _rod_powers(line: Line, e: Evaluation, v, dt) -> dict[str, Array]:
+def _rod_powers(
+    line: Line, e: Evaluation, v, tension: Float[Array, " n"] | None
+) -> dict[str, Array]:
     """The powers (W) of an inextensible line, one number each.
 
-    Rods that give way carry the tension of the length that they come to: the step damps them as a
-    dashpot of dt EA / l would (N s/m).
+    Rods that give way carry the `tension` (N) of a mean of their lengths over some instants: what it
+    does beyond that of their length now is the step's.
     """
     shape = e.line.shape
     pulled = [(n, f) for n, f in zip(line.ends, e.ends, strict=True) if f is not None]
@@ -189,8 +192,10 @@ def _rod_powers(line: Line, e: Evaluation, v, dt) -> dict[str, Array]:
     if e.grip is not None:
         power["friction"] = -jnp.sum(e.grip * v)
     if line.give is not None:
+        assert tension is not None
         rate = dot(v[:, 1:] - v[:, :-1], shape.tangent)
-        power["stepping"] = dt * jnp.sum(rate**2 / line.kept) / line.give
+        own = (shape.length / line.kept - 1.0) / line.give
+        power["stepping"] = jnp.sum((tension - own) * rate)
     return power
 
 

@@ -197,7 +197,8 @@ class InextensibleMaterial(_Law):
     law: Literal["inextensible"]
     """No stretch, or next to none."""
     EA: PositiveForce | None = None
-    """Axial stiffness in N, by which rods give way all the same, at any step. Absent: they do not."""
+    """Axial stiffness in N, by which rods give way all the same, at any step; what stretches and shrinks
+    faster than some ten steps a period is damped. Absent: they do not."""
 
     def curve(self, strain: np.ndarray) -> np.ndarray:
         """Return the strain itself: any law that rises."""

@@ -39,7 +39,7 @@ def rod_problems(
             continue
         for side in SIDES:
             if (name, side) not in told:
-                yield from _too_short(lines, bodies, (name, side), told)
+                yield from _too_short(lines, bodies, materials, (name, side), told)
 
 
 def hull_problems(bodies: Mapping[str, Any], water: Fluid | None) -> Iterator[Problem]:
@@ -57,9 +57,16 @@ def hull_problems(bodies: Mapping[str, Any], water: Fluid | None) -> Iterator[Pr
 
 
 def _too_short(
-    lines: Lines, bodies: Mapping[str, Any], first: Side, told: set[Side]
+    lines: Lines,
+    bodies: Mapping[str, Any],
+    materials: Mapping[str, Any],
+    first: Side,
+    told: set[Side],
 ) -> Iterator[Problem]:
-    """The lines from an end with a place to the next, if they are shorter than the way between."""
+    """The lines from an end with a place to the next, if they are shorter than the way between.
+
+    One with EA stretches as far as it has to.
+    """
     start, here, length = _placed(lines, bodies, first), first, 0.0
     passed: list[str] = []
     while start is not None and here[0] not in passed:
@@ -67,6 +74,8 @@ def _too_short(
         if line is None or isinstance(line.length, str):
             return
         passed.append(here[0])
+        if getattr(materials.get(line.material), "EA", None) is not None:
+            return
         length += line.length
         last = here[0], OTHER[here[1]]
         end = _placed(lines, bodies, last)

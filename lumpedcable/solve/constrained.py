@@ -48,6 +48,7 @@ from lumpedcable.solve.grips import (
 from lumpedcable.solve.leapfrog import CableTerm
 from lumpedcable.solve.matrices import eliminated
 from lumpedcable.solve.rods import Push, hub_gain, pinned_of, system_of
+from lumpedcable.solve.stretch import giving_way
 
 __all__ = ["Constrained", "RodHalfStep"]
 
@@ -69,25 +70,29 @@ class Grip(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What an iterate starts from: accelerations, the friction of bodies by place, that of lines."""
+    """What an iterate starts from: accelerations, the friction of bodies by place, that of lines.
+
+    And what a kick wants of those before: the stretches (m) of rods that give way, None where none does.
+    """
 
     guess: Guess
     grips: dict[int, Grip]
     lines: LineGrip | None
+    stretch: Float[Array, "2 n"] | None = None
 
 
 class RodHalfStep(NamedTuple):
     """What a constrained step leaves to the next one.
 
     The velocities (m/s) half a step after the state, the work (J) until then, the step `dt` (s), what
-    the iterates of each path start from, and the tensions (N) that the rods' lengths go by.
+    the iterates of each path start from, and the lengths (m) that the rods come to after the next step.
     """
 
     velocity: dict[str, Array]
     work: dict[str, dict[str, Array]]
     dt: Float[Array, ""]
     memory: tuple[Memory, ...]
-    tension: dict[str, Array]
+    length: dict[str, Array]
 
 
 class Constrained(diffrax.AbstractSolver):
@@ -105,7 +110,7 @@ class Constrained(diffrax.AbstractSolver):
         t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
         kicked = kick(args, t0, y0.displacement, y0.velocity, None, 0.5 * dt, dt)
         work = _worked(args, t0, y0, y0.displacement, y0.velocity, kicked, 0.5 * dt)
-        return RodHalfStep(kicked.after, work, dt, kicked.memory, kicked.tension)
+        return RodHalfStep(kicked.after, work, dt, kicked.memory, kicked.length)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s); it diverges where rods have lost their lengths."""
@@ -122,9 +127,9 @@ class Constrained(diffrax.AbstractSolver):
             after = jax.tree.map(lambda w, p: w + p, work, whole)
         y1 = State(place, kicked.middle, now, y0.reaction, kicked.tension)
         dense = {"y0": y0, "y1": y1}
-        ahead = RodHalfStep(kicked.after, after, dt, kicked.memory, kicked.tension)
+        ahead = RodHalfStep(kicked.after, after, dt, kicked.memory, kicked.length)
         kinds: Any = diffrax.RESULTS
-        lost = lengths_lost(args, place, kept.tension)
+        lost = lengths_lost(args, place, kept.length)
         result = kinds.where(lost, kinds.nonlinear_divergence, kinds.successful)  # pyright: ignore[reportArgumentType]
         return y1, None, dense, ahead, result
 
@@ -133,20 +138,17 @@ class Constrained(diffrax.AbstractSolver):
         raise NotImplementedError("rods have no rates without a step")
 
 
-def lengths_lost(model: Model, displacement, tension: dict[str, Array]) -> Bool[Array, ""]:
-    """Whether a rod is not as long as the tension (N) makes it that was found for this place (m)."""
+def lengths_lost(model: Model, displacement, length: dict[str, Array]) -> Bool[Array, ""]:
+    """Whether a rod does not have the length (m) that the kick before has found for this place (m)."""
     lost = jnp.zeros((), bool)
     for name, line in model.lines.items():
-        kept = line.kept
-        if line.give is not None:
-            kept = kept * (1.0 + line.give * tension[name])
-        off = jnp.abs(line.shape(displacement[name]).length - kept)
-        lost |= ~jnp.all(off <= LOST * kept)  # also where nothing is known
+        off = jnp.abs(line.shape(displacement[name]).length - length[name])
+        lost |= ~jnp.all(off <= LOST * length[name])  # also where nothing is known
     return lost
 
 
 class Kicked(NamedTuple):
-    """Velocities at the middle and at the end of a kick, and tensions (N).
+    """Velocities at the middle and at the end of a kick, tensions (N) and lengths to come to (m).
 
     `friction` has the forces on bodies (N) by body, and by line the power (W) of what moves its ends.
     """
@@ -154,6 +156,7 @@ class Kicked(NamedTuple):
     middle: dict[str, Array]
     after: dict[str, Array]
     tension: dict[str, Array]
+    length: dict[str, Array]
     friction: dict[str, Array]
     found: Found
     memory: tuple[Memory, ...]
@@ -164,8 +167,9 @@ def _worked(model: Model, t, y: State, place, before, kicked: Kicked, dt) -> dic
     if not y.work:
         return y.work
     power = powers(
-        model, t, kicked.found, place, before, kicked.middle, kicked.after, dt, kicked.friction
-    )
+        model, t, kicked.found, place, before, kicked.middle, kicked.after, dt, kicked.friction,
+        kicked.tension,
+    )  # fmt: skip
     return {n: {k: dt * power[n][k] for k in kinds} for n, kinds in y.work.items()}
 
 
@@ -178,7 +182,7 @@ def kick(
     `memory` what the kick before found for each path, None where there was none.
     """
     found = evaluate(model, t, displacement, before, {}, None)
-    middle, after, carried, held, kept = {}, {}, {}, {}, []
+    middle, after, carried, lengths, held, kept = {}, {}, {}, {}, {}, []
     walked: set[str] = set()
     for k, path in enumerate(paths_of(model)):
         chain = chain_of(model, path, t, found, displacement, before, ahead)
@@ -187,7 +191,8 @@ def kick(
         for line, force in mine.gripped.items():
             found[line] = found[line]._replace(grip=force)
         middle, after = middle | mine.middle, after | mine.after
-        carried, held = carried | mine.tension, held | mine.friction
+        carried, lengths = carried | mine.tension, lengths | mine.length
+        held = held | mine.friction
         kept.append(mine.memory)
         walked |= set(path.bodies.values())
     # in their order, not that of a set: another in each process would be another program each time
@@ -198,7 +203,7 @@ def kick(
     if model.bodies:
         middle = follow_rate(model, t, displacement, middle)
         after = follow_rate(model, t, displacement, after, ahead)
-    return Kicked(middle, after, carried, held, found, tuple(kept))
+    return Kicked(middle, after, carried, lengths, held, found, tuple(kept))
 
 
 class Walked(NamedTuple):
@@ -207,6 +212,7 @@ class Walked(NamedTuple):
     middle: dict[str, Array]
     after: dict[str, Array]
     tension: dict[str, Array]
+    length: dict[str, Array]
     friction: dict[str, Array]
     gripped: dict[str, Array]
     memory: Memory
@@ -230,12 +236,14 @@ class _Iterate(NamedTuple):
 def _kick_path(
     model: Model, chain: Chain, bed: Bed | None, memory: Memory | None, dt, ahead
 ) -> Walked:
-    start = _first(chain, bed, memory)
+    start, stretch = _first(chain, bed, memory), None
+    if any(model.lines[leg.line].give is not None for leg in chain.path.legs):
+        chain, stretch = giving_way(chain, None if memory is None else memory.stretch, ahead)
     d = chain.tangent.shape[0]
     rates = chain.before[:, :d]
 
     def iterate(_, last: _Iterate) -> _Iterate:
-        guess, grips, lines = last.memory
+        guess, grips, lines, _ = last.memory
         pushes = {at: _push(chain, at, grip) for at, grip in grips.items()}
         held = None if bed is None or lines is None else terms(bed, lines, rates, dt)
         system = system_of(model, chain, guess, pushes, dt, ahead, held)
@@ -253,7 +261,8 @@ def _kick_path(
 
     count = ITERATES if bed is None else GRIPPED_ITERATES
     last = jax.lax.fori_loop(0, FIRST_ITERATES if memory is None else count, iterate, start)
-    return _walked(chain, bed, last, dt)
+    walked = _walked(chain, bed, last, dt)
+    return walked._replace(memory=walked.memory._replace(stretch=stretch))
 
 
 def _first(chain: Chain, bed: Bed | None, memory: Memory | None) -> _Iterate:
@@ -299,7 +308,9 @@ def _walked(chain: Chain, bed: Bed | None, last: _Iterate, dt) -> Walked:
     if bed is not None and memory.lines is not None and last.gripped is not None:
         memory = memory._replace(lines=remembered(bed, memory.lines, last.gripped))
         gripped = on_lines(path, last.gripped)
-    return Walked(middle, after, to_segments(path, last.pull), friction, gripped, memory)
+    tension = to_segments(path, last.pull)
+    length = to_segments(path, chain.spread.length + chain.spread.give * last.pull)
+    return Walked(middle, after, tension, length, friction, gripped, memory)
 
 
 def _push(chain: Chain, at: int, grip: Grip) -> Push:

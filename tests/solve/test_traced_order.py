@@ -18,7 +18,8 @@ def test_bodies_on_no_rod_are_kicked_in_the_order_of_the_model(monkeypatch):
     monkeypatch.setattr(constrained, "paths_of", lambda model: [])
     monkeypatch.setattr(constrained, "body_gain", gain)
     monkeypatch.setattr(constrained, "follow_rate", lambda model, t, place, rate, *ahead: rate)
-    model = SimpleNamespace(bodies=dict.fromkeys(names), evaluate=lambda *arguments: {})
+    monkeypatch.setattr(constrained, "evaluate", lambda *arguments: {})
+    model = SimpleNamespace(bodies=dict.fromkeys(names))
     before = {body_key(name): 1.0 for name in names}
     found = constrained.kick(model, 0.0, {}, before, None, 0.5, 0.5)
     assert seen == names
