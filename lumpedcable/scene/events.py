@@ -100,7 +100,7 @@ class Event(Part):
     start: NonNegativeTime = 0.0
     """When it begins, in s; before the run ends."""
     tension: PositiveForce | None = None
-    """Instead of a time: it begins when what holds the line there first pulls with this, in N."""
+    """Instead of a start: it begins when what holds the line there first pulls with this, in N."""
 
     @model_validator(mode="before")
     @classmethod

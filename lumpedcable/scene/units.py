@@ -138,12 +138,13 @@ def describe(dimension: Dimension) -> str:
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that was probably meant, or None.
 
-    A word that differs by upper and lower case alone comes first, then the closest spelling.
+    A word that differs by upper and lower case alone comes first, of those the one that differs in the
+    fewest letters (for "Mn" MN, not mN), then the closest spelling.
     """
     known = list(known)
-    for candidate in known:
-        if candidate.lower() == word.lower():
-            return candidate
+    spelt = [candidate for candidate in known if candidate.lower() == word.lower()]
+    if spelt:
+        return max(spelt, key=lambda c: sum(map(str.__eq__, c, word)))
     close = difflib.get_close_matches(word.lower(), [k.lower() for k in known], n=1, cutoff=0.65)
     return next((k for k in known if k.lower() == close[0]), None) if close else None
 

@@ -15,13 +15,13 @@ from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import part_names
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
-from lumpedcable.model.places import Seen
-from lumpedcable.model.state import State
+from lumpedcable.model.state import Seen, State
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
+from lumpedcable.physics.seabed import AbstractSeabed
 from lumpedcable.physics.seam import EXTRA
 from lumpedcable.physics.tips import AFTER, BEFORE
-from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.vectors import dot, size
 from lumpedcable.physics.waves import Boundary
 from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.bound import courant_number
@@ -113,8 +113,9 @@ def end_tension(
 
     The end segment's tension is that of its middle. At an end that does not accelerate the slope
     is dT/ds = -f . t, with f the loads and the drag per metre (N/m) and t the tangent; the parabola of
-    that slope through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. `drag` is that
-    of the end node (N). Without `shape` the loads are left out: the waves that are added to them have
+    that slope through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. The bed's part
+    in f is what bears the line, not what bears a clump at its end. `drag` is that of the end node (N).
+    Without `shape` the loads are left out: the waves that are added to them have
     no slope there. Where bending is clamped, shear times curvature adds to the slope, and the tension is
     carried on straight: T_0 + (T_0 - T_1) / 2. At an end under a known force F, as `met` says, the
     tension is F . u, u outwards, however it accelerates.
@@ -127,9 +128,9 @@ def end_tension(
         return along if node in (0, AFTER) else -along
 
     if shape is not None and (line.loads or drag is not None):
-        forces = [pick(load.force(shape), line.node(node)) for load in line.loads]
-        first, *others = forces if drag is None else [*forces, drag]
-        pull = inwards(sum(others, first), shape)  # on the end node: f l / 2
+        pull = inwards(
+            _own_loads(line, shape, line.node(node), drag), shape
+        )  # on the node: f l / 2
     here = pick(tension, segment)
     if line.segments == 1:
         found = here + pull
@@ -141,6 +142,25 @@ def end_tension(
         return found
     known = jnp.zeros_like(here) if met.force is None else -inwards(met.force, shape)
     return known if met.loaded is True else jnp.where(met.loaded, known, found)
+
+
+def _own_loads(
+    line: Line, shape: Shape, node, drag: Float[Array, " d"] | None
+) -> Float[Array, " d"]:
+    """The loads and the drag (N) on a node; the bed bears no more than what presses the line on it."""
+    total = jnp.zeros_like(shape.position[:, 0]) if drag is None else drag
+    borne = None
+    for load in line.loads:
+        force = pick(load.force(shape), node)
+        if isinstance(load, AbstractSeabed):
+            borne = force
+        else:
+            total = total + force
+    if borne is None:
+        return total
+    most = size(borne)
+    across = borne / jnp.where(most > 0.0, most, 1.0)
+    return total + across * jnp.clip(-dot(total, across), 0.0, most)
 
 
 def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array, ""]:

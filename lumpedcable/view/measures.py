@@ -24,6 +24,8 @@ LABEL_WIDTH, LABEL_SIZE, ROW = 2.8, 7, 0.13  # of such labels: inches, points, i
 def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     """One measure against time, a curve for each run of the group, and its limit."""
     table, attributes = result.measures()[name]
+    mine = [table[run] for run in group.runs]
+    factor, unit = style.shared_unit(mine, str(attributes.get("units", "1")))
     clock = style.clock(result.time)
     figure, (ax,) = style.panel_figure([""], group.heading(result, name), height=3.0)
     entries, drawn = [], []
@@ -32,17 +34,18 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
             "color": style.COLOURS[index % len(style.COLOURS)],
             "linestyle": style.DASHES[index % len(style.DASHES)],
         }
-        ax.plot(clock.shown, table[run], **look)
-        entries.append(Line2D([], [], label=title.replace("\n", ", "), **look))
-        drawn.append(table[run])
-    _draw_limit(ax, attributes.get("limit"), entries, drawn)
+        ax.plot(clock.shown, table[run] * factor, **look)
+        if title:  # a run alone has nothing to be told from
+            entries.append(Line2D([], [], label=title.replace("\n", ", "), **look))
+        drawn.append(table[run] * factor)
+    _draw_limit(ax, attributes.get("limit"), factor, entries, drawn)
     values = np.concatenate(drawn)
     if np.isfinite(values).any():
         ax.set_ylim(style.limits(values))
     else:
         style.say_empty(ax)
-    text, unit = attributes.get("long_name", name), attributes.get("units", "1")
-    style.label_outer([ax], clock.label, style.with_unit(str(text), unit))
+    text = str(attributes.get("long_name", name))
+    style.label_outer([ax], clock.label, style.with_unit(text, unit))
     style.foot(figure, group.note, entries)
     return figure
 
@@ -51,6 +54,8 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
     """What a measure comes down to in each run, as bars, and its limit."""
     told = result.summary_attributes("run", name)
     values = result.summary()["run"][name]
+    factor, unit = style.shared_unit([values], str(told.get("units", "1")))
+    values = values * factor
     heading = "\n".join(filter(None, [str(result.attributes.get("title", "")), name]))
     labels = result.cases or [result.label(run) or f"run {run}" for run in range(result.runs)]
     lying = max(map(len, labels)) > LONG_LABEL
@@ -60,10 +65,9 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
     figure, (ax,) = style.panel_figure([""], heading, height=max(3.0, ROW * rows))
     places = np.arange(result.runs)
     drawn, entries = [values, np.zeros(1)], []
-    _draw_limit(ax, told.get("limit"), entries, drawn, upright=lying)
+    _draw_limit(ax, told.get("limit"), factor, entries, drawn, upright=lying)
     ends = style.limits(np.concatenate(drawn))
-    words, unit = str(told.get("long_name", name)), str(told.get("units", "1"))
-    words = style.with_unit(words, unit)
+    words = style.with_unit(str(told.get("long_name", name)), unit)
     if lying:
         ax.barh(places, values, color=style.COLOURS[0], height=0.7)
         ax.set_yticks(places, labels)
@@ -83,12 +87,16 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
 
 
 def _draw_limit(
-    ax: Axes, limit: Any, entries: list[Line2D], drawn: list[NDArray[Any]], upright: bool = False
-) -> None:
-    """A line at the limit of a measure, if it has one, with its legend entry and its place."""
+    ax: Axes, limit: Any, factor: float, entries: list[Line2D], drawn: list[NDArray[Any]],
+    upright: bool = False,
+) -> None:  # fmt: skip
+    """A line at the limit of a measure, if it has one, with its legend entry and its place.
+
+    `factor` leads to the units of the figure.
+    """
     if limit is None:
         return
     look = {"color": style.NEUTRAL, "linewidth": 0.8}
-    (ax.axvline if upright else ax.axhline)(float(limit), **look)
+    (ax.axvline if upright else ax.axhline)(float(limit) * factor, **look)
     entries.append(Line2D([], [], label="limit", **look))
-    drawn.append(np.asarray([float(limit)]))
+    drawn.append(np.asarray([float(limit) * factor]))

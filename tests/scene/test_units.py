@@ -217,5 +217,6 @@ def test_the_sign_that_text_processors_write_is_a_minus(text, value):
 
 def test_nearest_prefers_another_case_to_another_spelling():
     assert nearest("KN", ["kn2", "kN"]) == "kN"
+    assert nearest("Mn", ["mN", "MN"]) == "MN"
     assert nearest("lenght", ["length", "mass"]) == "length"
     assert nearest("zzz", ["length", "mass"]) is None

@@ -286,6 +286,22 @@ def test_without_a_bed_there_is_none(tmp_path):
     assert found.model.lines["chain"].resistances == ()
 
 
+def test_what_the_bed_bears_beside_a_line_does_not_pull_at_it(tmp_path):
+    # a clump sinks, since nothing but the end of a slack line holds it up, so that the line begins
+    # aslant; its own weight lies on the bed
+    body = '[bodies.clump]\nmass = "2 t"\nposition = [0, 0, -20]\n'
+    scene = text(
+        '"clump"', (0, 0, 0), 25, EA=1e6, weight=G, segments=25, height=-20, stiffness=1e5,
+        material="tension_only = true", more=body,
+    )  # fmt: skip
+    found, ends, nodes = at_rest(tmp_path, scene)
+    assert nodes[2, 1] - nodes[2, 0] > 0.3
+    strain = np.asarray(found.model.lines["chain"].reference_strain)
+    assert np.all(strain[:3] < 0.0)
+    assert ends[0] == pytest.approx(0.0, abs=1e-3)
+    assert ends[1] == pytest.approx(G * 19.5, rel=0.01)  # what hangs
+
+
 @pytest.mark.slow
 def test_all_runs_of_a_sweep_find_their_bed(tmp_path):
     sweep = '\n[sweep]\n"seabed.height" = [-30, -25, -1000]\n'
