@@ -337,7 +337,7 @@ def check(
     with _told():
         for one in scenes:
             layout_of(study, one)
-    if any(one.dimensions is not None or one.steep for one in scenes):
+    if any(one.dimensions is not None or one.steep or one.top_heavy for one in scenes):
         from lumpedcable.study.plan import common_coordinates  # loads jax, so only where needed
 
         with _told():

@@ -148,6 +148,27 @@ class Body(Part):
             return False
         return abs(math.cos(self.attitude[1])) < STEEP
 
+    def righting(self, density: float, gravity: float) -> dict[str, tuple[float, float]]:
+        """Return how a hull rights itself in each way that it is free to, roll and pitch.
+
+        By way its metacentric height GM (m) and the moment per angle with what holds it at its attitude
+        (N m/rad): T / 2 + b^2 / (12 T) - KG of a box of draught T, across its side b.
+        """
+        if self.hull is None or self.size is None:
+            return {}
+        length, breadth, height = self.size
+        draught = self.mass / (density * length * breadth)
+        above = 0.5 * height if self.hull.above_keel is None else self.hull.above_keel
+        if self.hull.above_water is not None:
+            above = draught + self.hull.above_water
+        held = None if self.control is None else self.control.turn_stiffness
+        found = {}
+        for angle, side, holds in zip(ANGLES, (breadth, length), held or (0.0, 0.0), strict=False):
+            if self.free is None or angle in self.free:
+                metacentre = 0.5 * draught + side**2 / (12.0 * draught) - above
+                found[angle] = metacentre, self.mass * gravity * metacentre + holds
+        return found
+
     def problems(self) -> Iterator[Problem]:
         """Yield what a rigid body lacks, and what is said twice."""
         if not self.rigid:

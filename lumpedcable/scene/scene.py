@@ -110,6 +110,17 @@ class Scene(Part):
         """The bodies that start with a pitch that is none in space."""
         return [n for n, body in self.bodies.items() if isinstance(body, Body) and body.steep]
 
+    @property
+    def top_heavy(self) -> dict[str, dict[str, float]]:
+        """The hulls that do not right themselves: their metacentric heights in m by roll and pitch."""
+        found = {}
+        for name, body in self.bodies.items():
+            if isinstance(body, Body) and self.fluid is not None and self.gravity is not None:
+                ways = body.righting(self.fluid.density, self.gravity)
+                over = {way: height for way, (height, moment) in ways.items() if moment < 0.0}
+                found |= {name: over} if over else {}
+        return found
+
     def numbers(self) -> dict[str, float]:
         """Return every float of the scene by dotted path, vectors and lists by index.
 

@@ -9,7 +9,9 @@ from lumpedcable.model.assemble import wave_scheme
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.ends import end_name
 from lumpedcable.model.layout import Layout, make_layout
+from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.scene.bodies import ANGLES
 from lumpedcable.scene.run import Solver
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.solve.plan import Plan
@@ -40,6 +42,11 @@ STEEP_START = (
     "become one turn: choose other axes of its own (points, size, inertia and attitude go by them), or "
     "hold its roll or yaw (free)"
 )
+CAPSIZES = (
+    "expected a hull that rights itself, found one that turns over in {way}, its metacentric height "
+    "{height}: lower its centre of gravity (above_keel), make it broader, or hold it (free, "
+    "control.turn_stiffness)"
+)
 DEFAULT_RTOL, DEFAULT_ATOL = 1e-6, 1e-8
 COURANT = {"corrected": 0.8, "viscous": 0.75}  # by the treatment of waves
 
@@ -55,7 +62,7 @@ def common_coordinates(
     """The coordinates of all scenes together, and of those with `changed` numbers.
 
     Raises:
-        SceneError: there are none, or not for a body.
+        SceneError: there are none, or not for a body, or a hull turns over in them.
     """
     try:
         found = coordinates_of(scenes, changed)
@@ -64,6 +71,15 @@ def common_coordinates(
     steep = {} if found.dimensions < 3 else {name: None for one in scenes for name in one.steep}
     if steep:
         raise SceneError([study.fault(f"bodies.{name}.attitude", STEEP_START) for name in steep])
+    turns = (
+        np.abs(found.turns()).sum(axis=0) > 0.5
+    )  # it rolls and pitches in space, in a plane once
+    for one in scenes:
+        for name, ways in one.top_heavy.items():
+            for way, height in ways.items():
+                if turns[ANGLES.index(way)]:
+                    words = CAPSIZES.format(way=way, height=quantity(height, "m", 3))
+                    raise SceneError([study.fault(f"bodies.{name}.hull", words)])
     return found
 
 
