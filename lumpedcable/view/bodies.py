@@ -17,7 +17,7 @@ __all__ = ["body_figure"]
 
 def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
     """Distance of a body from its start and its speed against time, a curve for each run."""
-    clock = style.clock(result.time)
+    clock = group.clock(result, result.time)
     figure, axes = style.panel_figure(["", ""], group.heading(result, name), height=3.0)
     drawn: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
     entries = []

@@ -39,7 +39,7 @@ def energy_figure(result: ResultFile, group: Group) -> Figure:
     rest = result.energy(RESIDUAL)[runs] if RESIDUAL in result.energy_terms else None
     panels = [np.array([values[place] for values in terms.values()]) for place in range(count)]
     factor, unit = style.shared_unit(panels, "J")
-    clock = style.clock(result.time)
+    clock = group.clock(result, result.time)
     rest_unit = ""
     figure, upper, lower = _stacked(result, group, rest is not None)
     for ax, curves in zip(upper, panels, strict=True):

@@ -38,7 +38,7 @@ def end_tension_figure(result: ResultFile, group: Group) -> Figure:
                 data[run].append((f"{name}.{side}", index, tension))
     together = [np.array([tension for _, _, tension in curves]) for curves in data.values()]
     factor, unit = style.shared_unit(together, "N")
-    clock = style.clock(result.time)
+    clock = group.clock(result, result.time)
     heading = group.heading(result, "Tension at the ends")
     figure, axes = style.panel_figure(group.titles, heading)
     entries: dict[str, Line2D] = {}

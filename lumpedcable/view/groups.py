@@ -6,10 +6,12 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity
 from lumpedcable.results.reader import OK, ResultFile
+from lumpedcable.view import style
 
 MOST_PANELS = 12
 """Panels in one figure; of more runs an even choice is shown."""
@@ -39,6 +41,11 @@ class Group:
         """Title of a figure of this group."""
         first = str(result.attributes.get("title", ""))
         return "\n".join(filter(None, [first, ", ".join(filter(None, [what, self.label]))]))
+
+    def clock(self, result: ResultFile, times: NDArray[np.float64]) -> style.Clock:
+        """How figures of this group tell output times (s): up to where the last of them went wrong."""
+        ended = result.status_time[list(self.runs)]
+        return style.clock(times, float(ended.max()) if np.isfinite(ended).all() else None)
 
 
 def groups(result: ResultFile) -> list[Group]:

@@ -26,7 +26,7 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     table, attributes = result.measures()[name]
     mine = [table[run] for run in group.runs]
     factor, unit = style.shared_unit(mine, str(attributes.get("units", "1")))
-    clock = style.clock(result.time)
+    clock = group.clock(result, result.time)
     figure, (ax,) = style.panel_figure([""], group.heading(result, name), height=3.0)
     entries, drawn = [], []
     for index, (run, title) in enumerate(zip(group.runs, group.titles, strict=True)):
@@ -44,6 +44,7 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
         ax.set_ylim(style.limits(values))
     else:
         style.say_empty(ax)
+    ax.set_xlim(clock.limits)
     text = str(attributes.get("long_name", name))
     style.label_outer([ax], clock.label, style.with_unit(text, unit))
     style.foot(figure, group.note, entries)

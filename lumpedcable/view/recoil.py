@@ -61,19 +61,19 @@ def _families(
     words: str,
     unit: str,
 ) -> Figure:
-    times, spacing = curve_times(result.field_time)
+    clock = group.clock(result, result.field_time)
+    times, spacing = curve_times(result.field_time[: clock.last + 1])
     data = {run: field(run, times) for run in group.runs}
     factor, text = style.shared_unit([values for _, values in data.values()], unit)
-    clock = style.clock(result.field_time)
     note = f"A curve every {quantity(spacing, 's')}." if spacing else ""
     if words == "recoil velocity":
         note += f" Positive: away from the broken end ({end.name}), along the line as it lay."
     heading = group.heading(result, f"{words.capitalize()} along {end.line.name}")
     figure, axes = style.panel_figure(group.titles, heading)
-    colours = Normalize(clock.shown[0], clock.shown[-1])
+    colours = Normalize(clock.shown[0], clock.shown[clock.last])
     for ax, (place, values) in zip(axes, data.values(), strict=True):
         style.family(ax, place, values * factor, clock.shown[times], colours)
-        ax.set_xlim(style.limits(place, zero=True, margin=0.02))
+        ax.set_xlim(style.limits(place, margin=0.02))
         ax.set_ylim(style.limits(values * factor, zero=True))
         if not np.isfinite(values).any():
             style.say_empty(ax)
@@ -108,7 +108,7 @@ def _against_time(
     levels: Callable[[int], float | None] = lambda run: None,
 ) -> Figure:
     """What the broken end does against time, one curve a run; its exact level where known."""
-    clock = style.clock(result.time)
+    clock = group.clock(result, result.time)
     figure = style.new_figure(3.4, group.heading(result, f"{what} of {end.name}"))
     ax = figure.subplots()
     exact = False
@@ -140,7 +140,7 @@ def _against_time(
 
 def xt_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
     """Tension as colour over the unstretched line and time, with the exact fronts drawn in."""
-    clock = style.clock(result.field_time)
+    clock = group.clock(result, result.field_time)
     figure, axes = style.panel_figure(
         group.titles,
         group.heading(result, f"Tension over {end.line.name} and time"),
@@ -151,7 +151,7 @@ def xt_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
     entries: dict[str, Line2D] = {}
     for ax, run, tension in zip(axes, group.runs, fields, strict=True):
         ax.grid(False)
-        ax.set_ylim(*(clock.shown[[0, -1]]) if len(clock.shown) > 1 else (0, 1))
+        ax.set_ylim(*(clock.shown[[0, clock.last]]) if len(clock.shown) > 1 else (0, 1))
         ax.set_xlim(*sorted(end.places(run)))
         if not np.isfinite(tension).any():
             style.say_empty(ax)

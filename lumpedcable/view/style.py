@@ -186,22 +186,29 @@ def with_unit(words: str, unit: str) -> str:
 
 
 class Clock(NamedTuple):
-    """How a figure tells time: `factor` from s to the unit of `label`, and all output times in it."""
+    """How a figure tells time: `factor` from s to the unit of `label`, and all output times in it.
+
+    `last` is the number of the last of them that its axes reach to.
+    """
 
     factor: float
     shown: Array
     label: str
+    last: int
 
     @property
     def limits(self) -> tuple[float, float]:
         """Of an axis of time."""
-        return limits(self.shown, margin=0.02)
+        return limits(self.shown[: self.last + 1], margin=0.02)
 
 
-def clock(time: Array) -> Clock:
-    """How a figure of output times (s) tells them."""
-    factor, unit = scale(float(time[-1]), "s")
-    return Clock(factor, time * factor, with_unit("time", unit))
+def clock(time: Array, until: float | None = None) -> Clock:
+    """How a figure of output times (s) tells them, up to `until` (s), or the first after it; None: all."""
+    last = len(time) - 1
+    if until is not None:
+        last = min(last, max(int(np.searchsorted(time, until)), 1))
+    factor, unit = scale(float(time[last]), "s")
+    return Clock(factor, time * factor, with_unit("time", unit), last)
 
 
 def shared_unit(panels: Sequence[Array], unit: str) -> tuple[float, str]:

@@ -8,6 +8,7 @@ from synthetic_result import PRETENSIONS, TIMES, snapback
 from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import animation, figures_of, style
+from lumpedcable.view.groups import alone, groups
 
 HALF = len(TIMES) // 2
 BEYOND = 1e35
@@ -45,6 +46,18 @@ def test_no_axis_reaches_beyond_what_went_well(blown):
         for ax in figure.axes:
             reach = np.abs([*ax.get_xlim(), *ax.get_ylim()])
             assert np.all(reach < 1e6), f"{name}: {reach}"
+
+
+def test_times_reach_to_where_the_last_of_the_runs_shown_went_wrong(blown):
+    with SoundFile.open(blown) as result:
+        assert alone(result, 3).clock(result, TIMES).last == HALF
+        (together,) = (g for g in groups(result) if 3 in g.runs)
+        assert together.clock(result, TIMES).last == len(TIMES) - 1
+    # at least two times, and no more than there are
+    assert [style.clock(TIMES, until).last for until in (0.0, TIMES[-1], 1e9)] == [
+        1,
+        *[len(TIMES) - 1] * 2,
+    ]
 
 
 def test_a_film_ends_where_the_run_went_wrong(blown):
