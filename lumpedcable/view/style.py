@@ -203,7 +203,7 @@ class Clock(NamedTuple):
 
 
 def clock(time: Array, until: float | None = None) -> Clock:
-    """How a figure of output times (s) tells them, up to `until` (s), or the first after it; None: all."""
+    """How a figure tells output times (s), up to `until` (s) or the first after it; None: all."""
     last = len(time) - 1
     if until is not None:
         last = min(last, max(int(np.searchsorted(time, until)), 1))
