@@ -128,9 +128,8 @@ def end_tension(
         return along if node in (0, AFTER) else -along
 
     if shape is not None and (line.loads or drag is not None):
-        pull = inwards(
-            _own_loads(line, shape, line.node(node), drag), shape
-        )  # on the node: f l / 2
+        # on the end node: f l / 2
+        pull = inwards(_own_loads(line, shape, line.node(node), drag), shape)
     here = pick(tension, segment)
     if line.segments == 1:
         found = here + pull

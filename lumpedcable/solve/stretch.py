@@ -5,13 +5,13 @@ at the ends of the two steps before,
 
     T give = (8 e_n+1 + 12 e_n + 6 e_n-1 + e_n-2) / 27.
 
-The weights add up to 1 and their first moment about now is 0, so that the motion is of second order; of
-those of four instants they are the only ones by which what is too stiff for the step dies out as fast as
-it can: z^3 + 3/2 z^2 + 3/4 z + 1/8 = (z + 1/2)^3, where a mean of three has a root of size 1. It is
-halved by each step, whereas a motion of 60 steps a period loses 1e-4 of its amplitude in that period, of
-12 steps 1 %. Any step is stable: with s = (omega dt)^2 the roots of z (z - 1)^2 + s (z + 1/2)^3 8/27 are
-within the unit circle. Of the kind of the generalised-alpha methods (Chung & Hulbert, J. Appl. Mech. 60
-(1993) 371), for tensions that are unknowns.
+The weights add up to 1 and their first moment about now is 0, so that the motion is of second order.
+What is too stiff for the step dies out as fast as four instants let it: that moment asks the roots r of
+the weights' polynomial for a sum of 1 / (1 - r) of 2, so that the largest is of size 1/2 at least, and
+of size 1 for three instants; here it is (z + 1/2)^3. A step halves it, whereas a motion of 60 steps a
+period loses 1e-4 of its amplitude in that period, one of 12 steps 1 %. Any step is stable: with s =
+(omega dt)^2 the roots of z (z - 1)^2 + s (z + 1/2)^3 8/27 are within the unit circle. Of the kind of the
+generalised-alpha methods (Chung & Hulbert, J. Appl. Mech. 60 (1993) 371), for unknown tensions.
 """
 
 import jax.numpy as jnp

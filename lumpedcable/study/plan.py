@@ -71,9 +71,7 @@ def common_coordinates(
     steep = {} if found.dimensions < 3 else {name: None for one in scenes for name in one.steep}
     if steep:
         raise SceneError([study.fault(f"bodies.{name}.attitude", STEEP_START) for name in steep])
-    turns = (
-        np.abs(found.turns()).sum(axis=0) > 0.5
-    )  # it rolls and pitches in space, in a plane once
+    turns = np.abs(found.turns()).sum(axis=0) > 0.5  # all ways in space, one in a plane
     for one in scenes:
         for name, ways in one.top_heavy.items():
             for way, height in ways.items():
