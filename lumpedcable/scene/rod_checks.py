@@ -65,23 +65,24 @@ def _too_short(
 ) -> Iterator[Problem]:
     """The lines from an end with a place to the next, if they are shorter than the way between.
 
-    One with EA stretches as far as it has to.
+    Those with EA stretch, by at most the half that other laws are used for.
     """
-    start, here, length = _placed(lines, bodies, first), first, 0.0
+    start, here, length, reach = _placed(lines, bodies, first), first, 0.0, 0.0
     passed: list[str] = []
     while start is not None and here[0] not in passed:
         line = lines[here[0]]
         if line is None or isinstance(line.length, str):
             return
         passed.append(here[0])
-        if getattr(materials.get(line.material), "EA", None) is not None:
-            return
         length += line.length
+        material = materials.get(line.material)
+        gives = getattr(material, "EA", None) is not None
+        reach += line.length * (1.0 + (material.max_strain if gives and material else SLACK))
         last = here[0], OTHER[here[1]]
         end = _placed(lines, bodies, last)
         if end is not None:
             told |= {first, last}
-            if dist(start, end) > length * (1.0 + SLACK):
+            if dist(start, end) > reach:
                 yield Problem(
                     ("lines", passed[-1], "length"),
                     f"expected inextensible lines that reach over the {dist(start, end):.6g} m "

@@ -82,6 +82,7 @@ def test_a_taut_line_is_stretched_between_its_ends(tmp_path, EA, span):
     np.testing.assert_allclose(ran["wire.tension"], EA * (span / 10.0 - 1.0), rtol=1e-9)
 
 
-def test_a_line_without_EA_has_to_reach(tmp_path):
-    with pytest.raises(SceneError, match=r"that reach over the 10\.03 m"):
-        run_text(tmp_path, level(None, 10.03))
+@pytest.mark.parametrize(("EA", "span"), [(None, 10.03), (1e6, 15.1)])
+def test_a_line_that_would_stretch_without_EA_or_by_more_than_half_is_refused(tmp_path, EA, span):
+    with pytest.raises(SceneError, match=f"that reach over the {span} m"):
+        run_text(tmp_path, level(EA, span))
