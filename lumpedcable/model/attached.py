@@ -31,6 +31,7 @@ __all__ = [
     "follow",
     "follow_rate",
     "left_out",
+    "moved_ends",
     "on_course",
     "on_paths",
     "start_velocities",
@@ -100,7 +101,7 @@ def on_paths(
     time leaves a velocity behind.
     """
     displacement, velocity = on_course(model, t, displacement), steered(model, t, None, velocity)
-    for name, node, end in _moved_ends(model):
+    for name, node, end in moved_ends(model):
         v = velocity[name]
         velocity[name] = _tied(t, v, node, end, velocity_of(end.motion, t).astype(v.dtype))
     displacement = follow(model, t, displacement)
@@ -112,7 +113,7 @@ def on_course(
 ) -> dict[str, Array]:
     """The same displacements (m), with what is moved or hauled where its path is at t (s)."""
     displacement = placed_on_way(model, t, displacement)
-    for name, node, end in _moved_ends(model):
+    for name, node, end in moved_ends(model):
         u = displacement[name]
         place = way_of(end.motion, jnp.zeros_like(t), t).astype(u.dtype)
         displacement[name] = _tied(t, u, node, end, place)
@@ -125,7 +126,7 @@ def travels(model: Model) -> bool:
     Their displacements grow, and with them what rounding leaves out, while the lines stay taut. Others
     but tremble, or recoil slack.
     """
-    return bool(model.bodies) or any(True for _ in _moved_ends(model))
+    return bool(model.bodies) or any(True for _ in moved_ends(model))
 
 
 def left_out(
@@ -140,7 +141,7 @@ def left_out(
     for key, way, free in ways(model, t):
         own = displacement[key]
         low[key] = jnp.where(free > 0.0, low[key], (way - own).astype(own.dtype))
-    for name, node, end in _moved_ends(model):
+    for name, node, end in moved_ends(model):
         own, left = displacement[name][:, node], low[name]
         rest = (way_of(end.motion, jnp.zeros_like(t), t) - own).astype(own.dtype)
         low[name] = _tied(t, left, node, end, rest)
@@ -153,7 +154,8 @@ def left_out(
     return low
 
 
-def _moved_ends(model: Model) -> Iterator[tuple[str, int, Driven]]:
+def moved_ends(model: Model) -> Iterator[tuple[str, int, Driven]]:
+    """Ends that are moved along paths: (line, its end, what is there)."""
     for name, node, end in model.driven():
         if not isinstance(end.motion, Still):
             yield name, node, end

@@ -18,8 +18,6 @@ from lumpedcable.physics.hull import (
     BoxDrag,
     HullResistance,
     Hydrostatics,
-    box_draught,
-    box_metacentre,
 )
 from lumpedcable.physics.steering import Station, Steering
 from lumpedcable.scene import Scene
@@ -146,13 +144,11 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
     assert body.size is not None
     assert scene.fluid is not None
     assert scene.gravity is not None
-    size = tuple(number(s) for s in body.size)
-    density, mass = number(scene.fluid.density), number(body.mass)
-    draught = box_draught(mass, density, size)
-    above = _above_keel(body, size, draught)
-    weight = mass * scene.gravity
+    density = scene.fluid.density
+    draught, above = number(body.draught(density)), number(body.above_keel(density))
+    weight = number(body.mass) * scene.gravity
     # it rolls about its length, across its breadth, and pitches across its length
-    heights = [box_metacentre(side, draught, above) for side in (size[1], size[0])]
+    heights = [number(height) for height in body.metacentres(density)]
     tilt = coordinates.turns() ** 2 @ (weight * jnp.stack([*heights, jnp.zeros(())]))
     return Hydrostatics(
         coordinates.vector((0.0, 0.0, 1.0)),
@@ -160,15 +156,6 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
         weight / draught,
         tilt,
     )
-
-
-def _above_keel(body: Body, size, draught) -> Float[Array, ""]:
-    """Height of a hull's centre of gravity over its keel (m)."""
-    assert body.hull is not None
-    if body.hull.above_water is not None:
-        return draught + body.hull.above_water
-    given = body.hull.above_keel
-    return 0.5 * size[2] if given is None else number(given)
 
 
 def _friction(coordinates: Coordinates, body: Body) -> BedFriction | None:
@@ -194,7 +181,7 @@ def _resistances(
         found.append(BoxDrag(own, up, base, current))
     if body.hull is not None and body.hull.resistance is not None:
         part = body.hull.resistance
-        draught = box_draught(number(body.mass), density, (length, breadth, height))
+        draught = number(body.draught(scene.fluid.density))
         wetted = length * breadth + 2.0 * draught * (length + breadth)
         share = {"textbook": 0.5, "doubled": 1.0}[part.convention]
         found.append(

@@ -9,7 +9,7 @@ from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance
 from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.rigid import rotation
 
-__all__ = ["BoxDrag", "HullResistance", "Hydrostatics", "box_draught", "box_metacentre"]
+__all__ = ["BoxDrag", "HullResistance", "Hydrostatics"]
 
 
 class Hydrostatics(AbstractBodyLoad):
@@ -34,23 +34,6 @@ class Hydrostatics(AbstractBodyLoad):
         d = self.up.shape[0]
         rise = self.up @ q[:d] - self.floating
         return 0.5 * (self.heave * rise**2 + jnp.sum(self.tilt * q[d:] ** 2))
-
-
-def box_metacentre(
-    length: Float[Array, ""], draught: Float[Array, ""], above_keel: Float[Array, ""]
-) -> Float[Array, ""]:
-    """Metacentric height GM (m) of a floating box about the axis across its side `length` (m).
-
-    GM = KB + BM - KG = T/2 + l^2 / (12 T) - KG (Liu et al. 2018, eq. 57: I/V = l^3 b / (12 l b T)).
-    """
-    return 0.5 * draught + length**2 / (12.0 * draught) - above_keel
-
-
-def box_draught(
-    mass: Float[Array, ""], density: Float[Array, ""], size: tuple[Float[Array, ""], ...]
-) -> Float[Array, ""]:
-    """Draught T = m / (rho l b) (m) of a floating box."""
-    return mass / (density * size[0] * size[1])
 
 
 class HullResistance(AbstractBodyResistance):

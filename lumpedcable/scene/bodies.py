@@ -148,26 +148,46 @@ class Body(Part):
             return False
         return abs(math.cos(self.attitude[1])) < STEEP
 
+    def draught(self, density: float) -> float:
+        """Return the draught T = m / (rho l b) (m) of a box that floats; numbers may be traced."""
+        assert self.size is not None
+        return self.mass / (density * self.size[0] * self.size[1])
+
+    def above_keel(self, density: float) -> float:
+        """Return the height of a hull's centre of gravity over its keel (m)."""
+        assert self.hull is not None
+        assert self.size is not None
+        if self.hull.above_water is not None:
+            return self.draught(density) + self.hull.above_water
+        return 0.5 * self.size[2] if self.hull.above_keel is None else self.hull.above_keel
+
+    def metacentres(self, density: float) -> tuple[float, float]:
+        """Return the metacentric heights GM (m) of a hull that rolls and that pitches.
+
+        GM = KB + BM - KG = T/2 + b^2 / (12 T) - KG, b its breadth or its length (Liu et al. 2018,
+        eq. 57: I/V = b^3 l / (12 b l T)).
+        """
+        assert self.size is not None
+        draught, above = self.draught(density), self.above_keel(density)
+        length, breadth, _ = self.size
+        roll, pitch = (0.5 * draught + b**2 / (12.0 * draught) - above for b in (breadth, length))
+        return roll, pitch
+
     def righting(self, density: float, gravity: float) -> dict[str, tuple[float, float]]:
         """Return how a hull rights itself in each way that it is free to, roll and pitch.
 
-        By way its metacentric height GM (m) and the moment per angle with what holds it at its attitude
-        (N m/rad): T / 2 + b^2 / (12 T) - KG of a box of draught T, across its side b.
+        By way its metacentric height (m), and the moment per angle with what holds it at its attitude
+        (N m/rad).
         """
         if self.hull is None or self.size is None:
             return {}
-        length, breadth, height = self.size
-        draught = self.mass / (density * length * breadth)
-        above = 0.5 * height if self.hull.above_keel is None else self.hull.above_keel
-        if self.hull.above_water is not None:
-            above = draught + self.hull.above_water
         held = None if self.control is None else self.control.turn_stiffness
-        found = {}
-        for angle, side, holds in zip(ANGLES, (breadth, length), held or (0.0, 0.0), strict=False):
-            if self.free is None or angle in self.free:
-                metacentre = 0.5 * draught + side**2 / (12.0 * draught) - above
-                found[angle] = metacentre, self.mass * gravity * metacentre + holds
-        return found
+        ways = zip(ANGLES, self.metacentres(density), held or (0.0, 0.0), strict=False)
+        return {
+            angle: (height, self.mass * gravity * height + holds)
+            for angle, height, holds in ways
+            if self.free is None or angle in self.free
+        }
 
     def problems(self) -> Iterator[Problem]:
         """Yield what a rigid body lacks, and what is said twice."""

@@ -75,9 +75,8 @@ def _too_short(
             return
         passed.append(here[0])
         length += line.length
-        material = materials.get(line.material)
-        gives = getattr(material, "EA", None) is not None
-        reach += line.length * (1.0 + (material.max_strain if gives and material else SLACK))
+        rigid = getattr(materials.get(line.material), "EA", None) is None
+        reach += line.length * (1.0 + (SLACK if rigid else materials[line.material].max_strain))
         last = here[0], OTHER[here[1]]
         end = _placed(lines, bodies, last)
         if end is not None:

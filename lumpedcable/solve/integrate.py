@@ -13,16 +13,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PyTree
 
-from lumpedcable.model.attached import on_paths, start_velocities
+from lumpedcable.model.attached import moved_ends, on_paths, start_velocities
 from lumpedcable.model.balance import reactions_at_rest
 from lumpedcable.model.bodies import body_key
-from lumpedcable.model.ends import Driven
 from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.hauled import steered
 from lumpedcable.model.model import Model
 from lumpedcable.model.motion import carries
 from lumpedcable.model.state import State
-from lumpedcable.physics.motion import Still, velocity_of
+from lumpedcable.physics.motion import velocity_of
 from lumpedcable.physics.precision import cast
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.jerk import jerked
@@ -66,10 +65,9 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
     t = jnp.zeros(())
     displacement = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
     velocity = dict(displacement)
-    for name, node, end in model.outer_ends():
-        if isinstance(end, Driven) and not isinstance(end.motion, Still):
-            v = velocity_of(end.motion, t).astype(velocity[name].dtype)
-            velocity[name] = velocity[name].at[:, node].set(v)
+    for name, node, end in moved_ends(model):
+        v = velocity_of(end.motion, t).astype(velocity[name].dtype)
+        velocity[name] = velocity[name].at[:, node].set(v)
     displacement |= {body_key(n): jnp.zeros_like(b.reference) for n, b in model.bodies.items()}
     velocity = steered(model, t, None, start_velocities(model, velocity))
     velocity = jerked(model, t, displacement, velocity)

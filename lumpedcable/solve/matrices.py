@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["at_first", "at_last", "both", "eliminated", "flip", "onto", "times"]
+__all__ = ["at_first", "at_last", "both", "eliminated", "flip", "lengthening", "onto", "times"]
 
 
 def eliminated(matrix: Float[Array, "b b"], right: Float[Array, "b n"]) -> Float[Array, "b n"]:
@@ -29,6 +29,13 @@ def both(left, matrix, right):
 def onto(turn, vectors: Float[Array, "n d"]) -> Float[Array, "n s"]:
     """J^T v of all rods; None stands for the unit matrix."""
     return vectors if turn is None else (vectors[:, None, :] @ turn)[:, 0, :]
+
+
+def lengthening(
+    first: Float[Array, "n s"], last: Float[Array, "n s"], rates: Float[Array, "P s"]
+) -> Float[Array, " n"]:
+    """How fast rods lengthen, last . v_j+1 - first . v_j, by rates of places; likewise by gains."""
+    return jnp.sum(last * rates[1:] - first * rates[:-1], axis=1)
 
 
 def times(matrices: Float[Array, "n d d"], vectors: Float[Array, "n d"]) -> Float[Array, "n d"]:

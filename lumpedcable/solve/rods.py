@@ -20,7 +20,7 @@ from lumpedcable.physics.place import place
 from lumpedcable.physics.rod import ROD_SHARES, rod_drag
 from lumpedcable.physics.vectors import dot
 from lumpedcable.solve.chains import Chain, Guess, Hub
-from lumpedcable.solve.matrices import at_first, at_last, both, flip, onto, times
+from lumpedcable.solve.matrices import at_first, at_last, both, flip, lengthening, onto, times
 
 __all__ = [
     "Lengths",
@@ -212,7 +212,7 @@ def _lengths(chain: Chain, guess: Guess, dt, ahead) -> Lengths:
     far = jnp.sqrt(dot(step, step))
     row = (step / far).T  # u'
     first, last = onto(chain.first, row), onto(chain.last, row)
-    reached = jnp.sum(last * guess.places[1:] - first * guess.places[:-1], axis=1)
+    reached = lengthening(first, last, guess.places)
     return Lengths(first, last, reached - (far - chain.spread.length) / (dt * ahead))
 
 

@@ -19,7 +19,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.vectors import dot
 from lumpedcable.solve.chains import Chain
-from lumpedcable.solve.matrices import onto
+from lumpedcable.solve.matrices import lengthening, onto
 
 __all__ = ["WEIGHTS", "giving_way"]
 
@@ -42,10 +42,8 @@ def giving_way(
     step = chain.place.last - chain.place.first
     stretch = jnp.sqrt(dot(step, step)) - own.length
     if last is None:
-        along, d = chain.tangent.T, chain.tangent.shape[0]
-        first, end = onto(chain.first, along), onto(chain.last, along)
-        width = d if chain.first is None else chain.before.shape[1]
-        speed = jnp.sum(end * chain.before[1:, :width] - first * chain.before[:-1, :width], axis=1)
+        along = chain.tangent.T
+        speed = lengthening(onto(chain.first, along), onto(chain.last, along), chain.before)
         last = jnp.stack([stretch - ahead * speed, stretch - 2.0 * ahead * speed])
     known = now * stretch + before * last[0] + long_before * last[1]
     length = jnp.where(own.give > 0.0, own.length - known / to_come, own.length)

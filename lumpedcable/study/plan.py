@@ -72,12 +72,15 @@ def common_coordinates(
     if steep:
         raise SceneError([study.fault(f"bodies.{name}.attitude", STEEP_START) for name in steep])
     turns = np.abs(found.turns()).sum(axis=0) > 0.5  # all ways in space, one in a plane
-    for one in scenes:
-        for name, ways in one.top_heavy.items():
-            for way, height in ways.items():
-                if turns[ANGLES.index(way)]:
-                    words = CAPSIZES.format(way=way, height=quantity(height, "m", 3))
-                    raise SceneError([study.fault(f"bodies.{name}.hull", words)])
+    over = {
+        name: CAPSIZES.format(way=way, height=quantity(height, "m", 3))
+        for one in scenes
+        for name, ways in one.top_heavy.items()
+        for way, height in ways.items()
+        if turns[ANGLES.index(way)]
+    }
+    if over:
+        raise SceneError([study.fault(f"bodies.{name}.hull", text) for name, text in over.items()])
     return found
 
 
