@@ -37,6 +37,7 @@ from lumpedcable.study.alike import together
 from lumpedcable.study.devices import platform, shared_out
 from lumpedcable.study.lanes import across
 from lumpedcable.study.packed import Packed, pack
+from lumpedcable.study.whole import keep_whole
 
 __all__ = [
     "RUN_OFTEN",
@@ -85,6 +86,7 @@ def configure() -> None:
 
 
 configure()
+keep_whole()
 
 ON_CPU = platform() == "cpu"
 
