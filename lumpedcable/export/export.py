@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from lumpedcable.export.gltf import write_gltf
 from lumpedcable.export.moordyn import write_moordyn
@@ -19,13 +20,23 @@ __all__ = ["FORMATS", "export_result"]
 
 Write = Callable[[ResultFile, Path, int | None], list[Path]]
 
-FORMATS: dict[str, tuple[str, Write]] = {
-    "vtkhdf": (".vtkhdf", write_vtkhdf),
-    "gltf": (".glb", write_gltf),
-    "csv": (".csv", write_csv),
-    "moordyn": (".out", write_moordyn),
+
+class Format(NamedTuple):
+    """What a format is called, how its files' names may end (the first is given), and what writes it."""
+
+    called: str
+    endings: tuple[str, ...]
+    write: Write
+
+
+FORMATS = {
+    "vtkhdf": Format("VTKHDF", (".vtkhdf", ".hdf"), write_vtkhdf),
+    "gltf": Format("binary glTF", (".glb",), write_gltf),
+    "csv": Format("text with commas", (".csv",), write_csv),
+    "moordyn": Format("MoorDyn's tables", (".out",), write_moordyn),
 }
-"""By name: the end of the file's name and what writes it."""
+
+ELSE = {".vtk", ".vtu", ".gltf", ".xlsx", ".h5"}  # endings of what none of them is
 
 
 def export_result(
@@ -44,23 +55,26 @@ def export_result(
 
     Raises:
         ResultError: the file cannot be read, has no such run, or lacks what the format needs.
-        OutputError: no such format, or it cannot be written there.
+        OutputError: no such format, a file name of another one, or it cannot be written there.
     """
     if kind not in FORMATS:
         known = ", ".join(FORMATS)
         raise OutputError(
             f"expected a format, one of {known}, found {kind!r}{did_you_mean(kind, FORMATS)}"
         )
-    suffix, write = FORMATS[kind]
+    called, endings, write = FORMATS[kind]
+    others = ELSE.union(*(one.endings for one in FORMATS.values())) - set(endings)
     with SoundFile.open(path, stops=False) as result:
         if run is not None:
             result.hold(run)
         stem = Path(result.path.name.removesuffix(".partial")).stem
-        goal = Path(target) if target is not None else result.path.with_name(stem + suffix)
+        goal = Path(target) if target is not None else result.path.with_name(stem + endings[0])
         if goal.is_dir():
             raise OutputError(f"expected a file name, found the folder {goal}")
         if goal.exists() and os.path.samefile(goal, result.path):
             raise OutputError(f"expected another file than the results, found {goal}")
+        if goal.suffix.lower() in others:  # readers go by it
+            raise OutputError(f"expected a name that ends in {endings[0]} ({called}), found {goal}")
         with reported(goal):
             goal.parent.mkdir(parents=True, exist_ok=True)
             return write(result, goal, run)

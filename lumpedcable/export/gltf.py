@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.export.parts import lines_of, replacing
-from lumpedcable.results import OutputError, ResultFile
+from lumpedcable.results import ResultFile
 
 __all__ = ["write_gltf"]
 
@@ -34,12 +34,7 @@ def write_gltf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
 
     Lines are at least 1/400 of the scene's extent thick. A run of less than 4 s or more than 20 s is
     played slower or faster; `extras` of the animation holds the factor.
-
-    Raises:
-        OutputError: the file's name ends as that of the text form does, which readers go by.
     """
-    if target.suffix.lower() == ".gltf":
-        raise OutputError(f"expected a name that ends in .glb (binary glTF), found {target}")
     lines = lines_of(result, run or 0)
     time = result.field_time
     keys = np.unique(np.linspace(0, len(time) - 1, MOST_KEYS).round().astype(int))

@@ -298,7 +298,7 @@ def test_the_command_writes_beside_the_results(file, tmp_path, kind):
     copy = tmp_path / "case.h5"
     copy.write_bytes(file.read_bytes())
     said = say(tmp_path, "export", "case.h5", "--to", kind, "--run", "1")
-    suffix = FORMATS[kind][0]
+    suffix = FORMATS[kind].endings[0]
     assert (said.code, said.err) == (0, "")
     assert said.out.splitlines()[0] == f"case{suffix}"
     made = {p.name for p in tmp_path.iterdir()} - {"case.h5"}
@@ -335,6 +335,12 @@ def test_what_cannot_be_exported_is_told(file, tmp_path):
         tmp_path, "export", file, "--to", "gltf", "-o", "text.gltf"
     )
     assert not (tmp_path / "text.gltf").exists()
+    assert "a name that ends in .vtkhdf (VTKHDF), found lines.CSV" in refused(
+        tmp_path, "export", file, "--to", "vtkhdf", "-o", "lines.CSV"
+    )
+    assert "a name that ends in .csv" in refused(
+        tmp_path, "export", file, "--to", "csv", "-o", "table.xlsx"
+    )
     blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("tension",))
     told = refused(tmp_path, "export", blind, "--to", "vtkhdf")
     assert "no positions to export: an ideal cable has none" in told
