@@ -26,7 +26,7 @@ __all__ = ["pictures_of", "ropes_picture", "write_fit", "write_ropes"]
 def write_fit(
     fitted: Fitted, others: dict[str, Fitted], folder: Path
 ) -> tuple[list[Path], list[str]]:
-    """Write the fitted scenes and fit.json.
+    """Write the fitted scenes, those of other laws each in a folder of its name, and fit.json.
 
     Returns:
         The files made, and what is wrong with a fitted scene that would not run.
@@ -35,6 +35,10 @@ def write_fit(
         OutputError: they cannot be written there.
     """
     made, wrong = _write_scenes(fitted, folder)
+    for name, other in others.items():
+        paths, faults = _write_scenes(other, folder / name)
+        made += paths
+        wrong += faults
     contents = contents_of(fitted)
     if others:
         contents["choices"] = {name: contents_of(other) for name, other in others.items()}
