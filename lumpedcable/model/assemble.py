@@ -9,6 +9,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.beds import bed_damping, bed_under
 from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.model.carried import (
     body_place,
@@ -23,22 +24,15 @@ from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Load
 from lumpedcable.model.floating import make_body
 from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
-from lumpedcable.model.materials import STANDARD_GRAVITY, law_of, rod_law
+from lumpedcable.model.materials import law_of, rod_law
 from lumpedcable.model.model import Model
 from lumpedcable.model.moved import path_of
-from lumpedcable.model.numbers import if_given, number, vector
+from lumpedcable.model.numbers import if_given, number
 from lumpedcable.physics.bending import Bending
-from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
 from lumpedcable.physics.load import AbstractLoad
 from lumpedcable.physics.morison import AddedMass, Drag
-from lumpedcable.physics.seabed import (
-    AbstractSeabed,
-    BedGrip,
-    Seabed,
-    SeabedDamping,
-    SlopingSeabed,
-)
+from lumpedcable.physics.seabed import AbstractSeabed, BedGrip, SeabedDamping
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
@@ -54,8 +48,6 @@ from lumpedcable.scene.lines import (
 )
 
 __all__ = ["assemble", "make_line", "release_of", "seam_of", "segment_lengths", "wave_scheme"]
-
-CONTACT_BLEND = 0.2  # contact takes hold over this share of the depth that the dry line would sink
 
 
 def wave_scheme(scene: Scene) -> str:
@@ -186,26 +178,12 @@ def _loads(
 
 
 def _seabed(scene: Scene, name: str, coordinates: Coordinates) -> AbstractSeabed | None:
-    if scene.seabed is None:
-        return None
-    stiffness = number(scene.seabed.stiffness)
-    height = number(scene.seabed.height) - number(coordinates.origin[2])
-    weight = number(scene.lines[name].mass) * STANDARD_GRAVITY
-    blend = CONTACT_BLEND * weight / stiffness
-    up = coordinates.vector((0.0, 0.0, 1.0))
-    if scene.seabed.profile is None:
-        return Seabed(up, height, stiffness, blend)
-    points = (scene.seabed.profile.x, scene.seabed.profile.depth)
-    depth = MonotoneCubic(*(vector(values) for values in points))
-    across = coordinates.vector((1.0, 0.0, 0.0))
-    origin = number(coordinates.origin[0])
-    return SlopingSeabed(up, height, stiffness, blend, across, origin, depth)
+    return bed_under(scene, coordinates, number(scene.lines[name].mass))
 
 
 def _resistances(scene: Scene, bed: AbstractSeabed | None) -> tuple[SeabedDamping, ...]:
-    if bed is None or scene.seabed is None or scene.seabed.damping is None:
-        return ()
-    return (SeabedDamping(bed, number(scene.seabed.damping)),)
+    damping = bed_damping(scene, bed)
+    return () if damping is None else (damping,)
 
 
 def _grip(

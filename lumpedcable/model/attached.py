@@ -218,7 +218,7 @@ def _gain_at(
         parts[line, node] = (turn, mass, force)
     gain = _solved(matrix, vector, body.free)
     if body.friction is not None:
-        gain, found.held[name] = _held_back(body, matrix, vector, v, dt)
+        gain, found.held[name] = _held_back(body, matrix, vector, q, v, dt)
     if isinstance(body, Winch):
         gain = body.limited(v, gain, dt)
     pulls = {end: mass @ (turn @ gain) - force for end, (turn, mass, force) in parts.items()}
@@ -226,7 +226,7 @@ def _gain_at(
 
 
 def _held_back(
-    body: AbstractBody, matrix: Array, vector: Array, v: Array, dt
+    body: AbstractBody, matrix: Array, vector: Array, q: Array, v: Array, dt
 ) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
     """The gain of a body on a bed, and the friction on it (N), each (m,).
 
@@ -250,7 +250,7 @@ def _held_back(
     way = against / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
     gain, force = still, needed
     for _ in range(SLIDES):
-        limit = friction.limit(matrix @ gain - vector)
+        limit = friction.limit(matrix @ gain - vector, q, v)
         slides = moving | (dot(needed, needed) > limit**2)
         force = jnp.where(slides, limit * way, needed)
         gain = jnp.where(slides, _solved(matrix, vector + limit * way, free), still)

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance, BedFriction
+from lumpedcable.physics.body import AbstractBedFriction, AbstractBodyLoad, AbstractBodyResistance
 from lumpedcable.physics.rigid import place_of, rigid_mass, rotation
 from lumpedcable.physics.wave_force import WaveForce
 
@@ -38,7 +38,7 @@ class AbstractBody(eqx.Module):
     reference: eqx.AbstractVar[Float[Array, " m"]]
     start_velocity: eqx.AbstractVar[Float[Array, " m"] | None]
     free: eqx.AbstractVar[Float[Array, " m"] | None]
-    friction: eqx.AbstractVar[BedFriction | None]
+    friction: eqx.AbstractVar[AbstractBedFriction | None]
 
     @abc.abstractmethod
     def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
@@ -76,6 +76,12 @@ class AbstractBody(eqx.Module):
     def energy(self, q: Float[Array, " m"]) -> Float[Array, ""]:
         """All potential energy (J)."""
         return sum(self.stored(q).values(), jnp.zeros((), q.dtype))
+
+    def stiffest(
+        self, q: Float[Array, " m"]
+    ) -> tuple[Float[Array, "m m"], Float[Array, "m m"] | None]:
+        """For the step: the largest stiffness (N/m, N m/rad) it may have, and damping that is strong."""
+        return jax.hessian(self.energy)(q), None
 
     def force(
         self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
@@ -115,7 +121,7 @@ class RigidBody(AbstractBody):
     inertia: Float[Array, " a"]
     start_velocity: Float[Array, " m"] | None = None
     free: Float[Array, " m"] | None = None
-    friction: BedFriction | None = None
+    friction: AbstractBedFriction | None = None
     loads: tuple[AbstractBodyLoad, ...] = ()
     resistances: tuple[AbstractBodyResistance, ...] = ()
     waves: WaveForce | None = None
@@ -145,6 +151,15 @@ class RigidBody(AbstractBody):
             value = load.energy(q)
             total[load.energy_name] = total.get(load.energy_name, jnp.zeros_like(value)) + value
         return total
+
+    def stiffest(
+        self, q: Float[Array, " m"]
+    ) -> tuple[Float[Array, "m m"], Float[Array, "m m"] | None]:
+        """That of its loads, and that of its resistances."""
+        size = q.shape[0]
+        stiffness = sum((load.stiffest(q) for load in self.loads), jnp.zeros((size, size), q.dtype))
+        damping = [d for d in (r.stiffest(q) for r in self.resistances) if d is not None]
+        return stiffness, sum(damping[1:], damping[0]) if damping else None
 
     def resisting(
         self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None

@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.beds import bearing_damping, bearing_of, bed_friction
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.numbers import if_given, moving, number, vector
@@ -10,7 +11,6 @@ from lumpedcable.model.ships import waves_of
 from lumpedcable.physics.body import (
     AbstractBodyLoad,
     AbstractBodyResistance,
-    BedFriction,
     BodyWeight,
 )
 from lumpedcable.physics.fluid import AbstractCurrent
@@ -47,7 +47,7 @@ def make_body(
         inertia=_inertia(coordinates, body) if body.turns else jnp.full(angles.shape, mass),
         start_velocity=start,
         free=_free(coordinates, body),
-        friction=_friction(coordinates, body),
+        friction=bed_friction(scene, body, coordinates),
         loads=_loads(scene, body, coordinates, reference),
         resistances=_resistances(scene, body, coordinates, current),
         waves=waves_of(scene, body, coordinates),
@@ -91,7 +91,8 @@ def _free(coordinates: Coordinates, body: Body) -> Float[Array, " m"] | None:
 def _loads(
     scene: Scene, body: Body, coordinates: Coordinates, start: Float[Array, " m"]
 ) -> tuple[AbstractBodyLoad, ...]:
-    keeping = _station(body, coordinates, start)
+    bearing = bearing_of(scene, body, coordinates)
+    keeping = _station(body, coordinates, start) + (() if bearing is None else (bearing,))
     if scene.gravity is None:
         return keeping
     if body.hull is not None:
@@ -158,16 +159,13 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
     )
 
 
-def _friction(coordinates: Coordinates, body: Body) -> BedFriction | None:
-    if body.friction is None:
-        return None
-    return BedFriction(number(body.friction), coordinates.vector((0.0, 0.0, 1.0)))
-
-
 def _resistances(
     scene: Scene, body: Body, coordinates: Coordinates, current: AbstractCurrent | None
 ) -> tuple[AbstractBodyResistance, ...]:
     found: list[AbstractBodyResistance] = [*_steering(body, coordinates)]
+    resisting = bearing_damping(scene, bearing_of(scene, body, coordinates))
+    if resisting is not None:
+        found.append(resisting)
     if scene.fluid is None or body.size is None:
         return tuple(found)
     density = number(scene.fluid.density)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
-from lumpedcable.physics.body import BedFriction
+from lumpedcable.physics.body import AbstractBedFriction
 from lumpedcable.physics.coupling import AbstractCoupling
 from lumpedcable.physics.motion import AbstractMotion
 
@@ -30,7 +30,7 @@ class Rider(AbstractBody):
     weight: Float[Array, " d"] | None = None
     start_velocity: Float[Array, " m"] | None = None
     free: Float[Array, " m"] | None = None
-    friction: BedFriction | None = None
+    friction: AbstractBedFriction | None = None
     path: AbstractMotion | None = None
     dimensions: int = eqx.field(static=True, default=2)
     settles: bool = eqx.field(static=True, default=True)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
-from lumpedcable.physics.body import BedFriction
+from lumpedcable.physics.body import AbstractBedFriction
 
 __all__ = ["Control", "Sheave", "Winch"]
 
@@ -63,7 +63,7 @@ class Winch(AbstractBody):
     node: int = eqx.field(static=True, default=-1)
     start_velocity: Float[Array, " m"] | None = None
     free: Float[Array, " m"] | None = None
-    friction: BedFriction | None = None
+    friction: AbstractBedFriction | None = None
 
     @property
     def kilograms(self) -> Float[Array, ""]:

@@ -1,7 +1,7 @@
 """A bed that lines rest on: an elastic foundation that pushes and does not pull, and its friction."""
 
 import abc
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,7 +11,21 @@ from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape
 from lumpedcable.physics.vectors import dot
 
-__all__ = ["AbstractSeabed", "BedGrip", "Seabed", "SeabedDamping", "SlopingSeabed"]
+__all__ = ["AbstractSeabed", "BedGrip", "Lying", "Seabed", "SeabedDamping", "SlopingSeabed"]
+
+
+class Lying(Protocol):
+    """What may lie on a bed: positions (d, nodes) m, and the length of line (m) that each stands for."""
+
+    @property
+    def position(self) -> Float[Array, "d nodes"]:
+        """Where each node is (m)."""
+        ...
+
+    @property
+    def node_length(self) -> Float[Array, " nodes"]:
+        """How much of a line each node stands for (m)."""
+        ...
 
 
 class AbstractSeabed(AbstractLoad):
@@ -34,32 +48,32 @@ class AbstractSeabed(AbstractLoad):
     blend: eqx.AbstractVar[Float[Array, ""]]
 
     @abc.abstractmethod
-    def penetration(self, shape: Shape) -> Float[Array, " nodes"]:
+    def penetration(self, shape: Lying) -> Float[Array, " nodes"]:
         """p of each node (m), negative above the bed."""
 
     @abc.abstractmethod
-    def normal(self, shape: Shape) -> Float[Array, "d nodes"]:
+    def normal(self, shape: Lying) -> Float[Array, "d nodes"]:
         """Unit normals of the bed under each node, (d, 1) where they are all the same."""
 
-    def contact(self, shape: Shape) -> Float[Array, " nodes"]:
+    def contact(self, shape: Lying) -> Float[Array, " nodes"]:
         """s'(p) of each node (-): 0 above the bed, 1 where it carries fully."""
         return jnp.clip(self.penetration(shape) / self.blend, 0.0, 1.0)
 
-    def lift(self, shape: Shape) -> Float[Array, " nodes"]:
+    def lift(self, shape: Lying) -> Float[Array, " nodes"]:
         """Upward force k l s(p) on each node (N)."""
         p = self.penetration(shape)
         q = jnp.clip(p, 0.0, self.blend)
         return self.stiffness * shape.node_length * q * (p - 0.5 * q) / self.blend
 
     @abc.abstractmethod
-    def push(self, shape: Shape) -> Float[Array, " nodes"]:
+    def push(self, shape: Lying) -> Float[Array, " nodes"]:
         """Force on each node (N) along the normal, whose upward part is `lift`."""
 
-    def force(self, shape: Shape) -> Float[Array, "d nodes"]:
+    def force(self, shape: Lying) -> Float[Array, "d nodes"]:
         """Force on each node (N)."""
         return self.normal(shape) * self.push(shape)
 
-    def energy(self, shape: Shape) -> Float[Array, ""]:
+    def energy(self, shape: Lying) -> Float[Array, ""]:
         """k l S(p) summed over the nodes (J)."""
         p = self.penetration(shape)
         q = jnp.clip(p, 0.0, self.blend)
@@ -78,15 +92,15 @@ class Seabed(AbstractSeabed):
     stiffness: Float[Array, ""]
     blend: Float[Array, ""]
 
-    def penetration(self, shape: Shape) -> Float[Array, " nodes"]:
+    def penetration(self, shape: Lying) -> Float[Array, " nodes"]:
         """p of each node (m), negative above the bed."""
         return self.height - self.up @ shape.position
 
-    def normal(self, shape: Shape) -> Float[Array, "d nodes"]:
+    def normal(self, shape: Lying) -> Float[Array, "d nodes"]:
         """The vertical."""
         return self.up[:, None]
 
-    def push(self, shape: Shape) -> Float[Array, " nodes"]:
+    def push(self, shape: Lying) -> Float[Array, " nodes"]:
         """Upward force on each node (N)."""
         return self.lift(shape)
 
@@ -121,17 +135,17 @@ class SlopingSeabed(AbstractSeabed):
         """Height of the bed (m) under positions, over the origin of the scene's own coordinates."""
         return self.height - self.depth.value(self.x_of(position))
 
-    def penetration(self, shape: Shape) -> Float[Array, " nodes"]:
+    def penetration(self, shape: Lying) -> Float[Array, " nodes"]:
         """p of each node (m), negative above the bed."""
         return self.level(shape.position) - self.up @ shape.position
 
-    def normal(self, shape: Shape) -> Float[Array, "d nodes"]:
+    def normal(self, shape: Lying) -> Float[Array, "d nodes"]:
         """Unit normals of the bed under each node."""
         slope = self.depth.slope(self.x_of(shape.position))
         whole = self.up[:, None] + self.across[:, None] * slope
         return whole / jnp.sqrt(1.0 + slope**2)
 
-    def push(self, shape: Shape) -> Float[Array, " nodes"]:
+    def push(self, shape: Lying) -> Float[Array, " nodes"]:
         """Force on each node (N) along the bed's normal."""
         return self.lift(shape) * jnp.sqrt(1.0 + self.depth.slope(self.x_of(shape.position)) ** 2)
 
@@ -156,7 +170,7 @@ class SeabedDamping(AbstractResistance):
     bed: AbstractSeabed
     damping: Float[Array, ""]
 
-    def push(self, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " nodes"]:
+    def push(self, shape: Lying, velocity: Float[Array, "d nodes"]) -> Float[Array, " nodes"]:
         """Force on each node (N) along the normal."""
         rising = dot(self.bed.normal(shape), velocity)
         plain = -self.damping * shape.node_length * self.bed.contact(shape) * rising
@@ -184,7 +198,7 @@ class BedGrip(eqx.Module):
     bed: AbstractSeabed
     damping: SeabedDamping | None
 
-    def limit(self, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " nodes"]:
+    def limit(self, shape: Lying, velocity: Float[Array, "d nodes"]) -> Float[Array, " nodes"]:
         """mu N of each node (N)."""
         push = self.bed.push(shape)
         if self.damping is not None:

@@ -21,6 +21,7 @@ from lumpedcable.scene.quantities import (
     Position,
     PositiveLength,
     PositiveMass,
+    PositiveSpring,
     Spring,
     Torque,
     TurnDamper,
@@ -42,8 +43,8 @@ STEEP = 0.1
 """|cos(pitch)| below which a body's roll and yaw in space can no longer be told apart: 6 degrees."""
 
 # any of these makes a body a rigid one
-_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "friction", "drag",
-          "control", "waves")  # fmt: skip
+_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "bearing",
+          "friction", "drag", "control", "waves")  # fmt: skip
 
 
 class Resistance(Part):
@@ -116,9 +117,13 @@ class Body(Part):
     Absent: none."""
     free: tuple[Freedom, ...] | None = None
     """How a rigid body can move. Absent: in every way."""
+    bearing: PositiveSpring | None = None
+    """Stiffness in N/m with which the bed bears it, a quarter at each corner of its size; without a size
+    its centre stands on the bed. Absent: a bed does not bear it."""
     friction: NonNegativeNumber | None = None
-    """Coulomb's coefficient where it rests on the bed, for a body whose height is not free; the bottom
-    of its size, if it has one, within a tenth of its height of the bed. Absent: none."""
+    """Coulomb's coefficient where it rests on the bed, for a body with bearing or whose height is not
+    free; of the latter the bottom of its size, if it has one, within a tenth of its height of the bed.
+    Absent: none."""
     drag: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
     """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
     control: BodyControl | None = None
@@ -147,6 +152,14 @@ class Body(Part):
         if self.attitude is None or not (self.free is None or {"roll", "yaw"} <= set(self.free)):
             return False
         return abs(math.cos(self.attitude[1])) < STEEP
+
+    @property
+    def half_height(self) -> float:
+        """How high the middle of its size is over the lowest corner at the start (m)."""
+        assert self.size is not None
+        roll, pitch, _ = self.attitude or (0.0, 0.0, 0.0)
+        up = (math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll))
+        return 0.5 * sum(abs(u) * side for u, side in zip(up, self.size, strict=True))
 
     def draught(self, density: float) -> float:
         """Return the draught T = m / (rho l b) (m) of a box that floats; numbers may be traced."""
@@ -215,10 +228,16 @@ class Body(Part):
                 ("size",),
                 "expected [length, breadth, height] (m) of a body with drag, found nothing",
             )
-        if self.friction is not None and (self.free is None or "z" in self.free):
+        rises = self.free is None or "z" in self.free
+        if self.friction is not None and self.bearing is None and rises:
             yield Problem(
                 ("friction",),
-                'expected a body on the bed, whose free has no "z", found one that can rise',
+                'expected a body with bearing, or one on the bed whose free has no "z", found one that '
+                "can rise and that no bed bears",
+            )
+        if self.bearing is not None and not rises:
+            yield Problem(
+                ("bearing",), 'expected a body that can rise, found one whose free has no "z"'
             )
         if self.hull is not None and self.volume is not None:
             yield Problem(("volume",), "expected volume or hull, found both")

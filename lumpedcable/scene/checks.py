@@ -39,6 +39,7 @@ from lumpedcable.scene.part import (
     unknown,
 )
 from lumpedcable.scene.placing_checks import (
+    bearing_problems,
     below_problems,
     joined_problems,
     lying_problems,
@@ -115,6 +116,11 @@ def problems(draft: Draft) -> Iterator[Problem]:
                 ("bodies", name, "volume"),
                 "expected [water] or [air] where a body has a volume, found neither",
             )
+        if isinstance(body, Body) and body.bearing is not None and "seabed" not in draft.named:
+            yield Problem(
+                ("bodies", name, "bearing"),
+                "expected [seabed] where a bed bears a body, found none",
+            )
         if isinstance(body, Body) and body.hull is not None:
             for key in ("water", "gravity"):
                 if key not in draft.named:
@@ -151,6 +157,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     if isinstance(seabed, Seabed) and next(inside(seabed, (), draft.sound), None) is None:
         yield from below_problems(draft.lines, draft.bodies, seabed)
         yield from lying_problems(draft.bodies, seabed)
+        yield from bearing_problems(draft.bodies, seabed, gravity)
     yield from event_problems(draft.events, draft.lines, draft.others)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
     yield from reach_problems(

@@ -23,10 +23,19 @@ from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["below_problems", "joined_problems", "lying_problems", "settling_problems"]
+__all__ = [
+    "bearing_problems",
+    "below_problems",
+    "joined_problems",
+    "lying_problems",
+    "settling_problems",
+]
 
 SAME = 1e-9  # share of a place by which it may differ from itself, by rounding
 LIES = 0.1  # share of its height that a body on the bed may be above or in it
+SINKS = (
+    2.0  # times as deep as its weight pushes it that a corner may start in the bed that bears it
+)
 Lines = Mapping[str, Line | None]
 
 
@@ -54,7 +63,7 @@ def below_problems(lines: Lines, bodies: Mapping[str, Any], seabed: Seabed) -> I
 def lying_problems(bodies: Mapping[str, Any], seabed: Seabed) -> Iterator[Problem]:
     """Yield boxes with friction that are neither on the bed nor a little above or in it."""
     for name, body in bodies.items():
-        if not isinstance(body, Body) or body.friction is None:
+        if not isinstance(body, Body) or body.friction is None or body.bearing is not None:
             continue
         if body.size is None or body.position is None or any(body.attitude or ()):
             continue  # its bottom is not known, or of one that is turned no plane
@@ -66,6 +75,27 @@ def lying_problems(bodies: Mapping[str, Any], seabed: Seabed) -> Iterator[Proble
                 "expected a body with friction to lie on the bed, its bottom (position less half its "
                 f"height) at {format_quantity(bed, 'm')}, found that at {format_quantity(bottom, 'm')}; "
                 f"change position to {format_quantity(bed + half, 'm')} or seabed.height",
+            )
+
+
+def bearing_problems(
+    bodies: Mapping[str, Any], seabed: Seabed, gravity: float | None
+) -> Iterator[Problem]:
+    """Yield boxes that start so deep in the bed that bears them that it would throw them out."""
+    for name, body in bodies.items():
+        if not isinstance(body, Body) or body.bearing is None or body.hull is not None:
+            continue
+        if body.size is None or body.position is None or body.settle:
+            continue
+        bed, half = seabed.height_at(body.position[0]), body.half_height
+        sinks = SINKS * body.mass * (gravity or 0.0) / body.bearing
+        lowest = body.position[2] - half
+        if lowest < bed - sinks - SAME * hypot(*body.position):
+            yield Problem(
+                ("bodies", name, "position", 2),
+                f"expected its lowest corner on the bed, at {format_quantity(bed, 'm')}, or above it, "
+                f"found that at {format_quantity(lowest, 'm')}; change position to "
+                f"{format_quantity(bed + half, 'm')} or seabed.height",
             )
 
 
@@ -149,7 +179,7 @@ def settling_problems(
             continue
         if told is not None:
             yield Problem(("bodies", name, "settle"), f"{told}, where a body settles")
-        elif body.friction is not None:
+        elif body.friction is not None and body.bearing is None:
             yield Problem(
                 ("bodies", name, "settle"),
                 "expected a body without friction, found one that friction can hold anywhere",

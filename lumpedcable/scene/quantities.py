@@ -239,6 +239,7 @@ FoundationStiffness = Annotated[float, Quantity("Pa", "positive")]
 FoundationDamping = Annotated[float, Quantity("Pa s", "nonnegative")]
 Torque = Annotated[float, Quantity("N m", words="a moment (N m)")]
 Spring = Annotated[float, Quantity("N/m", "nonnegative", words="a stiffness (N/m)")]
+PositiveSpring = Annotated[float, Quantity("N/m", "positive", words="a stiffness (N/m)")]
 TurnSpring = Annotated[float, Quantity("N m/rad", "nonnegative", words="a stiffness (N m/rad)")]
 TurnDamper = Annotated[
     float, Quantity("N m s/rad", "nonnegative", words="a damping constant (N m s/rad)")

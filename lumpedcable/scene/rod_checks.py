@@ -25,7 +25,8 @@ def rod_problems(
 ) -> Iterator[Problem]:
     """Yield paths of inextensible lines that do not reach, and bodies on the bed that would float."""
     for name, body in bodies.items():
-        if isinstance(body, Body) and body.friction is not None and body.volume and fluid:
+        lying = isinstance(body, Body) and body.friction is not None and body.bearing is None
+        if isinstance(body, Body) and lying and body.volume and fluid:
             carried = fluid.density * body.volume
             if carried >= body.mass:
                 yield Problem(

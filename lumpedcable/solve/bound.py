@@ -1,6 +1,5 @@
 """The largest step at which leapfrog is stable, from what each force along a line contributes."""
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -91,12 +90,20 @@ def winch_step_bound(line: Line, winch: Winch) -> Float[Array, ""]:
 def body_step_bound(body: AbstractBody) -> Float[Array, ""]:
     """Largest stable step (s) of a body by itself at its reference, 2 / omega.
 
-    omega^2 is at most the Frobenius norm of M^-1 K, with K the second derivatives of its energy.
+    omega^2 is at most the Frobenius norm of M^-1 K, with K the second derivatives of its energy, and the
+    rate that of M^-1 C where a bed damps it.
     """
     q = body.reference
-    stiff = jnp.linalg.solve(body.mass(q), jax.hessian(body.energy)(q))
-    square = jnp.sqrt(jnp.sum(stiff**2))
-    return 2.0 / jnp.sqrt(jnp.maximum(square, 1e-300))
+    stiffness, damping = body.stiffest(q)
+    square = jnp.maximum(_frobenius(body, stiffness), 1e-300)
+    if damping is None:
+        return 2.0 / jnp.sqrt(square)
+    return _stable_step(square, _frobenius(body, damping))
+
+
+def _frobenius(body: AbstractBody, matrix: Float[Array, "m m"]) -> Float[Array, ""]:
+    """The norm of M^-1 times a matrix."""
+    return jnp.sqrt(jnp.sum(jnp.linalg.solve(body.mass(body.reference), matrix) ** 2))
 
 
 def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:

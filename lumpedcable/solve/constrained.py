@@ -332,7 +332,7 @@ def _next_grip(chain: Chain, at: int, needed, gain, grip: Grip, dt) -> Grip:
     hub = chain.hubs[at]
     friction = hub.body.friction
     assert friction is not None
-    level, limit = friction.level(hub.q), friction.limit(needed)
+    level, limit = friction.level(hub.q), friction.limit(needed, hub.q, hub.v)
     rate, pull = level * hub.v, level * needed
     # against the motion; where it only starts to slide, as what held it before
     holds = jnp.where(grip.sliding, grip.force, pull)

@@ -21,6 +21,7 @@ from lumpedcable.study.outcome import EXACT, Table, joined, message_of, summarie
 from lumpedcable.study.plan import recoil_name
 from lumpedcable.study.recoils import recoiled
 from lumpedcable.study.strength import UTILISATION, has_strength, utilised
+from lumpedcable.study.sunk import sunk
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -69,7 +70,8 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         table[f"lines/{line}/{PEAK_TENSION}"][rows, : kept.shape[1]] = kept
     if contents.energy:
         table["energy/residual"][rows] = ended.energy.residual
-    remarks = missed_extremes(contents.scene, measured, len(part.runs))
+    missed = missed_extremes(contents.scene, measured, len(part.runs))
+    remarks = [joined(*both) for both in zip(missed, sunk(ended), strict=True)]
     for index, recoil in enumerate(part.plan.recoils):
         found, words = recoiled(ended, index)
         for name, values in found.items():

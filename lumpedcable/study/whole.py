@@ -1,4 +1,4 @@
-"""Compiled programs are kept in whole files: neither a process that is killed nor two at once leave half of one."""
+"""Compiled programs are kept in whole files: no kill, and no two processes at once, leave half of one."""
 
 from typing import Any
 from uuid import uuid4
@@ -9,10 +9,10 @@ __all__ = ["keep_whole"]
 def keep_whole() -> bool:
     """Let jax write what it keeps under a passing name first, which then becomes its own in one step.
 
-    jax writes an entry of its cache in place, once for all: who reads meanwhile, as the workers of a study
+    jax writes an entry of its cache in place, once for all: who reads meanwhile, as workers of a study
     that share a folder do, is told of an error and compiles anew, and of what a kill or a full disk cuts
-    off every later process is told. It has no setting for that, so its method is replaced; a cache that is
-    kept to a size has a lock, and is left alone. False where this version of jax has another one.
+    off every later process is told. It has no setting for that, so its method is replaced; a cache that
+    is kept to a size has a lock, and is left alone. False where this jax has another cache.
     """
     try:
         from jax._src import lru_cache
@@ -23,7 +23,8 @@ def keep_whole() -> bool:
 
     def put(self: Any, key: str, value: bytes) -> None:
         if self.eviction_enabled or not key:
-            return plain(self, key, value)
+            plain(self, key, value)
+            return
         target, passing = self.path / f"{key}{ending}", self.path / f"{uuid4().hex}.part"
         if target.exists():
             return

@@ -67,7 +67,7 @@ def test_a_second_run_of_a_scene_compiles_nothing(tmp_path):
 
 
 def test_who_reads_while_an_entry_is_written_finds_all_of_it_or_none(tmp_path):
-    """Workers share a folder: jax by itself writes in place, and who reads meanwhile finds half of it."""
+    """Workers share a folder: jax writes in place, and who reads meanwhile finds half of it."""
     writer, reader = (LRUCache(str(tmp_path), max_size=-1) for _ in range(2))
     value = os.urandom(1 << 22)
     done, found = threading.Event(), set()
@@ -94,7 +94,8 @@ def test_what_could_not_be_written_is_written_the_next_time(tmp_path, monkeypatc
         patch.setattr(Path, "write_bytes", _half)
         with pytest.raises(OSError, match="no space"):
             cache.put("program", b"a program")
-    assert list(tmp_path.iterdir()) == [] and cache.get("program") is None
+    assert list(tmp_path.iterdir()) == []
+    assert cache.get("program") is None
     cache.put("program", b"a program")
     assert cache.get("program") == b"a program"
 
