@@ -1,4 +1,4 @@
-"""Compiled programs are kept in whole files: no kill, and no two processes at once, leave half of one."""
+"""Compiled programs are kept in whole files: neither a kill nor two processes leave half of one."""
 
 from typing import Any
 from uuid import uuid4
