@@ -17,7 +17,7 @@ __all__ = ["sunk"]
 
 
 def sunk(ended: Ended) -> list[str]:
-    """Of each run which rigid bodies without `bearing` end with their centre of gravity under the bed."""
+    """Of each run which rigid bodies without `bearing` end with their centre under the bed."""
     scene, coordinates = ended.part.structure.scene, ended.contents.laid.coordinates
     said = ["" for _ in ended.part.runs]
     if scene.seabed is None:
