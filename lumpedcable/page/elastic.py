@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.controls import Control, FaultError, Model
 from lumpedcable.page.drawn import drawn_line, shown_number
-from lumpedcable.page.surroundings import surroundings, tables
+from lumpedcable.page.surroundings import surroundings
+from lumpedcable.results.ground import tables
 from lumpedcable.scene import Body, Scene, Study
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.quantities import Quantity

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import posts_of, size_of, solids_of, turned
-from lumpedcable.page.surroundings import points_apart, surroundings, tables
+from lumpedcable.page.surroundings import points_apart, surroundings
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results.reader import ResultFile
 
@@ -39,7 +39,7 @@ class Beside(NamedTuple):
 
 def beside_lines(result: ResultFile, run: int) -> Beside:
     """Ideal cables, ships and bodies of a run, at the times with fields."""
-    scene = tables(str(result.attributes.get("effective_scene", "")) or result.scene_text)
+    scene = result.scene
     more = Unrecorded(result, np.array([run]), scene)
     ways = {
         name: (result.body(name, "position", run), result.body(name, "attitude", run))

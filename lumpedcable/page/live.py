@@ -11,7 +11,8 @@ from lumpedcable.page.elastic import elastic_model
 from lumpedcable.page.highline import SceneHighline, highline_of
 from lumpedcable.page.server import Answer
 from lumpedcable.page.stages import stage_models
-from lumpedcable.page.surroundings import surroundings, tables
+from lumpedcable.page.surroundings import surroundings
+from lumpedcable.results.ground import tables
 from lumpedcable.scene import Study
 
 __all__ = ["live_page"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import moved_bodies
 from lumpedcable.page.pack import Pack
-from lumpedcable.page.surroundings import points_apart, surroundings, tables
+from lumpedcable.page.surroundings import points_apart, surroundings
 from lumpedcable.page.thinned import even, extremes, with_peaks
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results import ResultError
@@ -75,8 +75,7 @@ class _Recorder:
         # the nearest of the others makes room for the one that is asked for
         runs[np.abs(runs - first).argmin()] = first
         self.runs = runs
-        told = str(result.attributes.get("effective_scene", "")) or result.scene_text
-        self.scene = tables(told)
+        self.scene = result.scene
         self.unrecorded = Unrecorded(result, self.runs, self.scene)
         stored = {name: result.line(name) for name in result.lines}
         self.lines: dict[str, LineData | StraightLine] = {

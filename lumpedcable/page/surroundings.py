@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Container, Iterable, Mapping
 from typing import Any
 
-__all__ = ["points_apart", "surroundings", "tables"]
+from lumpedcable.results.ground import Bed, ground_of, number_in
 
-
-def tables(text: str) -> dict[str, Any]:
-    """The tables of a scene's text; none where there is no text or it is not TOML."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        return {}
+__all__ = ["points_apart", "surroundings"]
 
 
 def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Surface and bed heights (m), whether there is water, and point bodies with the ends they tie.
-
-    The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it
-    or something floats; water without any of these is everywhere.
 
     Args:
         scene: tables of the scene in SI numbers.
@@ -31,21 +21,13 @@ def surroundings(scene: Mapping[str, Any]) -> dict[str, Any]:
         curve is {"x", "z", "slopes"} (m, m, -): heights at places, and the slopes before and beyond
         them. A point is {"name", "mass" in kg or None, "line", "at_end"}.
     """
-    water, bed = scene.get("water"), scene.get("seabed")
-    surface = None
-    if isinstance(water, dict):
-        hulls = [body.get("hull") for body in (scene.get("bodies") or {}).values()]
-        tellers = [water, water.get("current"), *hulls]
-        told = [_number(t.get("surface")) for t in tellers if isinstance(t, dict)]
-        surface = next((height for height in told if height is not None), None)
-        if surface is None and (isinstance(bed, dict) or any(h is not None for h in hulls)):
-            surface = 0.0
+    ground = ground_of(scene)
+    bed = ground.bed
+    if isinstance(bed, Bed):
+        bed = {"x": bed.x.tolist(), "z": bed.z.tolist(), "slopes": list(bed.slopes)}
     return {
-        "water": isinstance(water, dict),
-        "surface": surface,
-        "bed": _bed(bed) if isinstance(bed, dict) else None,
-        "points": _points(scene),
-    }
+        "water": ground.water, "surface": ground.surface, "bed": bed, "points": _points(scene),
+    }  # fmt: skip
 
 
 def points_apart(
@@ -81,25 +63,6 @@ def _points(scene: Mapping[str, Any]) -> list[dict[str, Any]]:
     ]
     for name, side, body in sorted(ends, key=lambda end: f"{end[0]}.{end[1]}" in broken):
         if isinstance(body, str) and body in bodies and body not in found:
-            mass = _number(bodies[body].get("mass"))
+            mass = number_in(bodies[body], "mass")
             found[body] = {"name": body, "mass": mass, "line": name, "at_end": side == "end"}
     return list(found.values())
-
-
-def _bed(bed: Mapping[str, Any]) -> float | dict[str, Any] | None:
-    """How high the bed is (m), or its curve."""
-    height, profile = _number(bed.get("height")), bed.get("profile")
-    if height is None or profile is None:
-        return height
-    from lumpedcable.study.moved import bed_of
-
-    told = [profile.get("x", ()), profile.get("depth", ())]
-    x, depth = ([n for n in map(_number, values) if n is not None] for values in told)
-    if len(x) < 2 or [len(x), len(depth)] != [len(values) for values in told]:
-        return None
-    curve = bed_of(height, x, depth)
-    return {"x": curve.x.tolist(), "z": curve.z.tolist(), "slopes": list(curve.slopes)}
-
-
-def _number(value: Any) -> float | None:
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from copy import deepcopy
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +18,7 @@ from lumpedcable.results.attributes import text_of as _text
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError, check_known, did_you_mean, first_line
 from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
+from lumpedcable.results.ground import tables
 from lumpedcable.results.lines import Index, LineData, dataset_of, frames_of, read
 from lumpedcable.results.opening import read_only
 from lumpedcable.results.schema import axes_words, check_version, partial_of
@@ -69,6 +71,23 @@ class ResultFile:
     def scene_text(self) -> str:
         """The whole scene file the study was run from."""
         return str(self.attributes.get("scene", ""))
+
+    @cached_property
+    def scene(self) -> dict[str, Any]:
+        """The tables of the scene in SI numbers, with what was changed on the command line."""
+        return tables(str(self.attributes.get("effective_scene", "")) or self.scene_text)
+
+    def scene_of(self, run: int) -> dict[str, Any]:
+        """The same with the swept numbers of a run."""
+        scene = deepcopy(self.scene)
+        for axis in self.axes:
+            *way, last = axis.key.split(".")
+            table: Any = scene
+            for key in way:
+                table = table.get(key) if isinstance(table, dict) else None
+            if isinstance(table, dict):
+                table[last] = axis.values[run].item()
+        return scene
 
     @cached_property
     def axes(self) -> list[Axis]:

@@ -1,9 +1,9 @@
-"""What a run need not compute but a picture shows: moved ships, straight cables, a sloping bed."""
+"""What a run need not compute but a picture shows: moved ships, straight cables."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.moved import path_of
 from lumpedcable.model.ships import motion_of
-from lumpedcable.physics.curve import MonotoneCubic
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
@@ -26,7 +25,7 @@ from lumpedcable.study import compiled  # noqa: F401 - for float64
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Bed", "Moved", "Straight", "bed_of", "moved_ships", "straight_lines", "study_of_text"]
+__all__ = ["Moved", "Straight", "moved_ships", "straight_lines", "study_of_text"]
 
 
 class Moved(NamedTuple):
@@ -41,30 +40,6 @@ class Straight(NamedTuple):
 
     position: NDArray[np.float64]
     tension: float
-
-
-class Bed(NamedTuple):
-    """A bed with a profile: heights z (m) at places x (m), and its slopes (-) before and beyond them."""
-
-    x: NDArray[np.float64]
-    z: NDArray[np.float64]
-    slopes: tuple[float, float]
-
-
-def bed_of(height: float, x: Sequence[float], depth: Sequence[float], parts: int = 12) -> Bed:
-    """The bed that is `depth` (m) under `height` (m) at the places x (m), as lines meet it.
-
-    The monotone cubic of `SlopingSeabed`, at so many parts of every interval.
-    """
-    curve = MonotoneCubic(jnp.asarray(x, float), jnp.asarray(depth, float))
-    shares = np.linspace(0.0, 1.0, parts, endpoint=False)
-    between = np.asarray(x)[:-1, None] + np.diff(x)[:, None] * shares
-    places = np.append(between.ravel(), x[-1])
-    return Bed(
-        places,
-        height - np.asarray(curve.value(jnp.asarray(places))),
-        (-float(curve.slopes[0]), -float(curve.slopes[-1])),
-    )
 
 
 def study_of_text(text: str) -> Study | None:

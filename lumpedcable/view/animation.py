@@ -22,6 +22,7 @@ from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
+from lumpedcable.view.ground import draw_ground
 from lumpedcable.view.sampling import extent, side_view
 
 __all__ = ["MOVIES", "animate_result"]
@@ -172,6 +173,7 @@ class _Film:
         wide, high = extent(x), extent(z)
         top.set_xlim(style.limits(x, scene=high))
         top.set_ylim(style.limits(z, margin=0.15, scene=wide))
+        draw_ground(top, self.result, self.run, (self.across, self.up))
         true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
         if true:
             top.set_aspect("equal", adjustable="box")

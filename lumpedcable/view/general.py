@@ -16,6 +16,7 @@ from lumpedcable.results.lines import LineData
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
+from lumpedcable.view.ground import draw_ground, ground_note
 from lumpedcable.view.groups import Group
 from lumpedcable.view.sampling import extent, side_view
 
@@ -93,15 +94,17 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     figure, axes = style.panel_figure(group.titles, heading)
     shown_times = clock.shown[times]
     colours = Normalize(shown_times[0], shown_times[-1])
+    ground: set[str] = set()
     for ax, run in zip(axes, group.runs, strict=True):
         _draw(ax, shapes[run], (across, up), clock.shown[seen[run]], colours)
+        ground |= draw_ground(ax, result, run, (across, up))
         if true:
             ax.set_aspect("equal", adjustable="datalim")
     style.label_outer(axes, f"{_AXES[across]} (m)", f"{_AXES[up]} (m)")
     shown = ScalarMappable(colours, style.time_colours())
     bar = figure.colorbar(shown, ax=axes, label=clock.label, aspect=35, pad=0.02)
     bar.set_ticks(shown_times.tolist())
-    style.foot(figure, f"{note}\n{group.note}")
+    style.foot(figure, f"{note} {ground_note(ground)}".strip() + f"\n{group.note}")
     return figure
 
 

@@ -1,0 +1,91 @@
+"""The bed and the surface of the water in the scene of a results file, as pictures draw them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+__all__ = ["Bed", "Ground", "bed_of", "ground_of", "number_in", "tables"]
+
+PARTS = 12  # straight parts in which each interval of a profile is drawn
+
+
+class Bed(NamedTuple):
+    """A bed with a profile: heights z (m) at places x (m), and its slopes (-) before and beyond them."""
+
+    x: NDArray[np.float64]
+    z: NDArray[np.float64]
+    slopes: tuple[float, float]
+
+
+class Ground(NamedTuple):
+    """Whether there is water, and the heights (m) of its surface and of the bed, None where unknown."""
+
+    water: bool
+    surface: float | None
+    bed: float | Bed | None
+
+
+def tables(text: str) -> dict[str, Any]:
+    """The tables of a scene's text; none where there is no text or it is not TOML."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
+def ground_of(scene: Mapping[str, Any]) -> Ground:
+    """What the tables of a scene in SI numbers tell of water and bed.
+
+    The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it
+    or something floats; water without any of these is everywhere.
+    """
+    water, bed = scene.get("water"), scene.get("seabed")
+    surface = None
+    if isinstance(water, dict):
+        hulls = [body.get("hull") for body in (scene.get("bodies") or {}).values()]
+        tellers = [water, water.get("current"), *hulls]
+        told = [number_in(t, "surface") for t in tellers if isinstance(t, dict)]
+        surface = next((height for height in told if height is not None), None)
+        if surface is None and (isinstance(bed, dict) or any(h is not None for h in hulls)):
+            surface = 0.0
+    return Ground(isinstance(water, dict), surface, _bed(bed) if isinstance(bed, dict) else None)
+
+
+def bed_of(height: float, x: Sequence[float], depth: Sequence[float]) -> Bed:
+    """The bed that is `depth` (m) under `height` (m) at the places x (m), as lines meet it.
+
+    A monotone cubic (Fritsch & Butland 1984) that goes on straight at its ends.
+    """
+    given, deep = np.asarray(x, float), np.asarray(depth, float)
+    slopes = np.diff(deep)[[0, -1]] / np.diff(given)[[0, -1]]
+    beyond = np.array([-1.0, 1.0])
+    wide = np.concatenate([given[:1] - 1.0, given, given[-1:] + 1.0])
+    ends = deep[[0, -1]] + beyond * slopes
+    curve = PchipInterpolator(wide, np.concatenate([ends[:1], deep, ends[1:]]))
+    shares = np.linspace(0.0, 1.0, PARTS, endpoint=False)
+    places = np.append((given[:-1, None] + np.diff(given)[:, None] * shares).ravel(), given[-1])
+    return Bed(places, height - curve(places), (-float(slopes[0]), -float(slopes[1])))
+
+
+def number_in(table: Mapping[str, Any], key: str) -> float | None:
+    """A number of a table, None where it has none of that name."""
+    value = table.get(key)
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def _bed(bed: Mapping[str, Any]) -> float | Bed | None:
+    """How high the bed is (m), or its curve."""
+    height, profile = number_in(bed, "height"), bed.get("profile")
+    if height is None or not isinstance(profile, dict):
+        return height
+    x, depth = (list(profile.get(key) or ()) for key in ("x", "depth"))
+    known = all(isinstance(v, int | float) and not isinstance(v, bool) for v in [*x, *depth])
+    if not known or not len(x) == len(depth) > 1 or np.any(np.diff(x) <= 0.0):
+        return None
+    return bed_of(height, x, depth)
