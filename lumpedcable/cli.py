@@ -160,7 +160,8 @@ def study(
     set_
         KEY=VALUE: another value for any key of the scene.
     shard
-        Runs in each shard (1024 if not given, 8192 on a GPU).
+        Runs in each shard; an eighth of them all if not given, in full batches, at most 1024 (8192 on a
+        GPU).
     part
         K/M: take the K-th of M shares of the shards, and leave the rest to other processes.
     cores

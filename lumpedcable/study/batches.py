@@ -20,6 +20,7 @@ __all__ = [
     "lanes",
     "nodes_of",
     "outputs_at_once",
+    "shard_size",
     "sizes_for",
     "steps_at_once",
 ]
@@ -30,8 +31,8 @@ class Kind(NamedTuple):
 
     `lanes` are the most runs that are advanced together on each device; fewer of long lines, so that
     they have `nodes` at most together. `block` are the runs whose start states are held at once, and
-    those of a shard unless it is asked otherwise: seconds of work, so that little is lost and little is
-    written too often. `call` lanes take as long as what a batch takes
+    at most those of a shard unless it is asked otherwise: seconds of work, so that little is lost and
+    little is written too often. `call` lanes take as long as what a batch takes
     besides them, a step of a node `node_step` (s), roughly, with all that belongs to it. Outputs of one
     call have `room` (bytes), and the first is asked for `first` of them.
     """
@@ -51,6 +52,7 @@ CPU = Kind(lanes=64, nodes=2**62, block=1024, call=8, node_step=1e-7, room=2**23
 # 1.7 times as fast, of which a study sees nothing, since it waits for its files and sums then
 GPU = Kind(lanes=8192, nodes=2**20, block=8192, call=4096, node_step=1e-10, room=2**30, first=128)
 FEWEST = 64  # lanes on each device, however long the lines
+SHARDS = 8  # of a study, unless they would be smaller than a batch
 MANY = 1024  # runs beyond which filling up batches costs less than compiling for their sizes
 COMPILING = 10.0  # s: what a batch of another size costs before it starts, most of it compiling
 CALL_TIME = 5.0  # s, by `Kind.node_step`: what a call takes at most, far less than that most often
@@ -60,6 +62,16 @@ OUTPUTS = (3, 8)  # powers of two: least and most outputs in one call
 def kind() -> Kind:
     """What suits the devices that jax has."""
     return CPU if jax.default_backend() == "cpu" else GPU
+
+
+def shard_size(runs: int) -> int:
+    """Runs in each shard of a study that asks for no other number.
+
+    Full batches, enough of them that a small study too has some shards: an interruption loses those
+    that are under way, and workers share out whole ones.
+    """
+    full = kind().lanes * jax.device_count()
+    return min(kind().block, full * -(-runs // (SHARDS * full)))
 
 
 def batch_sizes(runs: int, nodes: int = 1) -> tuple[int, ...]:

@@ -22,7 +22,7 @@ from lumpedcable import __version__
 from lumpedcable.results import StudyFolder, open_result
 from lumpedcable.results.errors import BusyError, DiskError, OutputError, ResultError
 from lumpedcable.scene import SceneError, Study, load_study
-from lumpedcable.study.batches import kind
+from lumpedcable.study.batches import shard_size
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.run import run_runs
@@ -72,7 +72,9 @@ def open_study(study: Study, path: Path, shard: int | None = None) -> tuple[Stud
     """
     lay_out(study)  # told with the lines of the user's file, before anything is written
     text = study.effective_text
-    folder = StudyFolder.make(path, text, len(study.runs), shard, __version__, kind().block)
+    folder = StudyFolder.make(
+        path, text, len(study.runs), shard, __version__, shard_size(len(study.runs))
+    )
     laid = lay_out(load_study(folder.scene))
     show_all(folder, laid)
     return folder, laid

@@ -12,7 +12,10 @@ from lumpedcable.results.reader import ResultFile
 __all__ = ["draw_ground", "ground_note"]
 
 BED, WATER = "#8A6F52", "#56B4E9"
-NEAR, EDGE = 0.25, 0.04  # shares of its height by which a picture is made higher at most, and a margin
+NEAR, EDGE = (
+    0.25,
+    0.04,
+)  # shares of its height by which a picture is made higher at most, and a margin
 WORDS = {BED: "brown: the bed", WATER: "light blue: the water's surface"}
 
 

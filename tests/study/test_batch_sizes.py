@@ -111,3 +111,20 @@ def test_shares_have_every_shard_once(structures, of):
 
 def study(structures):
     return cast(Any, SimpleNamespace(structures=structures))
+
+
+@pytest.mark.parametrize(
+    ("cores", "runs", "size"),
+    [
+        (1, 5, 64), (1, 512, 64), (1, 513, 128), (2, 1000, 128), (2, 1025, 256), (2, 8192, 1024),
+        (2, 100_000, 1024), (16, 100, 1024), (64, 100, 1024),
+    ],
+)  # fmt: skip
+def test_a_small_study_has_some_shards_too(monkeypatch, cores, runs, size):
+    monkeypatch.setattr(batches.jax, "device_count", lambda: cores)
+    assert batches.shard_size(runs) == size
+
+
+def test_a_gpu_has_large_shards_alone(monkeypatch):
+    monkeypatch.setattr(batches.jax, "default_backend", lambda: "gpu")
+    assert [batches.shard_size(runs) for runs in (100, 100_000)] == [8192, 8192]
