@@ -55,9 +55,8 @@ def bearing_of(scene: Scene, body: Body, coordinates: Coordinates) -> BedBearing
     """
     if body.bearing is None or scene.seabed is None:
         return None
-    length = number(body.bearing) / number(
-        scene.seabed.stiffness
-    )  # of line that would bear as much
+    # of a line that the bed would bear with as much
+    length = number(body.bearing) / number(scene.seabed.stiffness)
     bed = bed_under(scene, coordinates, number(body.mass) / length)
     assert bed is not None
     corners, each = [(0.0, 0.0, 0.0)], length
@@ -80,12 +79,13 @@ def bearing_damping(scene: Scene, bearing: BedBearing | None) -> BearingDamping 
     return None if damping is None else BearingDamping(bearing, damping)
 
 
-def bed_friction(scene: Scene, body: Body, coordinates: Coordinates) -> AbstractBedFriction | None:
-    """Friction of a body on a bed: of one that it bears, or of one whose height is held."""
+def bed_friction(
+    body: Body, coordinates: Coordinates, bearing: BedBearing | None, damping: BearingDamping | None
+) -> AbstractBedFriction | None:
+    """Friction of a body on a bed: of one that the bed bears, or of one whose height is held."""
     if body.friction is None:
         return None
     coefficient, up = number(body.friction), coordinates.vector((0.0, 0.0, 1.0))
-    bearing = bearing_of(scene, body, coordinates)
     if bearing is None:
         return HeldFriction(coefficient, up)
-    return BearingFriction(coefficient, up, bearing, bearing_damping(scene, bearing))
+    return BearingFriction(coefficient, up, bearing, damping)

@@ -1,5 +1,7 @@
 """From a body of the scene to one of the model."""
 
+from typing import Any
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -34,7 +36,8 @@ def make_body(
     assert isinstance(body, Body)
     assert body.position is not None
     d = coordinates.dimensions
-    mass = number(body.mass)
+    mass, bearing = number(body.mass), bearing_of(scene, body, coordinates)
+    damping = bearing_damping(scene, bearing)
     reference = reference_of(body, coordinates)
     angles = reference[d:]
     start = None
@@ -47,11 +50,15 @@ def make_body(
         inertia=_inertia(coordinates, body) if body.turns else jnp.full(angles.shape, mass),
         start_velocity=start,
         free=_free(coordinates, body),
-        friction=bed_friction(scene, body, coordinates),
-        loads=_loads(scene, body, coordinates, reference),
-        resistances=_resistances(scene, body, coordinates, current),
+        friction=bed_friction(body, coordinates, bearing, damping),
+        loads=_given(bearing) + _loads(scene, body, coordinates, reference),
+        resistances=_given(damping) + _resistances(scene, body, coordinates, current),
         waves=waves_of(scene, body, coordinates),
     )
+
+
+def _given(one: Any) -> tuple[Any, ...]:
+    return () if one is None else (one,)
 
 
 def reference_of(body: Body, coordinates: Coordinates) -> Float[Array, " m"]:
@@ -91,8 +98,7 @@ def _free(coordinates: Coordinates, body: Body) -> Float[Array, " m"] | None:
 def _loads(
     scene: Scene, body: Body, coordinates: Coordinates, start: Float[Array, " m"]
 ) -> tuple[AbstractBodyLoad, ...]:
-    bearing = bearing_of(scene, body, coordinates)
-    keeping = _station(body, coordinates, start) + (() if bearing is None else (bearing,))
+    keeping = _station(body, coordinates, start)
     if scene.gravity is None:
         return keeping
     if body.hull is not None:
@@ -163,9 +169,6 @@ def _resistances(
     scene: Scene, body: Body, coordinates: Coordinates, current: AbstractCurrent | None
 ) -> tuple[AbstractBodyResistance, ...]:
     found: list[AbstractBodyResistance] = [*_steering(body, coordinates)]
-    resisting = bearing_damping(scene, bearing_of(scene, body, coordinates))
-    if resisting is not None:
-        found.append(resisting)
     if scene.fluid is None or body.size is None:
         return tuple(found)
     density = number(scene.fluid.density)
