@@ -309,6 +309,8 @@ def changed_study(
     """
     if changes is not None and not isinstance(changes, Mapping):
         raise TypeError(f"changes: expected values by key, found {type(changes).__name__}")
+    if both := sorted((changes or {}).keys() & more.keys()):
+        raise TypeError(f"{both[0]}: expected it once, found it among the changes and as a word")
     texts = [f"{key}={_text(value)}" for key, value in {**(changes or {}), **more}.items()]
     return load_study(scene, texts)
 

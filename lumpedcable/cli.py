@@ -143,13 +143,14 @@ def study(
     cores: int | None = None,
     executor: Literal["here", "dask"] = "here",
     scheduler: str | None = None,
-    workers: int = 2,
+    workers: int | None = None,
     timings: Timed = False,
 ) -> None:
     """Run a large sweep into a folder, shard by shard; run again, it goes on where it stopped.
 
     Each shard is finished or absent, whatever happens. The folder opens as one results file. The
-    exit code is 0 where all runs are there, 1 where shards failed or are left to others.
+    exit code is 0 where all runs are there, or all of this --part, and 1 where shards failed or
+    another process still writes one.
 
     Parameters
     ----------
@@ -187,12 +188,13 @@ def study(
         fail('--executor dask needs dask.distributed: pip install "lumpedcable[dask]"')
     if shard is not None and shard < 1:
         fail(f"--shard: expected at least 1, found {shard}")
-    if executor == "here" and scheduler is not None:
-        fail("--scheduler: expected --executor dask beside it, found none")
+    for name, given in (("scheduler", scheduler), ("workers", workers)):
+        if executor == "here" and given is not None:
+            fail(f"--{name}: expected --executor dask beside it, found none")
     if cores is not None and (cores < 1 or executor == "dask"):
         found = str(cores) if cores < 1 else "--executor dask, whose workers have one each"
         fail(f"--cores: expected at least 1, and --executor here, found {found}")
-    if executor == "dask" and workers < 1:
+    if workers is not None and workers < 1:
         fail(f"--workers: expected at least 1, found {workers}")
 
     if executor == "here":
@@ -203,7 +205,7 @@ def study(
 
             complete = study_with_progress(
                 loaded, folder, shard, share, stopped,
-                (scheduler, workers) if executor == "dask" else None, clock,
+                (scheduler, workers or 2) if executor == "dask" else None, clock,
             )  # fmt: skip
     except KeyboardInterrupt:
         interrupted(f"finished shards are in {folder}, the same command goes on")

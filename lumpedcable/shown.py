@@ -89,4 +89,5 @@ class Drawn(ABC):
             ResultError: there is nothing to draw.
             OutputError: they cannot be written there.
         """
+        formats = (formats,) if isinstance(formats, str) else formats
         return self.figures() if folder is None else self._drawn(Path(folder), formats)

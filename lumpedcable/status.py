@@ -57,7 +57,8 @@ MEANING = {
     ),
     Status.STILL_MOVING: "the body that should come to rest was still moving at the end",
     Status.LENGTH_LOST: (
-        "an inextensible line lost its length, since the step is too long for how it is pulled"
+        "an inextensible line lost its length, since its ends are moved farther apart than it is long, "
+        "or the step is too long for how it is pulled"
     ),
     Status.STEP_NOT_FOUND: (
         "the method found no step that goes on from there: its stages had no solution, or its error "
@@ -102,7 +103,10 @@ ADVICE = {
         "yaws where it pitched: its points, size, inertia and attitude go by them"
     ),
     Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
-    Status.LENGTH_LOST: "lower solver.step; the run ends before that step, and is right until then",
+    Status.LENGTH_LOST: (
+        "see how far apart its ends are moved, and lower solver.step if that is less; the run ends "
+        "before that step, and tensions of the last ones before it may be far too large"
+    ),
     Status.STEP_NOT_FOUND: (
         'use the leapfrog method, or with an implicit one (kvaerno) solver.waves = "plain"; '
         "where solver.step or solver.courant is given a lower one may do"

@@ -85,7 +85,7 @@ def test_it_is_drawn_and_shown(result, tmp_path):
     assert {"tension", "end_speed", "xt", "energy"} <= set(figures)
     assert figures["energy"].axes
     assert figures._repr_html_().count('src="data:image/png;base64,iVBOR') == len(figures)
-    made = result.plot(tmp_path / "pictures")
+    made = result.plot(tmp_path / "pictures", formats="png")  # one for several
     assert {path.stem for path in made} == set(figures)
     page = result.view()
     assert page._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
@@ -152,6 +152,8 @@ def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):
         _ = result.measures
     with pytest.raises(lc.OutputError, match=r"x\.h5: No such file or directory$"):
         result.save("/proc/nowhere/x.h5")
+    with pytest.raises(TypeError, match="pretension: expected it once"):
+        lc.run(scene, {"pretension": 45e3}, pretension=50e3)
     with pytest.raises(TypeError, match="changes: expected values by key, found str"):
         lc.run(scene, "segments=5")
     masked = np.ma.masked_array([45e3, 90e3], [False, True])

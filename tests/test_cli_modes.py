@@ -274,6 +274,7 @@ every = 1
 CARGO = '\n[bodies.cargo]\nmass = "500 kg"\non = { line = "high", place = "20 m" }\n'
 
 
+@pytest.mark.slow
 def test_winches_are_held_and_it_is_said(tmp_path):
     good_scenes.write(tmp_path, WINCH)
     said = say(tmp_path, "modes", "scene.toml", "-n", "2")

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic import ValidationError
 
 from lumpedcable.fitting.checks import (
@@ -42,11 +43,13 @@ from lumpedcable.scene.locate import LineMap
 from lumpedcable.scene.overrides import resolve
 from lumpedcable.scene.part import Path, Problem, did_you_mean, dotted
 from lumpedcable.scene.tree import Spot
+from lumpedcable.scene.units import format_quantity
 from lumpedcable.scene.writer import value_text
 
 __all__ = ["FitStudy", "load_fit"]
 
 ROPE = "{rope}"
+SIGNED = 0.1  # of its largest value: data that are as far below 0 are no sizes
 """What stands for a rope's name in the name of a file."""
 _LETTERS = "names of letters, digits, _, - and ."
 _ROPE_NAME = re.compile(r"\w[\w.-]*")
@@ -333,6 +336,14 @@ class _Reader:
         unit, values = UNITS[seen.quantity], columns.values[k + 1]
         noise, problem = noise_of(seen.noise, values, unit, (*path, "noise"), seen)
         self.tell([problem] if problem else [])
+        sized = seen.component is None and seen.quantity in ("displacement", "velocity")
+        if sized and values.size and np.min(values) < -SIGNED * np.max(np.abs(values)):
+            message = (
+                f'expected "x", "y" or "z" for data of a {seen.quantity} that are negative, down to '
+                f"{format_quantity(float(np.min(values)), unit)}; without it its size is meant, found "
+                "nothing"
+            )
+            self.tell([Problem((*path, "component"), message)])
         part = "" if seen.component is None else f" {seen.component}"
         label = f"{name}: {seen.quantity}{part} at {seen.at}"
         return Series(name, label, unit, columns.values[0], "s", values, noise)

@@ -248,6 +248,7 @@ class Body(Part):
                     "expected no velocity along a way that the body cannot move in, found "
                     f'{format_quantity(speed, "m/s")}, without "{SHIFTS[axis]}" in free',
                 )
+        yield from self._in_vain()
         if isinstance(self.waves, HarmonicWaves):
             for name in self.waves.names():
                 if self.free is not None and WAYS[name] not in self.free:
@@ -265,3 +266,29 @@ class Body(Part):
             if self.free is not None and way in self.free[:k]:
                 yield Problem(("free",), f'expected each way to move once, found "{way}" again')
                 return
+
+    def _in_vain(self) -> Iterator[Problem]:
+        """Yield what steers the body along or about what it is not free to move."""
+        if self.control is None or self.free is None:
+            return
+        ways = {
+            "stiffness": SHIFTS,
+            "damping": SHIFTS,
+            "turn_stiffness": ANGLES,
+            "turn_damping": ANGLES,
+        }
+        if not self.turns and self.attitude is None:
+            ways["force"] = SHIFTS  # its own axes are the scene's
+        for key, names in ways.items():
+            for k, value in enumerate(getattr(self.control, key) or ()):
+                if value != 0.0 and names[k] not in self.free:
+                    yield Problem(
+                        ("control", key, k),
+                        f"expected 0 along a way that the body cannot move in, found {value:g}, "
+                        f'without "{names[k]}" in free',
+                    )
+        if any(self.control.moment or ()) and not self.turns:
+            yield Problem(
+                ("control", "moment"),
+                "expected a body that can turn, found one without roll, pitch and yaw in free",
+            )

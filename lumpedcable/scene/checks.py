@@ -116,6 +116,10 @@ def problems(draft: Draft) -> Iterator[Problem]:
                 ("bodies", name, "volume"),
                 "expected [water] or [air] where a body has a volume, found neither",
             )
+        if isinstance(body, Body) and body.drag is not None and draft.fluid is None:
+            yield Problem(
+                ("bodies", name, "drag"), "expected [water] or [air] for drag, found neither"
+            )
         if isinstance(body, Body) and body.bearing is not None and "seabed" not in draft.named:
             yield Problem(
                 ("bodies", name, "bearing"),
@@ -135,6 +139,17 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield Problem(
                 ("bodies", name), f'expected another name, found "{name}", which is a line as well'
             )
+    in_waves = any(
+        isinstance(getattr(body, key, None), SeaBody | SeaWaves)
+        for body in draft.bodies.values()
+        for key in ("motion", "waves")
+    )
+    if "sea" in draft.named and not in_waves and None not in draft.bodies.values():
+        yield Problem(
+            ("sea",),
+            "expected a body that moves in its waves (motion or waves with rao or response), found "
+            "none: they act on nothing else",
+        )
     for name, line in draft.lines.items():
         if line is not None:
             yield from _line(draft, name, line)

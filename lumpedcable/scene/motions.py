@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar
@@ -31,6 +32,7 @@ from lumpedcable.scene.quantities import (
     found,
 )
 from lumpedcable.scene.records import gap_fault, times_fault
+from lumpedcable.scene.units import format_quantity
 
 SHIFTS = ("surge", "sway", "heave")
 TURNS = ("roll", "pitch", "yaw")
@@ -125,6 +127,22 @@ class RecordedBody(ByFreedom):
         message = times_fault(self.time) or gap_fault(self.time)
         if message:
             yield Problem(where, message)
+        for name in self.names():
+            if name in TURNS and (message := self._turned_back(name)):
+                yield Problem(("file",) if self.file is not None else (name,), message)
+
+    def _turned_back(self, name: str) -> str:
+        """What is wrong with an angle that begins anew after half a turn or a whole one, else ""."""
+        values = getattr(self, name)
+        for time, (before, after) in zip(self.time[1:], pairwise(values), strict=False):
+            if abs(after - before) > math.pi:
+                on = after + math.copysign(math.tau, before - after)
+                return (
+                    f"expected {name} that goes on beyond half a turn, {math.degrees(on):.4g} deg at "
+                    f"{format_quantity(time, 's')}, found {math.degrees(after):.4g} deg after "
+                    f"{math.degrees(before):.4g} deg"
+                )
+        return ""
 
 
 class SeaBody(Part):

@@ -84,12 +84,14 @@ class Solver(Part):
         """Yield settings that exclude each other."""
         if self.step is not None and "courant" in self.model_fields_set:
             yield Problem(("step",), "expected step or courant, found both")
-        if self.method in FIXED:
+        if not self.adaptive:
             reasons = {"rtol": "it has no error estimate", "atol": "it has no error estimate",
                        "max_steps": "its steps are fixed"}  # fmt: skip
             for key, reason in reasons.items():
                 if (value := getattr(self, key)) is not None:
                     message = f'expected no {key} with method = "{self.method}" ({reason})'
+                    if self.method not in FIXED:
+                        message = f"expected no {key} beside a step or courant that is given"
                     yield Problem((key,), f"{message}, found {value:g}")
 
 

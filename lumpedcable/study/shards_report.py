@@ -59,7 +59,7 @@ def study_with_progress(
         timings: filled with the wall time of each stage.
 
     Returns:
-        Whether all runs of the study are there now.
+        Whether all runs of the share are there now.
     """
     timings = timings or Timings()
     timings.mark("load")
@@ -99,4 +99,4 @@ def study_with_progress(
     timings.mark("compute")
     print(describe(path))
     timings.mark("tell")
-    return not folder.missing()
+    return not mine.missing(folder, laid)

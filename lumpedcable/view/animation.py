@@ -32,6 +32,7 @@ Array = NDArray[Any]
 Beside = tuple[Mapping[str, Any], Sequence[Array], Sequence[Array]]
 
 MOVIES = (".gif", ".mp4")
+LONGEST = 3600.0  # s that a film may last
 _DPI = 100
 _TRUE_SHAPE = 6.0  # as in the figure of shapes: longer lines get a stretched vertical scale
 
@@ -67,8 +68,11 @@ def animate_result(
     if target.suffix not in MOVIES:
         known = " or ".join(MOVIES)
         raise OutputError(f"cannot write {target}: expected a name that ends in {known}")
-    if not (seconds > 0.0 and fps > 0):
-        raise OutputError(f"expected a film of some length, found {seconds:g} s at {fps} frames/s")
+    if not (0.0 < seconds <= LONGEST and fps > 0):
+        raise OutputError(
+            f"expected a film of some length, of {LONGEST:g} s at most, found {seconds:g} s at {fps} "
+            "frames/s"
+        )
     keep_others(target, target.suffix)
     rate = 100.0 / max(2, round(100.0 / fps)) if target.suffix == ".gif" else float(fps)
     frames = max(2, round(seconds * rate))

@@ -135,6 +135,7 @@ def test_a_step_of_many_runs_does_as_much_as_they_do_alone():
     assert 1 < many.kernels < 100
 
 
+@pytest.mark.slow
 def test_batches_go_through_their_time():
     (row,) = gpu.batches("float32", (2,))
     assert row["lanes"] == 2

@@ -22,6 +22,7 @@ def test_five_numbers_come_back_from_data_without_noise(tmp_path, factor):
 
 
 @pytest.mark.parametrize("solver", ["bfgs", "l-bfgs"])
+@pytest.mark.slow
 def test_other_minimisers_end_at_the_same_minimum(tmp_path, solver):
     # without p5, which is all but free: first-order methods do not get to the end of its valley
     def four(more):

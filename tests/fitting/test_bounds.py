@@ -294,6 +294,7 @@ def end_of(p4):
     return 20.0 * (1.0 + (np.arctanh((450e3 - p4) / 270.3e3) + 2.128) / 10.2)
 
 
+@pytest.mark.slow
 def test_a_profile_goes_up_to_where_runs_fail_and_says_so(tmp_path):
     noise = np.random.default_rng(0).standard_normal(20)
     places = end_of(190e3) + 15.0 * (noise - noise.mean())

@@ -163,6 +163,7 @@ def test_free_numbers_that_lead_out_of_the_dimensions_asked_for_are_refused(tmp_
         fit_problem(problem)
 
 
+@pytest.mark.slow
 def test_a_response_moves_the_end_of_a_string_anywhere(tmp_path):
     path = tmp_path / "string.toml"
     path.write_text(STRING)

@@ -155,6 +155,11 @@ MISTAKES = {
     "no end of a line": (RECORD.replace("rope.start", "rope.strat"), TIMES,
                          'found "rope.strat"; did you mean "rope.start"?'),
     "beyond the line": (RECORD.replace("rope.start", "rope@70 m"), TIMES, "found 70 m"),
+    "data with a sign of what has none": (
+        RECORD.replace("tension", "velocity").replace("rope.start", "rope.end"),
+        TIMES.replace("3,5", "3,-5"),
+        'observe.0.component: expected "x", "y" or "z" for data of a velocity that are negative, '
+        "down to -5 m/s; without it its size is meant"),
     "component": (RECORD.replace('"F" }', '"F", component = "x" }'), TIMES, "none for a tension"),
     "setting": (RECORD.replace("file =", 'set = { pretensoin = "9 kN" }\nfile ='), TIMES,
                 'did you mean "lines.rope.end.held.pretension"?'),

@@ -69,6 +69,7 @@ def test_a_ship_moves_along_with_its_data(tmp_path):
     assert without[-1] - without[0] > 0.9 * 0.0035 * 1e6
 
 
+@pytest.mark.slow
 def test_a_step_that_is_asked_for_is_taken(tmp_path):
     step = '\n[solver]\nstep = "100 us"\n'
     with_it = predicted(tmp_path / "a", HUNG + LASTS, step)

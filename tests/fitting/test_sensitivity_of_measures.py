@@ -77,6 +77,7 @@ every = 0.01
 """
 
 
+@pytest.mark.slow
 def test_a_height_follows_what_leads_out_of_the_line_of_its_scene(tmp_path):
     study = study_of(tmp_path, ALONG)
     keys = ("lines.highline.start.fixed.2", "lines.highline.end.winch.at.2")

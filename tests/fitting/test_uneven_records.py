@@ -52,6 +52,7 @@ def problem_of(folder, *names, more=""):
     return fit_of(folder, text + more, LINE).problem
 
 
+@pytest.mark.slow
 def test_a_record_is_not_run_beyond_its_own_data(folder):
     folder, data = folder
     spec, arrays = arrays_of(problem_of(folder, *RECORDS))

@@ -45,6 +45,7 @@ def test_a_winch_finds_the_taut_line_in_any_order(adjusted):
         assert found["highline/start_tension"] == pytest.approx(80e3, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_low_tension_too_has_its_taut_line(adjusted):
     exact = highline_from_tension(60.0, 16.0, 40.0, 3e3)
     told(adjusted, **{"lines.highline.end.fixed.0": 91.0})

@@ -172,3 +172,60 @@ def test_what_pictures_alone_read_is_no_number_of_the_scene(tmp_path):
         SceneError, match=r'found "bodies.supply.size.0", which pictures alone read'
     ):
         study(tmp_path, size, sweep)
+
+
+RIGID = (
+    '[materials.hooke]\nlaw = "linear"\nEA = 1e6\n'
+    "[lines.rope]\nmaterial = 'hooke'\nlength = 10\nsegments = 4\nmass = 1\n"
+    "start = { fixed = [0, 0, 0] }\nend = 'ship'\n"
+    "[bodies.ship]\nmass = 100\nposition = [10, 0, 0]\nsize = [2, 1, 1]\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("more", "key", "words"),
+    [
+        ("drag = [1, 1, 1]", "bodies.ship.drag", "expected [water] or [air] for drag, found neither"),
+        ('free = ["x"]\ncontrol.force = [0, 1e9, 0]', "bodies.ship.control.force.1",
+         'found 1e+09, without "y" in free'),
+        ('free = ["x", "yaw"]\ncontrol.stiffness = [1, 2, 0]', "bodies.ship.control.stiffness.1",
+         "expected 0 along a way that the body cannot move in, found 2"),
+        ('free = ["x", "roll"]\ncontrol.turn_damping = [1, 0, 3]',
+         "bodies.ship.control.turn_damping.2", 'without "yaw" in free'),
+        ('free = ["x", "y"]\ncontrol.moment = [0, 0, 1e9]', "bodies.ship.control.moment",
+         "expected a body that can turn"),
+    ],
+)  # fmt: skip
+def test_what_would_do_nothing_is_refused(tmp_path, more, key, words):
+    (tmp_path / "s.toml").write_text(f"{RIGID}{more}\n[output]\n")
+    with pytest.raises(SceneError) as told:
+        load_study(tmp_path / "s.toml")
+    (fault,) = told.value.faults
+    assert key in str(fault)
+    assert words in str(fault)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        'free = ["x", "yaw"]\ncontrol.force = [0, 1e9, 0]',  # its own axes turn
+        'free = ["x"]\nattitude = [0, 0, 1]\ncontrol.force = [0, 1e9, 0]',
+        'free = ["x", "y"]\ncontrol = { force = [1, 2, 0], stiffness = [1, 2, 0] }',
+    ],
+)
+def test_what_does_something_is_taken(tmp_path, more):
+    (tmp_path / "s.toml").write_text(f"{RIGID}{more}\n[output]\n")
+    assert load_study(tmp_path / "s.toml").scene.bodies["ship"].rigid
+
+
+def test_a_heading_that_begins_anew_is_no_turn(tmp_path):
+    """A record of 178, 179, -180 degrees turned the ship once round in a second."""
+    wraps = "t,yaw (deg)\n0,178\n1,179\n2,-180\n3,-179\n"
+    with pytest.raises(SceneError) as told:
+        study(tmp_path, record=wraps)
+    words = (
+        "expected yaw that goes on beyond half a turn, 180 deg at 2 s, found -180 deg after 179 deg"
+    )
+    assert words in str(told.value)
+    goes_on = study(tmp_path, record=wraps.replace("-180", "180").replace("-179", "181"))
+    assert goes_on.scene.bodies["receiver"].motion.yaw[-1] == pytest.approx(np.radians(181.0))

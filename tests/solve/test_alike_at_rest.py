@@ -62,6 +62,7 @@ def untied(tmp_path_factory):
     return equilibrium_of(lines(tmp_path_factory.mktemp("untied"), *NAMES[:4]))[0].model
 
 
+@pytest.mark.slow
 def test_what_is_done_to_all_is_done_to_each(untied):
     model = untied
     assert alike(model.lines) == [["a", "b", "c"], ["long"]]

@@ -120,6 +120,7 @@ def test_a_line_has_a_plane_where_its_clamp_asks_for_one(tmp_path, direction, en
     assert coordinates.dimensions == dimensions
 
 
+@pytest.mark.slow
 def test_a_fold_is_no_state_of_rest(tmp_path):
     text = SCENE.format(segments=40, EI=10, direction="", end="{ fixed = [0.3, 0, 0] }")
     found, _ = equilibrium_of(scene_of(tmp_path, text))

@@ -178,6 +178,7 @@ WAYS = 'free = ["x", "y", "z"]\n'
 SPRING = 'control.stiffness = ["10 kN/m", 0, 0]'
 
 
+@pytest.mark.slow
 def test_a_spring_along_x_pulls_a_body_off_its_oblique_line(tmp_path):
     more = WAYS + SPRING + '\ncontrol.damping = ["50 N s/m", 0, 0]'
     ran = run_text(tmp_path, TETHERED.format([8, 6, 0], more))

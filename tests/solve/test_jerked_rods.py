@@ -155,6 +155,7 @@ def places(model, name):
     return np.asarray(line.shape(jnp.zeros_like(line.reference)).position).T
 
 
+@pytest.mark.slow
 def test_rods_start_as_a_jerk_leaves_them(tmp_path):
     model = started(scene_of(tmp_path, START + between() + HUNG + GIVEN))
     velocity = jax.jit(lambda m: initial_state(m, False, False).velocity)(model)

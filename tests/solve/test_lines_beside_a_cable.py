@@ -62,6 +62,7 @@ end = { winch = { at = [30, 0, 0], tension = "20 kN" } }
 """
 
 
+@pytest.mark.slow
 def test_cargo_joint_and_point_mass_are_where_each_would_be_alone(tmp_path):
     found, coordinates = equilibrium_of(scene_of(tmp_path, SCENE + MORE))
     assert bool(found.converged)

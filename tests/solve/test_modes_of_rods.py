@@ -121,6 +121,7 @@ def test_a_hanging_chain_in_the_limit_of_many_rods(tmp_path):
     assert np.all(np.abs(errors[-1]) < 1e-3)
 
 
+@pytest.mark.slow
 def test_many_rods_in_space_swing_both_ways(tmp_path):
     # 480 unknowns are solved by iteration, 320 in a plane whole
     text = scene(line("chain", 10.0, 2.0, ORIGIN, '"free"', 160))
@@ -205,6 +206,7 @@ def test_rods_that_give_way_have_both_kinds_of_modes(tmp_path):
     assert found.axial + found.bodies * [0.0, 1.0] == pytest.approx([0.0, 1.0], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_rods_that_give_way_below_others_that_do_not(tmp_path):
     # straight down, the lower rod's spring sees a third of its mass and the tip
     lower = DOUBLE.split("[lines.lower]")
@@ -216,6 +218,7 @@ def test_rods_that_give_way_below_others_that_do_not(tmp_path):
     assert found.frequency[2] == pytest.approx(in_hertz(1e6 / L2 / (TIP + M2 / 3)), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_too_few_dimensions_are_told(tmp_path):
     (tmp_path / "scene.toml").write_text(ROD.replace("dimensions = 2", ""))
     told = refused(tmp_path, "modes", "scene.toml")

@@ -238,6 +238,7 @@ every = "50 ms"
 """
 
 
+@pytest.mark.slow
 def test_an_end_moves_as_smoothly_in_single_precision(tmp_path):
     # places of 120 m have steps of 8 um in single precision; the wave of such a jump within a step
     # has 8 um / dt sqrt(EA m), 105 N; the strain of a segment is known to 6e-8, 3 N

@@ -193,6 +193,7 @@ def test_clumps_between_chains_in_a_current(tmp_path):
     assert len(at_rest(tmp_path, CLUMP.format(current=current, drag=drag))) >= 38
 
 
+@pytest.mark.slow
 def test_trolleys_on_lines_that_hardly_stretch(tmp_path):
     # of a line without weight: T (sin p + sin q) = W, both its parts straight under the winch's tension
     found = at_rest(tmp_path, TROLLEY)

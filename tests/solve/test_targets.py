@@ -208,6 +208,7 @@ def test_cargo_on_a_line_much_longer_than_its_first_guess():
     assert found == pytest.approx(exact.tension_a, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_sags_of_taut_and_of_slack_lines():
     target = {"change": "lines.line.length", "of": "line", "sag": 5.0}
     mine = scene({"line": (63.0, START, END, 8, 4.0)}, {"deflection": target})

@@ -151,6 +151,7 @@ def test_one_segment_has_no_far_end_and_two_have_that_of_their_chain(tmp_path):
     assert felt == pytest.approx(arrival, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_account_closes_while_a_line_breaks_away_from_a_body_that_moves(tmp_path):
     # the body is held back over half a metre: by 10 kN on average, as the line's end is pulled on
     ran = run_text(

@@ -251,6 +251,7 @@ def rest_of(folder, text):
         return {key: float(value[0]) for key, value in result.rest(result.cables[0]).items()}
 
 
+@pytest.mark.slow
 def test_rods_have_a_table_at_rest(tmp_path):
     """13 m over 9.06 m: an inextensible catenary, by its own equations."""
     found = rest_of(tmp_path, LINE.format(law=RODS, length=13, segments=80))
@@ -312,6 +313,7 @@ def test_a_clamped_line_carries_what_is_hung_on_it(tmp_path):
     assert errors[2] == pytest.approx(errors[1], rel=1e-3)  # one is the other's mirror image
 
 
+@pytest.mark.slow
 def test_a_column_that_buckles_bends_aside(tmp_path):
     """A force straight back at a clamp, twice what Euler's column bears: the elastica.
 

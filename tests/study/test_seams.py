@@ -126,6 +126,7 @@ def test_a_line_with_a_seam_is_two_lines_that_are_joined(tmp_path, no_seams, tex
     )
 
 
+@pytest.mark.slow
 def test_another_place_needs_no_other_program(tmp_path):
     def traces():
         names = ("prepare_batch", "begin_batch", "advance_batch")

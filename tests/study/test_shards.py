@@ -324,3 +324,14 @@ def test_cores_are_devices_unless_the_user_has_said_how_many(monkeypatch):
     monkeypatch.setenv("XLA_FLAGS", "")
     share_cores(None)
     assert int(os.environ["XLA_FLAGS"].removeprefix(f"{name}=")) >= 1
+
+
+def test_a_part_of_a_study_is_done_when_its_own_shards_are(scene, tmp_path):
+    """Tasks of an array job that end before the others have not failed."""
+    words = ("study", scene, "-o", "parts", "--shard", "5", "--cores", "1", "--part")
+    codes = [say(tmp_path, *words, part).code for part in ("1/2", "2/2")]
+    assert codes == [0, 0]
+    assert say(tmp_path, "info", "parts").code == 0
+    assert say(tmp_path, "study", scene, "-o", "parts", "--workers", "3").err == (
+        "--workers: expected --executor dask beside it, found none\n"
+    )

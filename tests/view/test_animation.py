@@ -83,6 +83,8 @@ def test_an_mp4_is_one(file, tmp_path):
 def test_what_cannot_be_filmed_is_told(file, tmp_path):
     assert "ends in .gif or .mp4" in refused(tmp_path, "animate", file, "-o", "film.avi")
     assert "expected a run from 0 to 7, found 8" in refused(tmp_path, "animate", file, "--run", "8")
-    assert "expected a film of some length" in refused(tmp_path, "animate", file, "--seconds", "0")
+    for long in ("0", "inf", "1e12", "nan"):
+        said = refused(tmp_path, "animate", file, "--seconds", long)
+        assert f"expected a film of some length, of 3600 s at most, found {float(long):g} s" in said
     blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("position",))
     assert "no positions with tensions" in refused(tmp_path, "animate", blind)
