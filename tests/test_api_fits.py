@@ -55,7 +55,8 @@ def test_a_fit_is_drawn_and_its_scene_is_good(bench, tmp_path, capsys):
     assert list(figures) == ["data", "residuals", "correlations", "laws", "profiles"]
     assert figures._repr_html_().count("<img") == 5
     assert {path.stem for path in bench.plot(tmp_path, ["svg"])} == set(figures)
-    (scene,) = [path for path in bench.save(tmp_path) if path.suffix == ".toml"]
+    made = bench.save(tmp_path)
+    (scene,) = [path for path in made if path.suffix == ".toml" and path.parent == tmp_path]
     found = load_study(scene).scene.materials["nylon"].p2
     assert found == pytest.approx(bench[NAMES[1]].value, rel=1e-9)
     bench.report()

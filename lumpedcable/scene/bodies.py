@@ -43,8 +43,8 @@ STEEP = 0.1
 """|cos(pitch)| below which a body's roll and yaw in space can no longer be told apart: 6 degrees."""
 
 # any of these makes a body a rigid one
-_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "bearing",
-          "friction", "drag", "control", "waves")  # fmt: skip
+_RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "bearing", "friction",
+          "drag", "control", "waves")  # fmt: skip
 
 
 class Resistance(Part):
