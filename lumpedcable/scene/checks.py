@@ -139,12 +139,13 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield Problem(
                 ("bodies", name), f'expected another name, found "{name}", which is a line as well'
             )
-    in_waves = any(
-        isinstance(getattr(body, key, None), SeaBody | SeaWaves)
+    # who gives a motion, or waves, of another kind has thought of it
+    moves = any(
+        getattr(body, key, None) is not None
         for body in draft.bodies.values()
         for key in ("motion", "waves")
     )
-    if "sea" in draft.named and not in_waves and None not in draft.bodies.values():
+    if "sea" in draft.named and not moves and None not in draft.bodies.values():
         yield Problem(
             ("sea",),
             "expected a body that moves in its waves (motion or waves with rao or response), found "

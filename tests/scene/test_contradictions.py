@@ -114,8 +114,7 @@ def test_a_body_has_no_velocity_along_a_way_that_is_not_free(tmp_path):
 def test_a_motion_from_a_file_has_no_lists_of_its_own(tmp_path, motion, key):
     (tmp_path / "ship.csv").write_text("t,heave\n0,0\n1,0\n")
     (tmp_path / "rao.csv").write_text("omega,heave,heave_phase\n0.4,1,0\n0.8,0.5,0.3\n")
-    sea = '[sea]\nheight = "1 m"\nperiod = "8 s"\n' if "rao" in motion else ""
-    text = f"{SHIP}{MOVED}{motion}\n{sea}"
+    text = f'{SHIP}{MOVED}{motion}\n[sea]\nheight = "1 m"\nperiod = "8 s"\n'
     ((where, message),) = faults(tmp_path, text)
     assert where == f"bodies.ship.motion.{key}"
     assert f"or {key}, found both" in message

@@ -13,7 +13,10 @@ from lumpedcable.study.run import run_study
 MOORED = """\
 gravity = "9.81 m/s2"
 
-SEA
+[sea]
+height = "4 m"
+period = "10 s"
+
 [materials.chain]
 law = "linear"
 EA = "600 MN"
@@ -36,7 +39,6 @@ motion = MOTION
 [output]
 TIMES
 """
-SEA = '[sea]\nheight = "4 m"\nperiod = "10 s"\n'
 SHIP = '"ship.fairlead"'
 LASTS = 'duration = "1 s"\nevery = "0.1 s"'
 STILL = '{ heave = { amplitude = 0, period = "10 s" } }'
@@ -55,7 +57,6 @@ EACH = [
 
 def scene_of(folder, motion, times="", end=SHIP):
     text = MOORED.replace("MOTION", motion).replace("TIMES", times).replace("END", end)
-    text = text.replace("SEA\n", SEA if "omega" in text else "")
     (folder / "scene.toml").write_text(text)
     return load_study(folder / "scene.toml")
 
@@ -154,7 +155,7 @@ def test_a_body_that_is_let_go_with_a_velocity_rests_too(tmp_path):
             'inertia = ["1 t m2", "1 t m2", "1 t m2"]\npoints'
         )
         text = MOORED.replace("motion = MOTION\n", "").replace("points", body, 1)
-        text = text.replace("SEA\n", "")
+        text = text.replace('[sea]\nheight = "4 m"\nperiod = "10 s"\n', "")
         (tmp_path / "scene.toml").write_text(text.replace("END", SHIP).replace("TIMES", ""))
         run_study(load_study(tmp_path / "scene.toml"), tmp_path / "r.h5")
         with open_result(tmp_path / "r.h5") as result:
