@@ -33,9 +33,7 @@ __all__ = [
 
 SAME = 1e-9  # share of a place by which it may differ from itself, by rounding
 LIES = 0.1  # share of its height that a body on the bed may be above or in it
-SINKS = (
-    2.0  # times as deep as its weight pushes it that a corner may start in the bed that bears it
-)
+SINKS = 2.0  # times as deep as its weight pushes it a corner may start in the bed that bears it
 Lines = Mapping[str, Line | None]
 
 

@@ -18,26 +18,28 @@ __all__ = ["sunk"]
 
 def sunk(ended: Ended) -> list[str]:
     """Of each run which rigid bodies without `bearing` end with their centre under the bed."""
-    scene, coordinates = ended.part.structure.scene, ended.contents.laid.coordinates
-    said = ["" for _ in ended.part.runs]
-    if scene.seabed is None:
+    laid, runs, first = ended.contents.laid, ended.part.runs, ended.part.structure.scene
+    said = ["" for _ in runs]
+    if first.seabed is None:
         return said
-    for name, body in scene.bodies.items():
+    for name, body in first.bodies.items():
         moved = ended.account.displacement.get(body_key(name))
-        if (
-            not isinstance(body, Body)
-            or not body.rigid
-            or body.bearing is not None
-            or moved is None
-        ):
+        if moved is None or not isinstance(body, Body) or not _may_sink(body):
             continue
-        d, start = coordinates.dimensions, np.asarray(ended.ready.model.bodies[name].reference)
-        places = coordinates.expand((start[: len(moved)] + moved)[:, :d], 1, place=True)
-        for run, place in enumerate(places):
-            deep = scene.seabed.height_at(place[0]) - place[2]
-            if deep > 0.0 and not said[run]:
-                said[run] = (
+        start = np.asarray(ended.ready.model.bodies[name].reference)[: len(runs)]
+        own = (start + moved)[:, : laid.coordinates.dimensions]
+        for k, place in enumerate(laid.coordinates.expand(own, 1, place=True)):
+            bed = laid.study.runs[int(runs[k])].seabed
+            deep = -np.inf if bed is None else bed.height_at(place[0]) - place[2]
+            if deep > 0.0 and not said[k]:
+                said[k] = (
                     f"{name} ends {quantity(deep, 'm', 2)} under the bed, which bears no body without "
                     f"bearing: give bodies.{name}.bearing"
                 )
     return said
+
+
+def _may_sink(body: Body) -> bool:
+    """Whether nothing but lines holds up a rigid body."""
+    rises = body.free is None or "z" in body.free
+    return body.rigid and rises and body.bearing is None and body.hull is None

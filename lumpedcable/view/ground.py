@@ -12,10 +12,8 @@ from lumpedcable.results.reader import ResultFile
 __all__ = ["draw_ground", "ground_note"]
 
 BED, WATER = "#8A6F52", "#56B4E9"
-NEAR, EDGE = (
-    0.25,
-    0.04,
-)  # shares of its height by which a picture is made higher at most, and a margin
+# shares of its height: how far off a level may be for a picture to be made higher, and the margin then
+NEAR, EDGE = 0.25, 0.04
 WORDS = {BED: "brown: the bed", WATER: "light blue: the water's surface"}
 
 
@@ -35,36 +33,42 @@ def draw_ground(ax: Axes, result: ResultFile, run: int, plane: tuple[int, int]) 
     if up != 2:
         return set()
     ground = ground_of(result.scene_of(run))
-    low, high = ax.get_ylim()
-    height = high - low
     seen = set()
     for level, colour in ((ground.surface, WATER), (ground.bed, BED)):
         if isinstance(level, Bed):
-            if across == 0:
-                # straight beyond its points, ten times as far as they reach
-                far = 10.0 * (level.x[-1] - level.x[0])
-                x = np.concatenate([level.x[:1] - far, level.x, level.x[-1:] + far])
-                ends = level.z[[0, -1]] + np.array([-far, far]) * level.slopes
-                z = np.concatenate([ends[:1], level.z, ends[1:]])
-                _add(ax, x, z, colour)
-                wide = ax.get_xlim()
-                z = np.interp(np.linspace(*wide, 50), x, z)
-                if np.any((z > low) & (z < high)):
-                    seen.add(colour)
-        elif level is not None and low - NEAR * height < level < high + NEAR * height:
-            now = ax.get_ylim()
-            ax.axhline(level, color=colour, linewidth=1.2, zorder=0.8)
-            ax.set_ylim(min(now[0], level - EDGE * height), max(now[1], level + EDGE * height))
+            drawn = across == 0 and _profile(ax, level, colour)
+        else:
+            drawn = level is not None and _level(ax, level, colour)
+        if drawn:
             seen.add(colour)
     return seen
 
 
 def ground_note(seen: set[str]) -> str:
     """What the colours in sight stand for."""
-    words = [word for colour, word in WORDS.items() if colour in seen]
-    return (words[0][0].upper() + "; ".join(words)[1:] + ".") if words else ""
+    words = "; ".join(word for colour, word in WORDS.items() if colour in seen)
+    return f"{words[0].upper()}{words[1:]}." if words else ""
 
 
-def _add(ax: Axes, x, z, colour: str) -> None:
+def _level(ax: Axes, level: float, colour: str) -> bool:
+    """Draw a height (m) that is near enough."""
+    low, high = ax.get_ylim()
+    room, edge = NEAR * (high - low), EDGE * (high - low)
+    if not low - room < level < high + room:
+        return False
+    ax.axhline(level, color=colour, linewidth=1.2, zorder=0.8)
+    ax.set_ylim(min(low, level - edge), max(high, level + edge))
+    return True
+
+
+def _profile(ax: Axes, bed: Bed, colour: str) -> bool:
+    """Draw a bed with a profile, straight beyond its points; whether it is in sight."""
+    far = 10.0 * (bed.x[-1] - bed.x[0])
+    ends = bed.z[[0, -1]] + np.array([-far, far]) * bed.slopes
+    x = np.concatenate([bed.x[:1] - far, bed.x, bed.x[-1:] + far])
+    z = np.concatenate([ends[:1], bed.z, ends[1:]])
     drawn = LineCollection([np.column_stack([x, z])], colors=colour, linewidths=1.2, zorder=0.8)
     ax.add_collection(drawn, autolim=False)
+    seen = np.interp(np.linspace(*ax.get_xlim(), 50), x, z)
+    low, high = ax.get_ylim()
+    return bool(np.any((seen > low) & (seen < high)))
