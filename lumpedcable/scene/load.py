@@ -217,6 +217,7 @@ def read_toml(file: FilePath, holds: str = SCENE) -> tuple[str, dict[str, Any]]:
 
 
 _OTHERS = (".csv", ".json")  # data and numbers that commands take or write, but not as a scene
+_AGAIN = re.compile("Cannot (overwrite|declare|mutate)")  # tomllib of what has been given already
 _LONG = re.compile(rf"(?<![\w.])[+-]?\d(?:_?\d){{{sys.get_int_max_str_digits()},}}(?![\w.])")
 _UNQUOTED = re.compile(r"\s*([\w.\"-]+\s*=)\s*([+-]?[\d.]+\s*[A-Za-z%°µ][^#\"]*?)\s*(?:#.*)?")
 
@@ -232,6 +233,10 @@ def _syntax_fault(file: FilePath, text: str, reason: str) -> Fault:
     lines = text.splitlines()
     line = int(place.group(1)) if place and place.group(1) else max(1, len(lines))
     reason = reason[: place.start()] if place else reason
+    if _AGAIN.match(reason) and 0 < line <= len(lines):
+        name = lines[line - 1].split("#")[0].split("=")[0].strip()
+        message = f"expected each key and table once, found {name} again"
+        return Fault(str(file), line, "", message)
     unquoted = _UNQUOTED.fullmatch(lines[line - 1]) if line <= len(lines) else None
     hint = f'; did you mean {unquoted[1]} "{unquoted[2]}"?' if unquoted else ""
     reason = reason[:1].lower() + reason[1:]

@@ -347,5 +347,7 @@ MISTAKES = [
          "expected TOML", 'did you mean length = "60 m"'),
     case("a bracket that is not closed", "[sweep]", "[sweep", "", "expected TOML"),
     case("a key given twice", "segments = 200", "segments = 200\nsegments = 100", "",
-         "expected TOML", at="segments = 100"),
+         "expected each key and table once, found segments again", at="segments = 100"),
+    case("a table given twice", LAST, table("[lines.rope] # once more", "segments = 100"), "",
+         "expected each key and table once, found [lines.rope] again", at="[lines.rope] # once more"),
 ]  # fmt: skip
