@@ -75,3 +75,20 @@ def test_others_of_the_batch_go_on_and_each_ends_as_it_does_alone(tmp_path):
     assert both.statuses == ["OK", "LENGTH_LOST"]
     assert alone.statuses == ["LENGTH_LOST"]
     assert both.outcomes[1].status_time == alone.outcomes[0].status_time
+
+
+def test_ends_that_are_moved_too_far_apart_are_named(tmp_path):
+    """No step helps there: 10 m of rods whose ends are 9.8 m apart and go at 0.2 m/s."""
+    head, rest = HUNG.split("start = {")
+    moved = '{ position = [9.8, 0, 0], velocity = ["0.2 m/s", 0, 0], ramp = "0.5 s" }'
+    text = (
+        f"{head}start = {{ fixed = [0, 0, 0] }}\nend = {{ motion = {moved} }}\n"
+        + "[solver]"
+        + rest.split("[solver]")[1].replace('stop = "load"\n', "")
+    )
+    text = text.replace('"4 m"', '"10 m"').replace('"1.2 s"', '"1.6 s"')
+    ran = run_text(tmp_path, text)
+    (outcome,) = ran.outcomes
+    assert ran.statuses == ["LENGTH_LOST"]
+    assert outcome.status_time == pytest.approx(1.25, abs=0.05)
+    assert "its ends are moved farther apart than it is long" in outcome.message
