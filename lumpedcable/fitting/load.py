@@ -49,8 +49,8 @@ from lumpedcable.scene.writer import value_text
 __all__ = ["FitStudy", "load_fit"]
 
 ROPE = "{rope}"
-SIGNED = 0.1  # of its largest value: data that are as far below 0 are no sizes
 """What stands for a rope's name in the name of a file."""
+SIGNED = 0.1  # of its largest value: data that are as far below 0 are no sizes
 _LETTERS = "names of letters, digits, _, - and ."
 _ROPE_NAME = re.compile(r"\w[\w.-]*")
 

@@ -35,10 +35,8 @@ def write_fit(
         OutputError: they cannot be written there.
     """
     made, wrong = _write_scenes(fitted, folder)
-    for name, other in others.items():
-        paths, faults = _write_scenes(other, folder / name)
-        made += paths
-        wrong += faults
+    more, faults = _write_each(others, folder)
+    made, wrong = made + more, wrong + faults
     contents = contents_of(fitted)
     if others:
         contents["choices"] = {name: contents_of(other) for name, other in others.items()}
@@ -72,6 +70,16 @@ def _write_scenes(fitted: Fitted, folder: Path) -> tuple[list[Path], list[str]]:
     return made, wrong
 
 
+def _write_each(fits: Mapping[str, Fitted], folder: Path) -> tuple[list[Path], list[str]]:
+    """The scenes of each fit in a folder of its name."""
+    made, wrong = [], []
+    for name, fitted in fits.items():
+        paths, faults = _write_scenes(fitted, folder / name)
+        made += paths
+        wrong += faults
+    return made, wrong
+
+
 def write_ropes(fits: Mapping[str, Fitted], folder: Path) -> tuple[list[Path], list[str]]:
     """Write fit.json and ropes.csv of many ropes, and the fitted scenes of each in a folder.
 
@@ -81,11 +89,7 @@ def write_ropes(fits: Mapping[str, Fitted], folder: Path) -> tuple[list[Path], l
     Raises:
         OutputError: they cannot be written there.
     """
-    made, wrong = [], []
-    for name, fitted in fits.items():
-        paths, faults = _write_scenes(fitted, folder / name)
-        made += paths
-        wrong += faults
+    made, wrong = _write_each(fits, folder)
     write_numbers(folder / "fit.json", {"ropes": {n: contents_of(f) for n, f in fits.items()}})
     write_text(folder / "ropes.csv", _rows(fits))
     return [*made, folder / "fit.json", folder / "ropes.csv"], wrong

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +76,11 @@ def bed_of(height: float, x: Sequence[float], depth: Sequence[float]) -> Bed:
 def number_in(table: Mapping[str, Any], key: str) -> float | None:
     """A number of a table, None where it has none of that name."""
     value = table.get(key)
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    return float(value) if _is_number(value) else None
+
+
+def _is_number(value: Any) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _bed(bed: Mapping[str, Any]) -> float | Bed | None:
@@ -85,7 +89,10 @@ def _bed(bed: Mapping[str, Any]) -> float | Bed | None:
     if height is None or not isinstance(profile, dict):
         return height
     x, depth = (list(profile.get(key) or ()) for key in ("x", "depth"))
-    known = all(isinstance(v, int | float) and not isinstance(v, bool) for v in [*x, *depth])
-    if not known or not len(x) == len(depth) > 1 or np.any(np.diff(x) <= 0.0):
+    if (
+        not all(map(_is_number, [*x, *depth]))
+        or not len(x) == len(depth) > 1
+        or np.any(np.diff(x) <= 0.0)
+    ):
         return None
     return bed_of(height, x, depth)

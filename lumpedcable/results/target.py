@@ -18,7 +18,7 @@ import h5py
 from lumpedcable.results.disk import reported
 from lumpedcable.results.errors import OutputError
 
-__all__ = ["check_folder", "followed", "is_draft", "keep_others", "whole"]
+__all__ = ["check_folder", "drafted", "followed", "is_draft", "keep_others", "whole"]
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SIGNS = {
@@ -49,6 +49,13 @@ def whole(target: Path) -> Iterator[Path]:
     """
     target = followed(target)
     _clear_drafts(target)
+    with drafted(target) as partial:
+        yield partial
+
+
+@contextmanager
+def drafted(target: Path) -> Iterator[Path]:
+    """The same beside a target that is no link, without a look at what others have left there."""
     # processes on other machines have numbers of their own
     own = f"{os.getpid()}-{secrets.token_hex(4)}"
     partial = target.with_name(f".{target.stem}.{own}.partial{target.suffix}")

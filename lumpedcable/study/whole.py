@@ -1,7 +1,7 @@
 """Compiled programs are kept in whole files: neither a kill nor two processes leave half of one."""
 
+from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 __all__ = ["keep_whole"]
 
@@ -12,7 +12,8 @@ def keep_whole() -> bool:
     jax writes an entry of its cache in place, once for all: who reads meanwhile, as workers of a study
     that share a folder do, is told of an error and compiles anew, and of what a kill or a full disk cuts
     off every later process is told. It has no setting for that, so its method is replaced; a cache that
-    is kept to a size has a lock, and is left alone. False where this jax has another cache.
+    is kept to a size has a lock, and is left alone, as is one in no folder of this computer. False where
+    this jax has another cache.
     """
     try:
         from jax._src import lru_cache
@@ -22,18 +23,15 @@ def keep_whole() -> bool:
         return False
 
     def put(self: Any, key: str, value: bytes) -> None:
-        if self.eviction_enabled or not key:
+        if self.eviction_enabled or not key or "://" in str(self.path):
             plain(self, key, value)
             return
-        target, passing = self.path / f"{key}{ending}", self.path / f"{uuid4().hex}.part"
-        if target.exists():
-            return
-        try:
-            passing.write_bytes(value)
-            passing.replace(target)
-        except BaseException:
-            passing.unlink(missing_ok=True)
-            raise
+        from lumpedcable.results.target import drafted  # loads h5py, for what is compiled alone
+
+        target = Path(self.path) / f"{key}{ending}"
+        if not target.exists():
+            with drafted(target) as draft:
+                draft.write_bytes(value)
 
     lru_cache.LRUCache.put = put
     return True
