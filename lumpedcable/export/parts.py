@@ -24,7 +24,7 @@ class LineOfRun(NamedTuple):
     Attributes:
         name: its name.
         position: m, shape (time, node, 3).
-        nodes: other fields of nodes by name, (time, node, 3).
+        nodes: other fields of nodes by name, vectors (time, node, 3) or numbers (time, node).
         segments: fields of segments by name, (time, segment).
     """
 
@@ -51,7 +51,9 @@ def lines_of(result: ResultFile, run: int) -> list[LineOfRun]:
             raise ResultError(
                 f"{result.path}: run {run} has no positions to export: {result.reason(run)}"
             )
-        nodes = {f: line.field(f, run)[:, :count] for f in ("velocity",) if line.has(f)}
+        nodes = {
+            f: line.field(f, run)[:, :count] for f in ("velocity", "bending_moment") if line.has(f)
+        }
         segments = {
             f: line.field(f, run)[:, : count - 1] for f in ("tension", "strain") if line.has(f)
         }

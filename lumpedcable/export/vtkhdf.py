@@ -25,7 +25,8 @@ _LINE = 3  # VTK_LINE
 def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     """Write all lines of one run, every time with fields a step.
 
-    Points are the nodes (m); cells the segments. Point data: velocity (m/s); cell data: tension (N),
+    Points are the nodes (m); cells the segments. Point data: velocity (m/s), and where a line bends
+    the bending moment (N m), NaN along the others; cell data: tension (N),
     strain (-), and line, the number of the line in the file. The mesh is written once; points and
     data follow step by step.
     """
@@ -59,8 +60,11 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
         root.create_dataset("Types", data=np.full(cells, _LINE, "u1"))
         root.create_dataset("Points", data=points.reshape(-1, 3).astype("f4"))
         own = {"PointData": {}, "CellData": {}}
-        for field in lines[0].nodes:
-            own["PointData"][field] = np.concatenate([li.nodes[field] for li in lines], axis=1)
+        for field in dict.fromkeys(field for li in lines for field in li.nodes):
+            own["PointData"][field] = np.concatenate(
+                [li.nodes.get(field, np.full(li.position.shape[:2], np.nan)) for li in lines],
+                axis=1,
+            )
         for field in lines[0].segments:
             own["CellData"][field] = np.concatenate([li.segments[field] for li in lines], axis=1)
         for group, fields in own.items():

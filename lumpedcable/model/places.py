@@ -1,4 +1,4 @@
-"""Numbers of a place along a line: its tension, its speed, its motion."""
+"""Numbers of a place along a line: its tension, its bending moment, its speed, its motion."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -18,12 +18,13 @@ from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.scene.measures import LineMeasure, MotionMeasure, PlaceKind
 
-__all__ = ["PlaceMeasured", "place_measured", "segment_sizes"]
+__all__ = ["PlaceMeasured", "asks_for_moments", "place_measured", "segment_sizes"]
 
 
 class PlaceMeasured(AbstractMeasured):
-    """Tension (N) or motion (m/s, m) at the unstretched distance `place` (m) from a line's start.
+    """Tension (N), bending moment (N m) or motion (m/s, m) at a place of a line.
 
+    `place` (m) is the unstretched distance from its start, None at an end.
     The line is as long as its winch has paid it out. `pieces` are the parts of the line, from its
     start on; `side` 0 or -1 stands for an end of it. A vector v is told by its size or, with `along`,
     by along . v; of a position x = `origin` + along . q (m), from the coordinates q.
@@ -42,10 +43,15 @@ class PlaceMeasured(AbstractMeasured):
             piece = self.pieces[self.side]
             if self.kind == "tension":
                 return seen.ends[piece][self.side]
+            if self.kind == "bending_moment":
+                return _moment(model, seen, piece)[self.side]
             return self._told(self._vectors(model, seen)[self.side][:, self.side])
         lines = [live_line(model, piece, seen.displacement, None) for piece in self.pieces]
         if self.kind == "tension":
             return self._at(lines, [seen.tension[piece] for piece in self.pieces])
+        if self.kind == "bending_moment":
+            along = [_moment(model, seen, piece)[None] for piece in self.pieces]
+            return self._at(lines, along)[0]
         moved = self._at(lines, self._vectors(model, seen))
         if self.kind == "displacement" and any(winch_of(model, piece) for piece in self.pieces):
             # the nodes pass along the line; where its start is the place stays
@@ -92,6 +98,18 @@ class PlaceMeasured(AbstractMeasured):
                 own = own[:, :-1] + share * (own[:, 1:] - own[:, :-1])
                 found.append(jnp.sum(jnp.where(here, own, 0.0), axis=1))
         return sum(found[1:], found[0])
+
+
+def asks_for_moments(measure: AbstractMeasured) -> bool:
+    """Whether a measure needs the bending moments of lines."""
+    return isinstance(measure, PlaceMeasured) and measure.kind == "bending_moment"
+
+
+def _moment(model: Model, seen: Seen, piece: str) -> Float[Array, " nodes"]:
+    """Bending moments (N m) at the nodes of a piece, none along a straight line."""
+    if piece in seen.moment:
+        return seen.moment[piece]
+    return jnp.zeros_like(model.lines[piece].node_length)
 
 
 def segment_sizes(line: Line) -> Float[Array, " n"]:

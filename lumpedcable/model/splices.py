@@ -16,10 +16,10 @@ from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import Release
 from lumpedcable.model.evaluation import Splice
 from lumpedcable.model.model import Model
-from lumpedcable.physics.bending import Bending, bent
+from lumpedcable.physics.bending import Bending, bent, moment_across
 from lumpedcable.physics.load import Shape
 
-__all__ = ["add_splices", "spliced", "splices"]
+__all__ = ["add_splices", "moments", "spliced", "splices"]
 
 
 def spliced(model: Model) -> Iterator[tuple[str, str, Bending, Release]]:
@@ -55,6 +55,26 @@ def splices(
             Splice(forces, left.astype(held.dtype) * energy, rate.astype(held.dtype) * energy)
         )
     return tuple(found)
+
+
+def moments(
+    model: Model, t: Float[Array, ""], shapes: Mapping[str, Shape]
+) -> dict[str, Float[Array, " nodes"]]:
+    """Sizes of the bending moments (N m) at the nodes of each line that bends, at t (s).
+
+    Where a line is to break, of both parts what is left of the moment over the node that they share.
+    """
+    found = {
+        name: line.bending.moment(shapes[name])
+        for name, line in model.lines.items()
+        if line.bending is not None
+    }
+    for before, after, bending, release in spliced(model):
+        whole = moment_across(bending.EI, shapes[before], shapes[after])
+        left = release.held(t).astype(whole.dtype) * whole
+        found[before] = found[before].at[-1].set(left)
+        found[after] = found[after].at[0].set(left)
+    return found
 
 
 def _fading(release: Release, t: Float[Array, ""], dt: Float[Array, ""] | None):

@@ -27,9 +27,11 @@ class State(eqx.Module):
 
 class Seen(NamedTuple):
     """What measures are taken of: displacements (m) and velocities (m/s) by line and body, tensions
-    (N), damping included, of the segments of each line and at its two ends."""
+    (N), damping included, of the segments of each line and at its two ends, and the bending moments
+    (N m) at the nodes of lines that bend, where anybody asks for them."""
 
     displacement: dict[str, Array]
     velocity: dict[str, Array]
     tension: dict[str, Float[Array, " n"]]
     ends: dict[str, Float[Array, " 2"]]
+    moment: dict[str, Float[Array, " nodes"]] = {}  # noqa: RUF012 (a default that nobody changes)

@@ -7,9 +7,9 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import AbstractLoad, Shape, between_nodes
-from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.vectors import dot, size
 
-__all__ = ["Bending", "bent"]
+__all__ = ["Bending", "bent", "moment_across"]
 
 
 class Bending(AbstractLoad):
@@ -64,6 +64,23 @@ class Bending(AbstractLoad):
             total = total + pull[-1] * (1.0 - jnp.dot(self.end, tangent[:, -1]))
         return total
 
+    def moment(self, shape: Shape) -> Float[Array, " nodes"]:
+        """Size of the bending moment (N m) at each node, 0 at an end that is free to turn.
+
+        M = dE/dtheta = EI sin(theta) / s, theta the angle between the directions that meet there: the
+        couple that the two sides put on each other, at rest in balance with the loads on either.
+        """
+        tangent, pull = shape.tangent, self.EI / shape.node_length
+        free = jnp.zeros_like(pull[:1])
+        first = free if self.start is None else self._at_clamp(0, self.start, shape)
+        last = free if self.end is None else self._at_clamp(-1, self.end, shape)
+        inner = pull[1:-1] * _turn(tangent[:, :-1], tangent[:, 1:])
+        return jnp.concatenate([first, inner, last])
+
+    def _at_clamp(self, end: int, clamp: Float[Array, " d"], shape: Shape) -> Float[Array, " 1"]:
+        turn = _turn(clamp, shape.tangent[:, end])
+        return (self.EI / shape.node_length[end] * turn)[None]
+
     def rate_squared(
         self, mass: Float[Array, ""], segment_length: Float[Array, "..."]
     ) -> Float[Array, "..."]:
@@ -85,6 +102,17 @@ def bent(
     first = _shear(w, pull * u, pick(after.length, 0))
     last, first = (jnp.stack([shear, -shear], axis=1) for shear in (last, first))
     return pull * (1.0 - dot(u, w)), (last, first)
+
+
+def moment_across(EI: Float[Array, ""], before: Shape, after: Shape) -> Float[Array, ""]:
+    """Size of the bending moment (N m) at the node of `bent`."""
+    pull = EI / (pick(before.node_length, -1) + pick(after.node_length, 0))
+    return pull * _turn(pick(before.tangent, -1), pick(after.tangent, 0))
+
+
+def _turn(u: Float[Array, "d *n"], w: Float[Array, "d *n"]) -> Float[Array, "*n"]:
+    """sin(theta) = |w - u| |w + u| / 2 between unit vectors, whose digits a small angle keeps."""
+    return 0.5 * size(w - u) * size(w + u)
 
 
 def _shear(tangent, moment, length):

@@ -71,6 +71,10 @@ class LineData:
         """Segment strains (-), shape (run, time, segment)."""
         return self.field("strain", run, time)
 
+    def bending_moment(self, run: Index = None, time: Index = None) -> Array:
+        """Bending moments at the nodes of a line that bends in N m, shape (run, time, node)."""
+        return self.field("bending_moment", run, time)
+
     def field(self, name: str, run: Index = None, time: Index = None) -> Array:
         """Any field of shape (run, time, ...) by name, at the times that it is kept at.
 

@@ -20,7 +20,7 @@ from lumpedcable.scene.lines import (
     joined_to,
     tie_of,
 )
-from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, LineMeasure
+from lumpedcable.scene.measures import BendingMeasure, BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.outcomes import TAKEN
 from lumpedcable.scene.part import SIDES, Path, Problem, did_you_mean
@@ -379,6 +379,10 @@ def _place(lines: Lines, path: Path, measure: LineMeasure) -> Iterator[Problem]:
     if name not in known:
         yield _named((*path, measure.KIND), name, known, "the name of a line with nodes")
     line = lines.get(name)
+    if line is not None and isinstance(measure, BendingMeasure) and line.bending is None:
+        yield Problem(
+            (*path, measure.KIND), f'expected a line with bending, found "{name}", which has none'
+        )
     if line is not None and place is not None and not 0 <= place <= line.unstretched:
         yield Problem(
             (*path, "place"),

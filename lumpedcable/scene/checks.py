@@ -157,6 +157,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     gravity = draft.others.get("gravity")
     output = draft.others.get("output")
     duration = output.duration if output else None
+    yield from _unbent(draft, output)
     yield from carried_problems(
         draft.lines, draft.bodies, draft.measures, draft.events, gravity, duration
     )
@@ -238,6 +239,19 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
                 (*path, side, "direction"),
                 "expected bending on a line whose end keeps a direction, found none",
             )
+
+
+def _unbent(draft: Draft, output: Output | None) -> Iterator[Problem]:
+    """Yield a fault where bending moments are asked for by name and no line bends."""
+    if output is None or "quantities" not in output.model_fields_set:
+        return
+    if "bending_moment" in output.quantities and not any(
+        line is None or line.bending is not None for line in draft.lines.values()
+    ):
+        yield Problem(
+            ("output", "quantities", output.quantities.index("bending_moment")),
+            "expected a line with bending where bending_moment is kept, found none",
+        )
 
 
 def _moved(draft: Draft, path: Path, body: MovedBody) -> Iterator[Problem]:

@@ -42,7 +42,7 @@ def split_place(data: Any, key: str) -> Any:
 
 SHORT = {
     "events": ("breaks",),
-    "measures": ("tension", "speed", "position", "velocity", "displacement"),
+    "measures": ("tension", "bending_moment", "speed", "position", "velocity", "displacement"),
 }
 """Keys under which "LINE@DISTANCE" may stand, by section."""
 

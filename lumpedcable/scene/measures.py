@@ -14,6 +14,7 @@ from lumpedcable.scene.quantities import (
     NonNegativeForce,
     PositiveLength,
     PositiveSpeed,
+    PositiveTorque,
     Speed,
     fault,
     found,
@@ -21,6 +22,7 @@ from lumpedcable.scene.quantities import (
 from lumpedcable.scene.units import format_quantity
 
 __all__ = [
+    "BendingMeasure",
     "BodyMeasure",
     "DisplacementMeasure",
     "HeightMeasure",
@@ -35,7 +37,7 @@ __all__ = [
     "VelocityMeasure",
 ]
 
-PlaceKind = Literal["tension", "speed", "position", "velocity", "displacement"]
+PlaceKind = Literal["tension", "bending_moment", "speed", "position", "velocity", "displacement"]
 """What is measured at a place of a line."""
 
 
@@ -175,6 +177,23 @@ class TensionMeasure(LineMeasure):
     """Largest tension in N that is safe. Absent: none."""
 
 
+class BendingMeasure(LineMeasure):
+    """The largest bending moment at a place of a line that bends, linear between nodes.
+
+    ``bending_moment = "pipe@30 m"`` is short for ``bending_moment = "pipe"`` with ``place = "30 m"``.
+    """
+
+    KIND: ClassVar[PlaceKind] = "bending_moment"
+    WORDS: ClassVar[str] = "bending moment at"
+    UNIT: ClassVar[str] = "N m"
+    bending_moment: Annotated[Text, AfterValidator(target_text)]
+    """The end ("pipe.end"), or the line ("pipe") at ``place``."""
+    place: Length | None = None
+    """Unstretched distance in m from the start of the line."""
+    limit: PositiveTorque | None = None
+    """Largest bending moment in N m that is safe. Absent: none."""
+
+
 class LineSpeedMeasure(LineMeasure):
     """The largest speed of a place of a line, linear between nodes.
 
@@ -288,6 +307,7 @@ _KINDS = {
     "height": HeightMeasure,
     "climb": SpeedMeasure,
     "tension": TensionMeasure,
+    "bending_moment": BendingMeasure,
     "speed": LineSpeedMeasure,
     "position": PositionMeasure,
     "velocity": VelocityMeasure,
@@ -307,6 +327,7 @@ Measure = Annotated[
     Annotated[HeightMeasure, Tag(tag("height"))]
     | Annotated[SpeedMeasure, Tag(tag("climb"))]
     | Annotated[TensionMeasure, Tag(tag("tension"))]
+    | Annotated[BendingMeasure, Tag(tag("bending_moment"))]
     | Annotated[LineSpeedMeasure, Tag(tag("speed"))]
     | Annotated[PositionMeasure, Tag(tag("position"))]
     | Annotated[VelocityMeasure, Tag(tag("velocity"))]

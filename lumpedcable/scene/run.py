@@ -49,7 +49,7 @@ FIXED: tuple[Method, ...] = ("leapfrog", "rk4", "euler")
 """Methods that have no estimate of their error."""
 IMPLICIT: tuple[Method, ...] = ("kvaerno3", "kvaerno4", "kvaerno5")
 ADAPTIVE = frozenset(get_args(Method)) - frozenset(FIXED)
-FieldQuantity = Literal["position", "velocity", "tension", "strain", "energy"]
+FieldQuantity = Literal["position", "velocity", "tension", "strain", "bending_moment", "energy"]
 Precision = Literal["float64", "float32"]
 
 
@@ -122,8 +122,8 @@ class Output(Part):
     fields_every: PositiveTime | None = None
     """Time in s between kept fields, a whole number of times every. Absent: every. Tensions at the ends,
     energies and all else that is one number at a time are kept at every one still."""
-    quantities: tuple[FieldQuantity, ...] = ("position", "velocity", "tension", "strain", "energy")
-    """Fields that are kept."""
+    quantities: tuple[FieldQuantity, ...] = get_args(FieldQuantity)
+    """Fields that are kept, the bending moments of lines with bending."""
     keep: Literal["fields", "histories", "summaries"] = "fields"
     """How much of a run is kept: everything; tensions at the ends, place and velocity of broken ends
     and energies over time, but no fields; or its numbers alone."""

@@ -15,6 +15,8 @@ from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import part_names
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
+from lumpedcable.model.places import asks_for_moments
+from lumpedcable.model.splices import moments
 from lumpedcable.model.state import Seen, State
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
@@ -277,6 +279,9 @@ def sample(
     """Everything that is kept of one output time."""
     found = evaluate(model, t, y.displacement, y.velocity, y.reaction, dt)
     fields, ends, whole_ends, tensions = {}, {}, {}, {}
+    bent: dict[str, Array] = {}
+    if "bending_moment" in quantities or any(map(asks_for_moments, model.measures.values())):
+        bent = moments(model, t, {name: e.line.shape for name, e in found.items()})
     place = follow(model, t, y.displacement)
     finite = jnp.ones((), bool)
     turned = {}
@@ -291,6 +296,8 @@ def sample(
             "tension": whole,
             "strain": e.shape.strain,
         }
+        if "bending_moment" in quantities:  # a straight line has none
+            every["bending_moment"] = bent.get(name, jnp.zeros_like(place[name][0]))
         kept = {key: value for key, value in every.items() if key in quantities}
         at_ends = [
             end_tension(line, whole, node, e.shape, _drag(line, found[name].nodes, node, own), met)
@@ -328,7 +335,7 @@ def sample(
         key = body_key(name)
         bodies[name] = jnp.stack([body.reference + place[key], y.velocity[key]])
         finite &= jnp.all(jnp.isfinite(bodies[name]))
-    seen = Seen(place, y.velocity, tensions, ends | whole_ends)
+    seen = Seen(place, y.velocity, tensions, ends | whole_ends, bent)
     measures = {name: measure.value(model, t, seen) for name, measure in model.measures.items()}
     not_yet = jnp.zeros((), bool)
     return Sample(

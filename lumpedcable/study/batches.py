@@ -153,7 +153,7 @@ def outputs_at_once(layout: Layout, runs: int, fields: tuple[str, ...], after: i
     Few calls, since each costs as much as a hundred steps of a short line. `fields` are kept of every
     `after`th output.
     """
-    per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1}
+    per_node = {"position": 3, "velocity": 3, "tension": 1, "strain": 1, "bending_moment": 1}
     numbers = sum(per_node.get(quantity, 0) for quantity in fields) / after + 1
     most = kind().room / (8.0 * runs * nodes_of(layout) * numbers)
     return int(2 ** np.clip(np.floor(np.log2(most)), *OUTPUTS))

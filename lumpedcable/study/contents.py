@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import platform
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -15,8 +15,6 @@ import numpy as np
 
 from lumpedcable import __version__
 from lumpedcable.model.assemble import wave_scheme
-from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.layout import part_names
 from lumpedcable.results import (
     FIELD_TIME,
     Coordinate,
@@ -38,6 +36,15 @@ from lumpedcable.study.carried import (
     rider_fields,
 )
 from lumpedcable.study.energies import energy_terms
+from lumpedcable.study.fields import (
+    BODY_FIELDS,
+    FIELDS,
+    TIPS,
+    body_fields,
+    sized,
+    tip_of,
+    tip_start,
+)
 from lumpedcable.study.laying import Laid
 from lumpedcable.study.outcome import EXACT, Table, summaries_of
 from lumpedcable.study.places import Places, neighbours
@@ -49,23 +56,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["Contents"]
-
-FIELDS = {
-    "position": ("node", "m", "position"),
-    "velocity": ("node", "m/s", "velocity"),
-    "tension": ("segment", "N", "tension, damping included"),
-    "strain": ("segment", "1", "strain"),
-}
-TIPS = {
-    "position": ("m", "place of the {} of the line"),
-    "velocity": ("m/s", "velocity of the {} of the line"),
-}
-BODY_FIELDS = {
-    "position": ("xyz", "m", "place of the {}"),
-    "velocity": ("xyz", "m/s", "velocity of the {}"),
-    "attitude": ("angle", "rad", "roll, pitch, yaw"),
-    "turning": ("angle", "rad/s", "rates of roll, pitch, yaw"),
-}
 
 
 class Contents:
@@ -86,12 +76,13 @@ class Contents:
         self.clock = "time" if self.after == 1 else FIELD_TIME  # of the fields
         pieces = [p for s in laid.structures for p in s.layout.pieces]
         self.histories = self.scene.output.keep != "summaries"
-        tips = dict.fromkeys(_tip(end, self.segments) for end in self.ends)
+        tips = dict.fromkeys(tip_of(end, self.segments) for end in self.ends)
         self.tips = list(tips) if self.histories else []
         self.riders = carried_bodies(self.scene)
         rigid = [n for n, b in self.scene.bodies.items() if isinstance(b, Body) and b.rigid]
         self.bodies = [*rigid, *self.riders] if self.histories else []
         self.places = Places(laid) if self.histories else None
+        self.bending = {n for p in pieces for n in p.names if self.scene.lines[p.line].bending}
         laws = {p.name: self.scene.materials[self.scene.lines[p.line].material].law for p in pieces}
         # lines, and parts of lines, of which the largest tensions are kept
         self.peaked = [name for name, law in laws.items() if law == "inextensible"]
@@ -150,11 +141,11 @@ class Contents:
         ]  # fmt: skip
         precision = "f4" if self.scene.output.precision == "float32" else "f8"
         for name in self.segments:
-            for quantity, (place, unit, text) in FIELDS.items():
-                if quantity in self.fields:
-                    dims = ("run", self.clock, place) + (("xyz",) if place == "node" else ())
+            for quantity, field in FIELDS.items():
+                if quantity in self._fields_of(name):
+                    dims = ("run", self.clock, field.of) + (("xyz",) if field.vector else ())
                     path = f"lines/{name}/{quantity}"
-                    found.append(Variable(path, dims, precision, unit, text))
+                    found.append(Variable(path, dims, precision, field.unit, field.text))
             for side in ("start", "end") if self.histories else ():
                 path = f"lines/{name}/{side}_tension"
                 text = f"tension at the {side} of the line"
@@ -253,6 +244,11 @@ class Contents:
             ),
         }
 
+    def _fields_of(self, name: str) -> tuple[str, ...]:
+        """The fields that are kept of a line, or of a part of one."""
+        bends = name in self.bending
+        return tuple(q for q in self.fields if bends or q != "bending_moment")
+
     # --- filling ----------------------------------------------------------------------------
 
     def mark_impossible(self, runs: NDArray[np.int64], table: Table) -> NDArray[np.bool_]:
@@ -285,26 +281,26 @@ class Contents:
         if not self.histories:
             return
         for name, fields in samples.fields.items():
-            for quantity, values in fields.items():
-                table = np.asarray(values, float)
-                if FIELDS[quantity][0] == "node":
+            for quantity in fields.keys() & self._fields_of(name):
+                table, field = np.asarray(fields[quantity], float), FIELDS[quantity]
+                if field.vector:
                     table = self.laid.coordinates.expand(table, axis=2)
                     if quantity == "position":
                         nodes = self.segments[name] + 1
-                        table = _sized(table, 3, nodes) + _sized(start[name][:, None], 3, nodes)
+                        table = sized(table, 3, nodes) + sized(start[name][:, None], 3, nodes)
                     table = np.moveaxis(table, 2, 3)
-                size = self.segments[name] + (FIELDS[quantity][0] == "node")
+                size = self.segments[name] + (field.of == "node")
                 path, begins = f"lines/{name}/{quantity}", -(-first // self.after)
-                self._put(writer, path, rows, begins, _sized(table, 2, size), self.clock)
+                self._put(writer, path, rows, begins, sized(table, 2, size), self.clock)
             for k, side in enumerate(("start", "end")):
                 ends = np.asarray(samples.ends[name])[:, :, k]
                 self._put(writer, f"lines/{name}/{side}_tension", rows, first, ends)
         for end, both in samples.tips.items():
-            name, side = _tip(end, start)
+            name, side = tip_of(end, start)
             path = f"lines/{name}/{side}_"
             moved, velocity = np.moveaxis(np.asarray(both, float), 2, 0)
             place = self.laid.coordinates.expand(moved, axis=2)
-            place = place + _tip_start(start[name], side)[:, None]
+            place = place + tip_start(start[name], side)[:, None]
             self._put(writer, f"{path}position", rows, first, place)
             velocity = self.laid.coordinates.expand(velocity, axis=2)
             self._put(writer, f"{path}velocity", rows, first, velocity)
@@ -354,43 +350,3 @@ def versions() -> dict[str, str]:
     names = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "h5py")
     found = {name: importlib.metadata.version(name) for name in names}
     return found | {"python": platform.python_version()}
-
-
-def body_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
-    """Places (m), velocities (m/s), angles (rad) and their rates from q and v (runs, times, m)."""
-    d = coordinates.dimensions
-    found = {}
-    for places, angles, values in (("position", "attitude", q), ("velocity", "turning", v)):
-        found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
-        turned = values[..., d:]
-        if d == 2:
-            turned = turned * coordinates.normal
-        found[angles] = turned if d > 1 else np.zeros((*values.shape[:-1], 3))
-    return found
-
-
-def _tip(end: str, lines: Container[str]) -> tuple[str, str]:
-    """Line and side of an end in the file, which has `lines`: of a line that is cut one of its parts."""
-    name, _, side = end.rpartition(".")
-    return name if name in lines else part_names(name)[side == "end"], side
-
-
-def _tip_start(places: NDArray[np.float64], side: str) -> NDArray[np.float64]:
-    """Where an end starts (m), (runs, 3); `places` (runs, 3, nodes), filled up with NaN at the end."""
-    last = np.isfinite(places[:, 0]).sum(axis=1) - 1 if side == "end" else 0
-    return places[np.arange(len(places)), :, last]
-
-
-def _sized(table: NDArray[Any], axis: int, size: int) -> NDArray[Any]:
-    """An axis filled up with NaN to `size`, where another run of the study has more nodes, or cut to it.
-
-    What is cut off of a part of a line is NaN in all runs.
-    """
-    missing = size - table.shape[axis]
-    if missing == 0:
-        return table
-    if missing < 0:
-        return table[(slice(None),) * axis + (slice(size),)]
-    widths = [(0, 0)] * table.ndim
-    widths[axis] = (0, missing)
-    return np.pad(table, widths, constant_values=np.nan)

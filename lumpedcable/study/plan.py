@@ -171,7 +171,9 @@ def _rods(scene: Scene) -> bool:
 def fields_of(scene: Scene) -> tuple[str, ...]:
     """The fields that a scene keeps of every line."""
     kept = scene.output.quantities if scene.output.keep == "fields" else ()
-    return tuple(quantity for quantity in kept if quantity != "energy")
+    bends = any(line.bending is not None for line in scene.lines.values())
+    others = ("energy",) if bends else ("energy", "bending_moment")
+    return tuple(quantity for quantity in kept if quantity not in others)
 
 
 def asked_step(

@@ -57,7 +57,8 @@ def _level(ax: Axes, level: float, colour: str) -> bool:
     if not low - room < level < high + room:
         return False
     ax.axhline(level, color=colour, linewidth=1.2, zorder=0.8)
-    ax.set_ylim(min(low, level - edge), max(high, level + edge))
+    # limits that are held would be a complaint where both axes have one scale
+    ax.set_ylim(min(low, level - edge), max(high, level + edge), auto=None)
     return True
 
 

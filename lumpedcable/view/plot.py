@@ -18,6 +18,7 @@ from lumpedcable.view.general import end_tension_figure, has_end_tension, shape_
 from lumpedcable.view.groups import Group, alone, file_tag, groups
 from lumpedcable.view.maps import ENOUGH, FEWEST, map_figures
 from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
+from lumpedcable.view.moments import has_moments, moment_figure
 from lumpedcable.view.ranges import has_range, range_figure
 from lumpedcable.view.recoil import (
     end_displacement_figure,
@@ -42,12 +43,12 @@ def plot_result(
 
     Where a line parts: tension and velocity along it, speed and way of the broken end, and the x-t
     diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Of lines that
-    do not part the range of the tension along them. Energies always. Of a scene at rest: the shape of
-    each cable with its numbers. Figures whose fields the file does not hold are left out. A run that
-    went wrong is drawn until then. Where several numbers are swept there is one set of figures for each
-    value of the last, and its name ends in that value: tension_break_time_5ms.png. Where two or more
-    of them take three values or more, or of enough draws: maps of the numbers of the runs over every
-    pair.
+    do not part the range of the tension along them, of lines that bend their bending moments. Energies
+    always. Of a scene at rest: the shape of each cable with its numbers, and moments. Figures whose
+    fields the file does not hold are left out. A run that went wrong is drawn until then. Where several
+    numbers are swept there is one set of figures for each value of the last, and its name ends in that
+    value: tension_break_time_5ms.png. Where two or more of them take three values or more, or of enough
+    draws: maps of the numbers of the runs over every pair.
 
     Args:
         path: the results file, or the folder of a study.
@@ -124,6 +125,9 @@ def _figures(result: SoundFile, group: Group) -> Iterator[tuple[str, Draw]]:
     for cable in result.cables:
         which = f"_{file_tag(cable)}" if len(result.cables) > 1 else ""
         yield f"rest{which}", partial(rest_figure, result, cable, group)
+    bent = [name for name in result.lines if has_moments(result.line(name))]
+    if bent:
+        yield "bending_moment", partial(moment_figure, result, bent, group)
     if result.cables:
         return  # what does not move has no history
     ends = [RecoilingEnd(result, name) for name in result.ends]

@@ -35,10 +35,11 @@ def test_a_bed_in_sight_and_a_surface_are_where_the_scene_has_them(tmp_path):
     assert note == "Brown: the bed; light blue: the water's surface."
 
 
-def test_a_bed_a_little_below_makes_the_picture_higher(tmp_path):
+def test_a_bed_a_little_below_makes_the_picture_higher(tmp_path, caplog):
     bare, _ = shown(tmp_path, "[water]")
     lowest = bare.get_ylim()[0]
     ax, _ = shown(tmp_path, f"[seabed]\nheight = {lowest - 1.0}")
+    assert caplog.messages == []  # nothing said of limits that one scale for both axes cannot keep
     assert level(ax, BED) == pytest.approx(lowest - 1.0)
     assert ax.get_ylim()[0] < lowest - 1.0
 
