@@ -28,6 +28,7 @@ from lumpedcable.model.materials import law_of, rod_law
 from lumpedcable.model.model import Model
 from lumpedcable.model.moved import path_of
 from lumpedcable.model.numbers import if_given, number
+from lumpedcable.model.sea import sea_flow
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
 from lumpedcable.physics.load import AbstractLoad
@@ -145,6 +146,8 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         drag=drag,
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,
+        sea=None if part.diameter is None else sea_flow(scene, coordinates),
+        displaced=_displaced(scene, name),
         waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
         give=1.0 / number(material.EA) if inextensible and material.EA is not None else None,
         inextensible=inextensible,
@@ -193,6 +196,14 @@ def _grip(
         return None
     damping = resistances[0] if resistances else None
     return BedGrip(number(scene.seabed.friction), bed, damping)
+
+
+def _displaced(scene: Scene, name: str) -> Float[Array, ""] | None:
+    """Mass of the water (kg/m) in whose place a line is, None where nobody asks for it."""
+    diameter = scene.lines[name].diameter
+    if diameter is None or scene.fluid is None or scene.sea is None or scene.sea.flow is None:
+        return None
+    return number(scene.fluid.density) * 0.25 * jnp.pi * number(diameter) ** 2
 
 
 def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:

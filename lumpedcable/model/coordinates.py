@@ -153,6 +153,12 @@ class _Needs:
         fluid = scene.fluid
         if fluid is not None and fluid.current is not None and _feels_current(scene):
             self.directions.append(np.asarray(fluid.current.velocity))
+        if scene.sea is not None and scene.sea.flow is not None:
+            way = scene.sea.direction
+            self.directions += [
+                np.array([np.cos(way), np.sin(way), 0.0]),
+                np.array([0.0, 0.0, 1.0]),
+            ]
         self.folds |= scene.seabed is not None
         if scene.seabed is not None and scene.seabed.profile is not None:
             self.directions.append(np.array([1.0, 0.0, 0.0]))

@@ -14,7 +14,7 @@ from lumpedcable.model.evaluation import Evaluation, Splice
 from lumpedcable.model.inertia import kinetic_energy
 from lumpedcable.model.line import Line, LineForces
 from lumpedcable.model.model import Model
-from lumpedcable.model.passing import on_payout, passing_kinds
+from lumpedcable.model.passing import GIVEN, on_payout, passing_kinds
 from lumpedcable.model.riders import Coupled, Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import (
@@ -351,6 +351,7 @@ def body_powers(
             total["control"] = body.taken(q, v, gain, found.drawn[name])
         own = body.resisting(q, v)
         for kind, force in found.passed.get(name, {}).items():
-            total[kind] = -(force + own[kind][0] if kind in own else force) * v[0]
+            power = (force + own[kind][0] if kind in own else force) * v[0]
+            total[kind] = power if kind in GIVEN else -power
         total["payout"] = v[0] * (moving + _drum_weight(model, body, displacement))
     return total

@@ -33,7 +33,7 @@ WORKS = {
     "added_mass": (1.0, "work of turning added mass"),
     "drag": (-1.0, "energy given to the fluid by drag"),
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
-    "waves": (1.0, "work done on free ships by waves"),
+    "waves": (1.0, "work done on free ships and lines by waves"),
     "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
     "winch": (-1.0, "energy dissipated by winches"),
     "control": (
@@ -61,6 +61,7 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
         "ends": True,
         "added_mass": line.added_mass is not None and line.dimensions > 1,
         "drag": line.drag is not None,
+        "waves": line.sea is not None,
         "friction": line.grip is not None,
         **{resistance.work_name: True for resistance in line.resistances},
         "damping": line.damping is not None,
@@ -84,6 +85,7 @@ def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
         return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
     nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
     per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes, "friction": nodes}
+    per |= {"waves": nodes}
     per |= {resistance.work_name: nodes for resistance in line.resistances}
     return {kind: per.get(kind, segments) for kind in works_of(line, stepping)}
 
@@ -125,6 +127,8 @@ def powers(
             power["added_mass"] = _turning(e, v, line)
         if drag is not None:
             power["drag"] = -dot(drag, v)
+        if e.push is not None:
+            power["waves"] = dot(e.push, v)
         for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
             taken = -dot(force, v)
             kind = resistance.work_name
@@ -186,6 +190,8 @@ def _rod_powers(
         power["added_mass"] = jax.jvp(energy, (step,), (v[:, 1:] - v[:, :-1],))[1]
     if line.drag is not None:
         power["drag"] = -jnp.sum(line_drag(line, shape.tangent, v, e.nodes.flow) * v)
+    if e.push is not None:
+        power["waves"] = jnp.sum(e.push * v)
     for resistance, force in zip(line.resistances, e.line.resistances, strict=True):
         kind = resistance.work_name
         power[kind] = power.get(kind, 0.0) - jnp.sum(force * v)

@@ -15,7 +15,8 @@ class Evaluation(NamedTuple):
     """Everything known of one line at one instant: its forces, its nodes' inertia, its end forces.
 
     `ends` are the known forces on the nodes of the line's ends (N), None where there is none; `grip` the
-    friction (N) on the nodes in a kick, None where the line has none.
+    friction (N) on the nodes in a kick, None where the line has none; `push` (N) what the water pushes
+    them with as it accelerates in waves, which is part of `force`.
     """
 
     line: LineForces
@@ -23,6 +24,7 @@ class Evaluation(NamedTuple):
     ends: tuple[Float[Array, " d"] | None, ...]
     boundaries: tuple[Boundary, ...]
     grip: Float[Array, "d nodes"] | None = None
+    push: Float[Array, "d nodes"] | None = None
 
     @property
     def force(self) -> Float[Array, "d nodes"]:

@@ -46,7 +46,13 @@ def evaluate(
         winch = winch_of(model, name)
         if winch is not None and line.drag is not None and line.growth is not None:
             nodes = drifting(nodes, forces.shape, line.growth, winch.node)
-        result[name] = Evaluation(forces, nodes, ends, boundaries)
+        push = None
+        if line.sea is not None and velocity is not None:
+            water, surge = line.sea.motion(t, forces.shape.position)
+            push = inertia.wave_push(line, nodes, surge)
+            forces = forces._replace(force=forces.force + push)
+            nodes = inertia.in_waves(nodes, water)
+        result[name] = Evaluation(forces, nodes, ends, boundaries, push=push)
     add_splices(model, t, result, dt)
     result.add_couplings(model, t, displacement, velocity, dt)
     return result

@@ -22,8 +22,10 @@ __all__ = [
     "end_drag",
     "end_matrices",
     "frame",
+    "in_waves",
     "kick",
     "kinetic_energy",
+    "wave_push",
 ]
 
 
@@ -68,6 +70,36 @@ def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Fr
     both = line.dimensions > 1 and (line.drag is not None or line.added_mass is not None)
     tangent = node_tangent(shape.tangent) if both else None
     return Frame(tangent, mass_t, mass_n, drag_t, drag_n, flow)
+
+
+def wave_push(
+    line: Line, nodes: Frame, acceleration: Float[Array, "d nodes"]
+) -> Float[Array, "d nodes"]:
+    """What water that accelerates by a (m/s2) pushes nodes with (N): rho A a l + m_n a_n + m_t a_t.
+
+    The first part is that of the pressure in the undisturbed wave, as buoyancy is that of the water
+    at rest; the others are the added masses (kg), across and along (J. R. Morison et al., Petroleum
+    Transactions AIME 189 (1950), 149-154; DNV-RP-C205, section 6.2.2).
+    """
+    assert line.displaced is not None
+    push = line.displaced * line.node_length * acceleration
+    if line.added_mass is None:
+        return push
+    if nodes.tangent is None:
+        along = line.added_mass.tangential
+        return push if along is None else push + along * line.node_length * acceleration
+    along, across = nodes.split(acceleration)
+    push = push + line.added_mass.normal * line.node_length * across
+    if line.added_mass.tangential is None:
+        return push
+    return push + line.added_mass.tangential * line.node_length * along * nodes.tangent
+
+
+def in_waves(nodes: Frame, water: Float[Array, "d nodes"]) -> Frame:
+    """The nodes in water that moves so (m/s) besides any current; as they are where nothing drags."""
+    if nodes.drag_t is None:
+        return nodes
+    return nodes._replace(flow=water if nodes.flow is None else nodes.flow + water)
 
 
 def drag_force(nodes: Frame, velocity: Float[Array, "d nodes"]) -> Float[Array, "d nodes"] | None:

@@ -13,6 +13,7 @@ from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.linear import differences, settled_back
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
 from lumpedcable.physics.morison import AddedMass, Drag
+from lumpedcable.physics.sea import SeaFlow
 from lumpedcable.physics.seabed import BedGrip
 from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
@@ -81,10 +82,11 @@ class Line(eqx.Module):
     (1 + e)^2 = (1 + e0)^2 + (2 X' . u' + u' . u') / l^2 with X', u' the differences over a segment
     of unstretched length l, and e0 the strain of the reference.
 
-    `growth` (1/s) is the rate at which a winch lengthens it, dL/dt over L. `low` (d, n+1) is what
-    rounding has left out of the displacements (m) that it is asked about, where a method keeps that.
-    `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre of unstretched
-    length (kg/m). What the line does not have is None and is not in the compiled program.
+    `sea` is how the water moves in waves, `displaced` (kg/m) the mass of the water that a metre of line
+    takes the place of. `growth` (1/s) is the rate at which a winch lengthens it, dL/dt over L. `low`
+    (d, n+1) is what rounding has left out of the displacements (m) that it is asked about, where a
+    method keeps that. `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre
+    of unstretched length (kg/m). What the line does not have is None and is not in the compiled program.
 
     An `inextensible` line has a `law` at rest by which it keeps its length, or with `give` (1/N, 1/EA)
     that of EA; once it moves, each segment keeps the length that it has in the reference, and is a rod
@@ -105,6 +107,8 @@ class Line(eqx.Module):
     drag: Drag | None = None
     added_mass: AddedMass | None = None
     current: AbstractCurrent | None = None
+    sea: SeaFlow | None = None
+    displaced: Float[Array, ""] | None = None
     waves: ReleaseWaves | None = None
     growth: Float[Array, ""] | None = None
     low: Float[Array, "d nodes"] | None = None

@@ -1,8 +1,9 @@
-"""What resists along a line that a winch pays out: payout moves the line's substance past the nodes.
+"""What resists or pushes along a line that a winch pays out: payout moves the line's substance past the nodes.
 
 All segments grow alike, so that at fixed nodes the substance at the unstretched distance s from the
 still end, the one without the winch, moves by -s r' dL / L with r' = dr/ds. What drags or rubs on the
-nodes with the force f acts on that substance, so by virtual work on the paid-out length as well:
+nodes, or pushes them in waves, with the force f acts on that substance, so by virtual work on the
+paid-out length as well:
 
     Q_L = -sum f_i . r'_i s_i / L
 
@@ -18,12 +19,18 @@ from lumpedcable.model.line import Line
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.place import place_at_end
 
-__all__ = ["drifting", "on_payout", "passed", "passing_kinds"]
+__all__ = ["GIVEN", "drifting", "on_payout", "passed", "passing_kinds"]
+
+GIVEN = ("waves",)  # kinds of work that are put in, not lost
 
 
 def passing_kinds(line: Line) -> tuple[str, ...]:
-    """The kinds of work of what resists along a line."""
-    present = {"drag": line.drag is not None, "friction": line.grip is not None}
+    """The kinds of work of what resists or pushes along a line."""
+    present = {
+        "drag": line.drag is not None,
+        "friction": line.grip is not None,
+        "waves": line.sea is not None,
+    }
     return tuple(kind for kind in present if present[kind])
 
 
@@ -65,4 +72,6 @@ def on_payout(
         found["drag"] = jnp.sum(drag * away)
     if line.grip is not None and e.grip is not None:
         found["friction"] = jnp.sum(e.grip * away)
+    if e.push is not None:
+        found["waves"] = jnp.sum(e.push * away)
     return found

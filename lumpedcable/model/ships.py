@@ -4,6 +4,7 @@ import jax.numpy as jnp
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.numbers import if_given, moving, number, vector
+from lumpedcable.model.sea import sea_state
 from lumpedcable.physics import ships
 from lumpedcable.physics.motion import Recorded
 from lumpedcable.physics.rigid import rotation
@@ -61,18 +62,16 @@ def _law(
         columns = [getattr(motion, name) for name in FREEDOMS]
         table = [jnp.zeros_like(time) if c is None else vector(c) for c in columns]
         return ships.RecordedBody(Recorded(time, share * jnp.stack(table, axis=1)))
-    sea = scene.sea
-    assert sea is not None  # the scene was checked
-    place, direction = vector(position), number(sea.direction)
+    assert scene.sea is not None  # the scene was checked
+    place, direction = vector(position), number(scene.sea.direction)
     way = place[0] * jnp.cos(direction) + place[1] * jnp.sin(direction)
     response = {
         FREEDOMS.index(name): jnp.stack([vector(pair) for pair in motion.response[name]])
         for name in motion.names()
     }
     return ships.SeaBody.of(
-        share * number(sea.height), number(sea.period), number(sea.gamma), sea.seed, sea.components,
-        way, vector(motion.omega), response, if_given(motion.ramp),
-    )  # fmt: skip
+        sea_state(scene), way, vector(motion.omega), response, if_given(motion.ramp)
+    )
 
 
 def point_of_body(

@@ -49,7 +49,9 @@ def ground_of(scene: Mapping[str, Any]) -> Ground:
     surface = None
     if isinstance(water, dict):
         hulls = [body.get("hull") for body in (scene.get("bodies") or {}).values()]
-        tellers = [water, water.get("current"), *hulls]
+        sea = scene.get("sea")
+        flow = sea.get("flow") if isinstance(sea, dict) else None
+        tellers = [water, water.get("current"), flow, *hulls]
         told = [number_in(t, "surface") for t in tellers if isinstance(t, dict)]
         surface = next((height for height in told if height is not None), None)
         if surface is None and (isinstance(bed, dict) or any(h is not None for h in hulls)):

@@ -139,18 +139,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield Problem(
                 ("bodies", name), f'expected another name, found "{name}", which is a line as well'
             )
-    # who gives a motion, or waves, of another kind has thought of it
-    moves = any(
-        getattr(body, key, None) is not None
-        for body in draft.bodies.values()
-        for key in ("motion", "waves")
-    )
-    if "sea" in draft.named and not moves and None not in draft.bodies.values():
-        yield Problem(
-            ("sea",),
-            "expected a body that moves in its waves (motion or waves with rao or response), found "
-            "none: they act on nothing else",
-        )
+    yield from _sea(draft)
     for name, line in draft.lines.items():
         if line is not None:
             yield from _line(draft, name, line)
@@ -239,6 +228,35 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
                 (*path, side, "direction"),
                 "expected bending on a line whose end keeps a direction, found none",
             )
+
+
+def _sea(draft: Draft) -> Iterator[Problem]:
+    """Yield waves that act on nothing, and water that moves in them where there is none."""
+    if "sea" not in draft.named:
+        return
+    sea = draft.others.get("sea")
+    # who gives a motion, or waves, of another kind has thought of it
+    moves = any(
+        getattr(body, key, None) is not None
+        for body in draft.bodies.values()
+        for key in ("motion", "waves")
+    )
+    flow = sea is None or sea.flow is not None
+    if not moves and not flow and None not in draft.bodies.values():
+        yield Problem(
+            ("sea",),
+            "expected flow, or a body that moves in its waves (motion or waves with rao or response), "
+            "found neither: they act on nothing else",
+        )
+    if sea is None or sea.flow is None:
+        return
+    if "water" not in draft.named:
+        yield Problem(("sea", "flow"), "expected [water] that moves in waves, found none")
+    if not any(line is None or line.diameter is not None for line in draft.lines.values()):
+        yield Problem(
+            ("sea", "flow"),
+            "expected a line with a diameter, which water that moves acts on, found none",
+        )
 
 
 def _unbent(draft: Draft, output: Output | None) -> Iterator[Problem]:

@@ -73,6 +73,15 @@ class Fluid(Part):
     """Motion of the fluid. Absent: at rest."""
 
 
+class SeaFlow(Part):
+    """How the water moves in waves, by linear theory: it drags on lines and pushes them."""
+
+    surface: Length = 0.0
+    """Height z in m of the mean surface; above it the water moves as in it."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the motion grows from rest. Absent: at once."""
+
+
 class Sea(Part):
     """Long-crested waves of a JONSWAP spectrum, as a sum of sines with random phases.
 
@@ -92,6 +101,10 @@ class Sea(Part):
     """Number of sines. One is a regular wave of that period; fewer than 36 have equal heights."""
     direction: Angle = 0.0
     """Direction in rad that the waves travel in, from the x axis towards y."""
+    depth: PositiveLength | None = None
+    """Depth in m of the water, which makes waves shorter. Absent: deep."""
+    flow: SeaFlow | None = None
+    """Motion of the water in these waves, which lines with a diameter feel. Absent: none."""
 
 
 class Profile(Part):

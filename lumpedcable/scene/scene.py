@@ -38,7 +38,7 @@ class Scene(Part):
     air: Fluid | None = None
     """Air around everything, instead of water. Absent: none."""
     sea: Sea | None = None
-    """Waves that move ships. Absent: none."""
+    """Waves that move ships and the water around lines. Absent: none."""
     seabed: Seabed | None = None
     """The bed that lines can rest on. Absent: none."""
     materials: dict[Name, Material] = Field(default_factory=dict)

@@ -10,6 +10,7 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Joined, end_name
 from lumpedcable.model.energy import WORKS, energies
+from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.forces import evaluate, node_frame
 from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import part_names
@@ -183,6 +184,15 @@ def _drag(line: Line, nodes: Frame, node: int, velocity: Float[Array, "d nodes"]
     return end_drag(nodes, line.node(node), pick(velocity, line.node(node)))
 
 
+def _resisted(line: Line, found: Evaluation, node: int, velocity: Float[Array, "d nodes"]):
+    """Drag and what accelerating water pushes with (N) on the node of an end, None without either."""
+    drag = _drag(line, found.nodes, node, velocity)
+    if found.push is None:
+        return drag
+    push = pick(found.push, line.node(node))
+    return push if drag is None else drag + push
+
+
 def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch, ...]:
     """Watches at the start."""
     result = []
@@ -300,7 +310,7 @@ def sample(
             every["bending_moment"] = bent.get(name, jnp.zeros_like(place[name][0]))
         kept = {key: value for key, value in every.items() if key in quantities}
         at_ends = [
-            end_tension(line, whole, node, e.shape, _drag(line, found[name].nodes, node, own), met)
+            end_tension(line, whole, node, e.shape, _resisted(line, found[name], node, own), met)
             for node, met in zip(line.ends, found[name].boundaries, strict=True)
         ]
         if line.seam is None:

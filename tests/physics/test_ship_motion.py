@@ -1,5 +1,7 @@
 """Motions of ships and of points on them: rotations, records, and seas of known spectra."""
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,14 +12,13 @@ import lumpedcable.study.compiled  # noqa: F401  (double precision)
 from lumpedcable.physics.motion import Recorded, velocity_of
 from lumpedcable.physics.ramp import growth
 from lumpedcable.physics.rigid import rotation
+from lumpedcable.physics.sea import GRAVITY, SeaState, jonswap
 from lumpedcable.physics.ships import (
-    GRAVITY,
     HarmonicBody,
     PointOfBody,
     RecordedBody,
     SeaBody,
     Swing,
-    jonswap,
 )
 
 HEAVE, ROLL = 2, 3
@@ -65,7 +66,8 @@ def eased_sea(ramp=12.0):
     """Heave and roll in the same sea, at once and growing over `ramp` (s)."""
     table = jnp.asarray([0.01, 10.0])
     response = {HEAVE: jnp.asarray([[2.0, 0.3]] * 2), ROLL: jnp.asarray([[0.05, -0.4]] * 2)}
-    numbers = (*map(number, (3.0, 9.0, 3.3)), 5, 40, number(20.0), table, response)
+    state = SeaState.of(*map(number, (3.0, 9.0, 3.3)), 5, 40)
+    numbers = (state, number(20.0), table, response)
     return SeaBody.of(*numbers), SeaBody.of(*numbers, ramp=number(ramp))
 
 
@@ -121,8 +123,9 @@ def sea(period=9.0, gamma=1.0, components=4000, way=0.0, seed=1, phase=0.0, heig
     return sea_of(*numbers, seed, components, number(way), table, response)
 
 
-# one program instead of one an operation
-sea_of = jax.jit(SeaBody.of, static_argnums=(3, 4))
+@partial(jax.jit, static_argnums=(3, 4))  # one program instead of one an operation
+def sea_of(height, period, gamma, seed, components, way, table, response):
+    return SeaBody.of(SeaState.of(height, period, gamma, seed, components), way, table, response)
 
 
 def test_a_sea_carries_the_energy_of_its_height():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from lumpedcable.physics.sea import SeaState
 from lumpedcable.physics.ships import SeaBody
 from lumpedcable.results import open_result
 from lumpedcable.scene import SceneError, load_study
@@ -100,7 +101,7 @@ def sea():
     """Frequencies (rad/s) and complex forces and moment (3, N) of the waves that the scene draws."""
     still = {2: jnp.array([[1.0, 0.0], [1.0, 0.0]])}
     way = START[0] * np.cos(np.pi / 3)
-    drawn = SeaBody.of(1.0, 5.0, 3.3, 1, 20, way, jnp.array([0.0, 99.0]), still)
+    drawn = SeaBody.of(SeaState.of(1.0, 5.0, 3.3, 1, 20), way, jnp.array([0.0, 99.0]), still)
     wave = np.asarray(drawn.amplitude) * np.exp(1j * np.asarray(drawn.phase))
     loads = [[size * np.exp(1j * phase) for size, phase in load] for load in LOADS]
     omega = np.asarray(drawn.omega)

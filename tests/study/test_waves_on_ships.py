@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from lumpedcable.physics.sea import SeaState
 from lumpedcable.physics.ships import HarmonicBody, SeaBody, Swing
 from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.results import open_result
@@ -123,7 +124,8 @@ def in_sea(time, oscillator, load):
     load = np.asarray(load, float)
     seen = load[:, 0] * np.exp(1j * load[:, 1])
     still = {2: jnp.array([[1.0, 0.0], [1.0, 0.0]])}
-    sea = SeaBody.of(1.5, 7.0, 3.3, 3, 20, FAR * np.cos(np.pi / 6), jnp.array([0.0, 9.0]), still)
+    state, way = SeaState.of(1.5, 7.0, 3.3, 3, 20), FAR * np.cos(np.pi / 6)
+    sea = SeaBody.of(state, way, jnp.array([0.0, 9.0]), still)
     total = np.zeros_like(time)
     for omega, height, phase in zip(sea.omega, sea.amplitude, sea.phase, strict=True):
         force = np.interp(omega, OMEGA, seen, 0.0, 0.0) * height
