@@ -14,15 +14,17 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from lumpedcable.exact import elastic_catenary
+from lumpedcable.physics.sea import GRAVITY, SeaState
 from lumpedcable.results import open_result
 from lumpedcable.scene import HarmonicMotion, LinearMaterial, Scene, load_study
 from lumpedcable.scene.lines import FixedEnd, Line, MovingEnd
@@ -30,6 +32,7 @@ from lumpedcable.study.run import run_study
 
 SCENE = Path(__file__).parents[2] / "configs" / "peers" / "chain-mooring.toml"
 MESHES = (41, 82, 164)
+WAVES = 5  # steps of MoorDyn in which the water keeps its velocity
 LAST = 20.0  # s from here on: the motion has been steady for a period
 
 INPUT = """\
@@ -49,6 +52,7 @@ ID  Type   A  B  Length    NumSegs     Outputs
 1   chain  1  2  {length}  {segments}  -
 ---------------------- OPTIONS
 0           writeLog
+{waves}           WaveKin
 {step}      dtM
 {kb}        kBot
 {cb}        cBot
@@ -120,6 +124,7 @@ def moordyn_input(scene: Scene, step: float) -> str:
         fairlead=" ".join(map(str, motion.position)), length=line.length, segments=line.segments,
         step=step, kb=bed.stiffness / line.diameter, cb=(bed.damping or 0.0) / line.diameter,
         density=water.density, gravity=scene.gravity, depth=-bed.height,
+        waves=int(scene.sea is not None),
     )  # fmt: skip
 
 
@@ -156,6 +161,7 @@ def by_moordyn(scene: Scene, step: float = 1e-3) -> Histories:
     """
     import moordyn
 
+    water = None if scene.sea is None else _water(scene)
     motion, count = motion_of(scene), round(scene.output.duration / step)
     each = round(scene.output.every / step)
     kept: list[tuple[float, ...]] = []
@@ -166,6 +172,8 @@ def by_moordyn(scene: Scene, step: float = 1e-3) -> Histories:
         try:
             here = path_of(motion, 0.0)
             moordyn.Init(system, here.tolist(), [0.0] * 3)
+            if water is not None:
+                moordyn.ExternalWaveKinInit(system)
             line = moordyn.GetLine(system, 1)
             last = moordyn.GetLineN(line)
             begin = time.perf_counter()
@@ -174,6 +182,10 @@ def by_moordyn(scene: Scene, step: float = 1e-3) -> Histories:
                     ends = [np.linalg.norm(moordyn.GetLineNodeTen(line, i)) for i in (last, 0)]
                     force = np.linalg.norm(moordyn.GetLineNodeForce(line, last))
                     kept.append((k * step, *map(float, (*ends, force))))
+                if water is not None and k % WAVES == 0:
+                    nodes = np.asarray(moordyn.ExternalWaveKinGetCoordinates(system))
+                    told = [x.tolist() for x in water(nodes, (k + 0.5 * WAVES) * step)]
+                    moordyn.ExternalWaveKinSet(system, *told, k * step)
                 there = path_of(motion, (k + 1) * step)
                 speed = (there - here) / step
                 moordyn.Step(system, here.tolist(), speed.tolist(), k * step, step)
@@ -183,6 +195,41 @@ def by_moordyn(scene: Scene, step: float = 1e-3) -> Histories:
             moordyn.Close(system)
     t, fairlead, anchor, force = np.array(kept).T
     return Histories(t, fairlead, anchor, force, seconds)
+
+
+Water = Callable[[NDArray[np.float64], float], tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+
+def _water(scene: Scene) -> Water:
+    """Velocity (m/s) and acceleration (m/s2) of the water at places (n, 3) (m) and a time (s).
+
+    Of a sea of one sine along x, written out anew: only its phase, which is drawn, is the engine's.
+    """
+    sea = scene.sea
+    assert sea is not None
+    assert sea.flow is not None
+    assert sea.components == 1
+    assert sea.direction == 0.0
+    assert sea.depth is not None
+    amplitude, omega, depth = sea.height / 4.0 * np.sqrt(2.0), 2.0 * np.pi / sea.period, sea.depth
+    drawn = SeaState.of(sea.height, sea.period, sea.gamma, sea.seed, 1)  # type: ignore[arg-type]
+    phase, ramp, surface = float(drawn.phase[0]), sea.flow.ramp, sea.flow.surface
+    number = brentq(
+        lambda k: GRAVITY * k * np.tanh(k * depth) - omega**2, 1e-6, 10.0 * omega**2, xtol=1e-14
+    )
+
+    def water(places: NDArray[np.float64], t: float):
+        share = 1.0 if ramp is None else np.sin(0.5 * np.pi * min(t / ramp, 1.0)) ** 2
+        up = number * (np.clip(places[:, 2] - surface, -depth, 0.0) + depth)
+        level, upright = np.cosh(up), np.sinh(up)
+        angle = omega * t - number * places[:, 0] + phase
+        fast = share * amplitude * omega / np.sinh(number * depth)
+        still = np.zeros(len(places))
+        velocity = [fast * level * np.cos(angle), still, -fast * upright * np.sin(angle)]
+        rate = [-level * np.sin(angle), still, -upright * np.cos(angle)]
+        return np.stack(velocity, axis=1), fast * omega * np.stack(rate, axis=1)
+
+    return water
 
 
 @contextmanager

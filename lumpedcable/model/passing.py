@@ -1,9 +1,9 @@
-"""What resists or pushes along a line that a winch pays out: payout moves the line's substance past the nodes.
+"""What resists or pushes along a line that a winch pays out.
 
-All segments grow alike, so that at fixed nodes the substance at the unstretched distance s from the
-still end, the one without the winch, moves by -s r' dL / L with r' = dr/ds. What drags or rubs on the
-nodes, or pushes them in waves, with the force f acts on that substance, so by virtual work on the
-paid-out length as well:
+Payout moves the line's substance past the nodes. All segments grow alike, so that at fixed nodes the
+substance at the unstretched distance s from the still end, the one without the winch, moves by
+-s r' dL / L with r' = dr/ds. What drags or rubs on the nodes, or pushes them in waves, with the force f
+acts on that substance, so by virtual work on the paid-out length as well:
 
     Q_L = -sum f_i . r'_i s_i / L
 

@@ -207,3 +207,19 @@ def test_a_seed_gives_one_sea():
     a, b, c = sea(components=10), sea(components=10), sea(components=10, seed=2)
     np.testing.assert_array_equal(a.phase, b.phase)
     assert not np.allclose(a.phase, c.phase)
+
+
+def test_on_shallow_water_a_sea_takes_longer_to_a_ship_downwind():
+    depth, way = number(8.0), 50.0
+    state = SeaState.of(number(3.0), number(9.0), number(1.0), 1, 1, depth)
+    table, response = jnp.asarray([0.01, 10.0]), {HEAVE: jnp.asarray([[2.0, 0.0]] * 2)}
+    near, far = (SeaBody.of(state, number(x), table, response) for x in (0.0, way))
+    # T = 9 s on 8 m: L = g T^2 / (2 pi) tanh(2 pi 8 / L), 73.5 m
+    length = 73.5
+    for _ in range(100):
+        length = GRAVITY * 9.0**2 / (2 * np.pi) * np.tanh(2 * np.pi * 8.0 / length)
+    late = number(1.3 + 9.0 * way / length)
+    assert 60.0 < length < 90.0
+    assert float(far.freedoms(late)[HEAVE]) == pytest.approx(
+        float(near.freedoms(number(1.3))[HEAVE]), abs=1e-9
+    )

@@ -178,3 +178,22 @@ def test_simply_supported():
     exact = float(simply_supported_deflection(5.0, 10.0, Q, 1e7))
     assert exact == pytest.approx(0.01277, abs=5e-6)
     assert -at_rest("simply-supported.toml")[2][2, 20] == pytest.approx(exact, rel=0.01)
+
+
+@pytest.mark.slow
+def test_chain_mooring_in_waves_beside_moordyn():
+    pytest.importorskip("moordyn")
+    waves = (
+        "segments=82",
+        "lines.chain.end.motion.amplitude=[0,0,0]",
+        "sea={height=8, period=9, components=1, depth=50, flow={ramp=10}}",
+    )
+    mine = moordyn_chain.by_engine(*waves)
+    other = moordyn_chain.by_moordyn(moordyn_chain.scene_of(*waves), 5e-4)
+    # the last 1.5 m of the chain bear some hundreds of N: the force on the ship, not a segment's tension
+    late = mine.time >= moordyn_chain.LAST
+    here, there = (x[late] - x[late].mean() for x in (mine.fairlead, other.force))
+    swing = np.sqrt(np.mean(there**2))
+    assert swing > 7e3  # N
+    # MoorDyn leaves out the pressure along the line
+    assert np.sqrt(np.mean((here - there) ** 2)) < 0.02 * swing
