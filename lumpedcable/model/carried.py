@@ -21,7 +21,7 @@ from lumpedcable.model.places import place_measured
 from lumpedcable.model.riders import Coupled, Rider
 from lumpedcable.model.ships import motion_of
 from lumpedcable.model.state import Seen
-from lumpedcable.model.winches import Control, Sheave, Winch
+from lumpedcable.model.winches import Control, Schedule, Sheave, Winch
 from lumpedcable.physics import measures
 from lumpedcable.physics.contact import Hertz
 from lumpedcable.physics.coupling import BodyPost, IdealCable, Trolley
@@ -46,6 +46,9 @@ __all__ = [
     "make_riders",
     "make_winches",
 ]
+
+
+PARTS = 16  # of each interval of a schedule, between which what a metre costs is linear
 
 
 class Measured(AbstractMeasured):
@@ -143,7 +146,7 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
             continue
         node, winch = given
         tension = number(winch.tension)
-        strain = strain_at(line.law, tension, line.max_strain)
+        pull, stretch = _kept(line, tension)
         length = jnp.sum(line.node_length)
         control = _control(winch)
         integral = control is not None and control.rate is not None
@@ -151,17 +154,35 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
             reference=jnp.stack([length, jnp.zeros_like(length)][: 2 if integral else 1]),
             mass_per_metre=line.mass,
             drum=if_given(winch.inertia),
-            pull=(1.0 + strain) * tension - line.law.energy(strain),
+            pull=pull,
             tension=tension,
-            stretch=1.0 + strain,
+            stretch=stretch,
             damping=if_given(winch.damping),
             speed=if_given(winch.speed),
             control=control,
             sheave=_sheave(winch),
+            schedule=_schedule(winch, line),
             line=name,
             node=node,
         )
     return found
+
+
+def _kept(line: Line, tension: Array) -> tuple[Array, Array]:
+    """What a metre of line costs a winch that keeps a tension (N), and its stretch (-)."""
+    strain = strain_at(line.law, tension, line.max_strain)
+    return (1.0 + strain) * tension - line.law.energy(strain), 1.0 + strain
+
+
+def _schedule(winch: WinchPart, line: Line) -> Schedule | None:
+    if winch.schedule is None:
+        return None
+    told = vector([0.0, *winch.schedule.time]), vector([winch.tension, *winch.schedule.tension])
+    knots = jnp.arange(told[0].size)
+    finer = jnp.linspace(0.0, knots[-1], PARTS * (knots.size - 1) + 1)
+    time, tension = (jnp.interp(finer, knots, values) for values in told)
+    pull, stretch = _kept(line, tension)
+    return Schedule(time, pull, tension, stretch)
 
 
 def _control(winch: WinchPart) -> Control | None:

@@ -151,11 +151,11 @@ class Found(dict[str, Evaluation]):
                     grown = sum((force.payout for force in pull.taken.values()), pull.kink)
                     self.drawn[winch] = self.drawn[winch] + grown / length
         self.payouts = {
-            name: _answer(winch, name, self, velocity) for name, winch in _winches(model)
+            name: _answer(winch, name, self, velocity, t) for name, winch in _winches(model)
         }
 
-    def add_passing(self, model: Model, velocity: Values | None, middle: Values | None) -> None:
-        """Add what drag and friction along a line do to what its winch pays out (see `passing`).
+    def add_passing(self, model: Model, t, velocity: Values | None, middle: Values | None) -> None:
+        """Add what drag, friction and waves along a line do to what its winch pays out (see `passing`).
 
         `velocity` is that of the evaluation, `middle` that at which drag acts; None at rest.
         """
@@ -167,13 +167,16 @@ class Found(dict[str, Evaluation]):
             held = None if velocity is None else velocity[winch.line][:, winch.node]
             self.passed[name] = on_payout(line, self[winch.line], v, winch.node, held)
             self.drawn[name] = sum(self.passed[name].values(), self.drawn[name])
-            self.payouts[name] = _answer(winch, name, self, velocity)
+            self.payouts[name] = _answer(winch, name, self, velocity, t)
 
 
-def _answer(winch: Winch, name: str, found: Found, velocity: Values | None) -> Float[Array, " m"]:
+def _answer(
+    winch: Winch, name: str, found: Found, velocity: Values | None, t
+) -> Float[Array, " m"]:
     """What comes of the pull at a winch with its control (N)."""
-    rate = None if velocity is None else velocity[body_key(name)]
-    return winch.answer(found.drawn[name], rate)
+    if velocity is None:
+        return winch.answer(found.drawn[name], None)
+    return winch.answer(found.drawn[name], velocity[body_key(name)], t)
 
 
 def _pull(
@@ -321,9 +324,9 @@ def body_works(model: Model, name: str) -> tuple[str, ...]:
 
 
 def body_powers(
-    model: Model, name: str, found: Found, displacement: Values, velocity: Values, gain: Array
+    model: Model, name: str, t, found: Found, displacement: Values, velocity: Values, gain: Array
 ) -> dict[str, Float[Array, ""]]:
-    """Power (W) of each of `body_works` beyond those of the body itself, at its rates' gain."""
+    """Power (W) of each of `body_works` beyond the body's own, at t (s) and the gain of its rates."""
     body, key = model.bodies[name], body_key(name)
     q, v = body.reference + displacement[key], velocity[key]
     total: dict[str, Float[Array, ""]] = {}
@@ -348,7 +351,7 @@ def body_powers(
         moving = kinetic_energy(found[body.line].nodes, velocity[body.line])
         moving = moving / jnp.sum(line.node_length)
         if body.driven:
-            total["control"] = body.taken(q, v, gain, found.drawn[name])
+            total["control"] = body.taken(q, v, gain, found.drawn[name], t)
         own = body.resisting(q, v)
         for kind, force in found.passed.get(name, {}).items():
             power = (force + own[kind][0] if kind in own else force) * v[0]

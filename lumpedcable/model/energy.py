@@ -166,7 +166,7 @@ def powers(
         if name in friction:
             power["friction"] = -jnp.dot(friction[name], v)
         gain = after[key] if dt is None else (after[key] - before[key]) / dt
-        result[key] = power | body_powers(model, name, found, displacement, middle, gain)
+        result[key] = power | body_powers(model, name, t, found, displacement, middle, gain)
     return result
 
 

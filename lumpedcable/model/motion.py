@@ -87,7 +87,7 @@ def kick(
             end_ = jnp.where(active, end_, pick(after[name], node))
             middle[name] = place_at_end(middle[name], node, mid)
             after[name] = place_at_end(after[name], node, end_)
-    found.add_passing(model, before, middle)
+    found.add_passing(model, t, before, middle)
     for name in model.bodies:
         key = body_key(name)
         found_gain = body_gain(model, name, t, found, displacement, before, dt)
@@ -168,7 +168,7 @@ def _moved(model: Model, t, displacement, velocity, reaction, dt) -> tuple[Vecto
             node = model.lines[name].node(side)
             gain = jnp.where(active, gain, pick(result[name], node))
             result[name] = place_at_end(result[name], node, gain)
-    found.add_passing(model, velocity, velocity)
+    found.add_passing(model, t, velocity, velocity)
     for name, body in model.bodies.items():
         key = body_key(name)
         found_gain = body_gain(model, name, t, found, displacement, velocity, None)

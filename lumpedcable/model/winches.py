@@ -35,6 +35,26 @@ class Sheave(eqx.Module):
     fade: Float[Array, ""]
 
 
+class Schedule(eqx.Module):
+    """What a winch keeps over time: knots (s), and `Winch`'s pull, tension (N) and stretch (-) there.
+
+    All three are linear between them, which the tension is; the others are to the order of the strain.
+    """
+
+    time: Float[Array, " K"]
+    pull: Float[Array, " K"]
+    tension: Float[Array, " K"]
+    stretch: Float[Array, " K"]
+
+    def at(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
+        """Pull, tension (N) and stretch (-) at t (s)."""
+        pull, tension, stretch = (
+            jnp.interp(t, self.time, values).astype(values.dtype)
+            for values in (self.pull, self.tension, self.stretch)
+        )
+        return pull, tension, stretch
+
+
 class Winch(AbstractBody):
     """The winch at an end of a line: q = (L), the length (m) that is paid out.
 
@@ -44,6 +64,9 @@ class Winch(AbstractBody):
     without one. `pull` (N) is what L costs per metre: (1 + e) T - U(e) at the strain e of the tension
     T that the winch keeps, U the strain energy per metre, since what is hauled in is stretched;
     `stretch` is 1 + e. |dL/dt| stays below `speed` (m/s), None where it has no bound.
+
+    Where the tension that it keeps changes, as its `schedule` says, `pull`, `tension` and `stretch` are
+    those at t = 0, and its drive does the difference.
 
     With a `control` that integrates there is a second coordinate, whose rate is the integral I (N s):
     it has the mass 1 and no energy.
@@ -59,6 +82,7 @@ class Winch(AbstractBody):
     speed: Float[Array, ""] | None = None
     control: Control | None = None
     sheave: Sheave | None = None
+    schedule: Schedule | None = None
     line: str = eqx.field(static=True, default="")
     node: int = eqx.field(static=True, default=-1)
     start_velocity: Float[Array, " m"] | None = None
@@ -74,7 +98,13 @@ class Winch(AbstractBody):
     @property
     def driven(self) -> bool:
         """Whether its drive does more than keep one force."""
-        return self.control is not None or self.speed is not None
+        return not (self.control is None and self.speed is None and self.schedule is None)
+
+    def kept(self, t: Float[Array, ""] | None) -> tuple[Array, Array, Array]:
+        """Pull, tension (N) and stretch (-) that it keeps at t (s), None at rest."""
+        if self.schedule is None or t is None:
+            return self.pull, self.tension, self.stretch
+        return self.schedule.at(t)
 
     def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
         """m L0 / 3 + J / r^2 (kg), and 1 of the integral."""
@@ -99,18 +129,24 @@ class Winch(AbstractBody):
     def resisting(
         self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
     ) -> dict[str, Float[Array, " m"]]:
-        """-c dL/dt, the friction of the sheave, and the integral's part of the drive (N)."""
+        """-c dL/dt, the friction of the sheave, and the drive's part of integral and schedule (N)."""
         found, none = {}, jnp.zeros_like(q)
+        pull, tension, stretch = self.kept(t)
         if self.damping is not None:
             found["winch"] = none.at[0].set(-self.damping * v[0])
         if self.sheave is not None:
             grip = self.sheave.grip * jnp.tanh(v[0] / self.sheave.fade)
-            drum = self.stretch * self.tension
+            drum = stretch * tension
             if self.damping is not None:
                 drum = jnp.maximum(drum + self.damping * v[0], 0.0)  # a line cannot be pushed
             found["friction"] = none.at[0].set(-drum * jnp.expm1(grip))
+        driven = none
         if self.control is not None and self.control.rate is not None:
-            found["control"] = none.at[0].set(self.control.rate * v[1])
+            driven = driven.at[0].add(self.control.rate * v[1])
+        if self.schedule is not None:
+            driven = driven.at[0].add(self.pull - pull)
+        if driven is not none:
+            found["control"] = driven
         return found
 
     def works(self) -> tuple[str, ...]:
@@ -123,16 +159,20 @@ class Winch(AbstractBody):
         return tuple(kind for kind in present if present[kind])
 
     def answer(
-        self, drawn: Float[Array, ""], velocity: Float[Array, " m"] | None
+        self,
+        drawn: Float[Array, ""],
+        velocity: Float[Array, " m"] | None,
+        t: Float[Array, ""] | None = None,
     ) -> Float[Array, " m"]:
-        """Generalised force (N, and N of the integral) where the line pulls with `drawn` (N).
+        """Generalised force (N, and N of the integral) where the line pulls with `drawn` (N) at t (s).
 
-        `velocity` are the rates of q, None at rest.
+        `velocity` are the rates of q; both None at rest.
         """
         force = jnp.zeros_like(self.reference).at[0].set(drawn)
         if self.control is None:
             return force
-        error = (drawn - self.pull) / self.stretch
+        pull, _, stretch = self.kept(t)
+        error = (drawn - pull) / stretch
         force = force.at[0].add(self.control.gain * error)
         if self.control.rate is None:
             return force
@@ -155,9 +195,9 @@ class Winch(AbstractBody):
         return gain.at[0].set((after - v[0]) / dt)
 
     def taken(
-        self, q: Float[Array, " m"], v: Float[Array, " m"], gain: Float[Array, " m"], drawn
+        self, q: Float[Array, " m"], v: Float[Array, " m"], gain: Float[Array, " m"], drawn, t
     ) -> Float[Array, ""]:
-        """Power (W) that the drive takes beyond its set tension: what the other forces leave over."""
-        own = self.resisting(q, v)
+        """Power (W) that the drive takes beyond its first tension: what the other forces leave over."""
+        own = self.resisting(q, v, t)
         others = sum((own[kind][0] for kind in own if kind != "control"), drawn - self.pull)
         return -(self.kilograms * gain[0] - others) * v[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Tag
@@ -147,6 +148,32 @@ class Sheave(Part):
             yield Problem(("wrap",), f"expected an angle of 0 or more, found {self.wrap:g} rad")
 
 
+class Schedule(Part):
+    """Tensions over time: linear from the winch's own at t = 0 through these, then the last of them."""
+
+    time: tuple[PositiveTime, ...]
+    """Times in s, increasing."""
+    tension: tuple[PositiveForce, ...]
+    """Tensions in N at those times."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield lists of unequal length and times that do not increase."""
+        if not self.time:
+            yield Problem(("time",), "expected at least one time, found none")
+        elif len(self.time) != len(self.tension):
+            yield Problem(
+                ("tension",),
+                f"expected {len(self.time)} tensions, one per time, found {len(self.tension)}",
+            )
+        for i, (before, after) in enumerate(pairwise(self.time)):
+            if after <= before:
+                yield Problem(
+                    ("time", i + 1),
+                    f"expected more than {before:g} s, the time before, found {after:g} s",
+                )
+                return
+
+
 class Winch(Part):
     """A drum that pays a line out and hauls it in to keep its tension."""
 
@@ -154,6 +181,8 @@ class Winch(Part):
     """Where, in m, or a point of a body, "ship.post"."""
     tension: PositiveForce
     """Tension in N that it keeps."""
+    schedule: Schedule | None = None
+    """Other tensions that it keeps later. Absent: none."""
     inertia: PositiveMass | None = None
     """Moment of inertia of drum and drive over the drum's radius squared, in kg. Absent: none."""
     damping: Damper | None = None

@@ -30,7 +30,7 @@ from lumpedcable.scene.units import format_quantity
 __all__ = ["anchor", "carried_problems"]
 
 # what an ideal cable has no winch, no trolley and no line for
-REAL = ("speed", "control", "sheave", "inertia", "damping")
+REAL = ("schedule", "speed", "control", "sheave", "inertia", "damping")
 TOUCHING = ("friction", "contact")
 WIRE = ("bending", "drag", "added_mass")
 Lines = Mapping[str, Line | None]
@@ -260,6 +260,14 @@ def _carried(
             (*path, "on", "line"),
             f'expected a winch at an end of a line that carries a body, found none on "{name}"',
         )
+    for side in SIDES:
+        end = getattr(line, side)
+        if isinstance(end, WinchEnd) and end.winch.schedule is not None:
+            yield Problem(
+                ("lines", name, side, "winch", "schedule"),
+                f'expected no schedule where "{path[1]}" runs on the line: how it lies there goes by '
+                "the one tension of the winch",
+            )
     if winches and gravity is not None:
         tension, weight = winches[0].winch.tension, body.mass * gravity
         if 2.0 * tension <= weight:

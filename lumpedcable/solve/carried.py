@@ -80,7 +80,7 @@ class _Unknowns(NamedTuple):
             forces = line.forces(moved[name], None)
             found[name] = Evaluation(forces, node_frame(model, line, forces.shape), (), ())
         found.add_couplings(model, t, moved, None)
-        found.add_passing(model, None, None)
+        found.add_passing(model, t, None, None)
         if self.net is not None:
             own = eqx.tree_at(lambda m: m.lines, model, live)
             places = x[: self.net.size * self.d].reshape(-1, self.d)
