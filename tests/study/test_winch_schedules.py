@@ -1,10 +1,13 @@
 """Winches whose tension changes: beside a drum on a spring, and what their drives do."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from engine_runs import run_text
 from scipy.integrate import solve_ivp
 
+from lumpedcable import response
 from lumpedcable.scene import SceneError, load_study
 
 EA, SPAN, FIRST, DRUM, DAMPING = 1e5, 50.0, 1e3, 500.0, 300.0
@@ -86,6 +89,18 @@ def test_a_drive_that_watches_the_tension_follows_what_it_is_to_be(tmp_path):
     np.testing.assert_allclose(ran["payout"][0], length, atol=2e-3)
     np.testing.assert_allclose(ran["payout_speed"][0], speed, atol=5e-3)
     assert ran.outcomes[0].energy_closure < 1e-3
+
+
+def test_derivatives_know_of_kinks_that_steps_end_on(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(hauled(), encoding="utf-8")
+    times = [f"lines.rope.end.winch.schedule.time.{k}" for k in range(2)]
+    answer = response(path, times, "max tension at rope.start")
+    slopes = np.asarray(jax.grad(answer)(jnp.array(TIMES[:2])))
+    for k, slope in enumerate(slopes):
+        away = 1e-3 * np.eye(2)[k]
+        up, down = (float(answer(jnp.array(TIMES[:2]) + s * away)) for s in (1.0, -1.0))
+        assert slope == pytest.approx((up - down) / 2e-3, rel=5e-3)
 
 
 @pytest.mark.parametrize("method", ["rk4", "tsit5"])
