@@ -52,7 +52,7 @@ class Schedule(eqx.Module):
     def at(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
         """Pull, tension (N) and stretch (-) at t (s); after the last knot those there."""
         # a sum of kinks |t - t_k| that are rounded so little that only their slope tells: solvers often
-        # step on one, and the slope of either side would make derivatives count a whole step as that side
+        # step on one, and by the slope of one side derivatives would count a whole step as that side
         after = t - self.time[1:]
         bent = 0.5 * (jnp.sqrt(after**2 + (ROUND * self.time[-1]) ** 2) + after)
 
