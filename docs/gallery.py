@@ -33,6 +33,7 @@ PICKED = {
     "hard/snap": "end_tension",
     "hard/stiff-bending": "velocity",
     "highline/span5": "shape",
+    "peers/chain-in-waves": "end_tension",
     "peers/chain-mooring": "tension_range",
     "peers/pendulum": "velocity",
     "studies/restraint-envelope": "map_stop_distance",

@@ -30,7 +30,9 @@ from lumpedcable.scene import HarmonicMotion, LinearMaterial, Scene, load_study
 from lumpedcable.scene.lines import FixedEnd, Line, MovingEnd
 from lumpedcable.study.run import run_study
 
-SCENE = Path(__file__).parents[2] / "configs" / "peers" / "chain-mooring.toml"
+PEERS = Path(__file__).parents[2] / "configs" / "peers"
+SCENE = PEERS / "chain-mooring.toml"
+WAVY = PEERS / "chain-in-waves.toml"
 MESHES = (41, 82, 164)
 WAVES = 5  # steps of MoorDyn in which the water keeps its velocity
 LAST = 20.0  # s from here on: the motion has been steady for a period
@@ -86,14 +88,14 @@ class Histories(NamedTuple):
         return self.fairlead[self.time >= LAST]
 
 
-def scene_of(*overrides: str) -> Scene:
+def scene_of(*overrides: str, file: Path = SCENE) -> Scene:
     """The chain with some numbers changed ("KEY=VALUE")."""
-    return load_study(SCENE, list(overrides)).runs[0]
+    return load_study(file, list(overrides)).runs[0]
 
 
-def by_engine(*overrides: str) -> Histories:
+def by_engine(*overrides: str, file: Path = SCENE) -> Histories:
     """The chain by lumpedcable; the seconds are those of a second run, statics included."""
-    study = load_study(SCENE, list(overrides))
+    study = load_study(file, list(overrides))
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "chain.h5"
         run_study(study, target)

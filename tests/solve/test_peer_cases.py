@@ -183,17 +183,13 @@ def test_simply_supported():
 @pytest.mark.slow
 def test_chain_mooring_in_waves_beside_moordyn():
     pytest.importorskip("moordyn")
-    waves = (
-        "segments=82",
-        "lines.chain.end.motion.amplitude=[0,0,0]",
-        "sea={height=8, period=9, components=1, depth=50, flow={ramp=10}}",
-    )
-    mine = moordyn_chain.by_engine(*waves)
-    other = moordyn_chain.by_moordyn(moordyn_chain.scene_of(*waves), 5e-4)
+    waves = moordyn_chain.WAVY
+    mine = moordyn_chain.by_engine(file=waves)
+    other = moordyn_chain.by_moordyn(moordyn_chain.scene_of(file=waves), 5e-4)
     # the last 1.5 m of the chain bear some hundreds of N: the force on the ship, not a segment's tension
     late = mine.time >= moordyn_chain.LAST
     here, there = (x[late] - x[late].mean() for x in (mine.fairlead, other.force))
     swing = np.sqrt(np.mean(there**2))
-    assert swing > 7e3  # N
+    assert swing > 6e4  # N
     # MoorDyn leaves out the pressure along the line
-    assert np.sqrt(np.mean((here - there) ** 2)) < 0.02 * swing
+    assert np.sqrt(np.mean((here - there) ** 2)) < 0.005 * swing
