@@ -211,23 +211,11 @@ def _leaves_along(scene: Scene, name: str, chord: np.ndarray | None) -> bool:
     return True
 
 
-def _turned(body: Body) -> np.ndarray:
-    """The rotation (3, 3) of a rigid body at the start: roll, then pitch, then yaw."""
-    turn = np.eye(3)
-    for axis, angle in enumerate(body.attitude or ()):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        step = np.eye(3)
-        step[[i, j], [i, j]] = np.cos(angle)
-        step[i, j], step[j, i] = -np.sin(angle), np.sin(angle)
-        turn = step @ turn
-    return turn
-
-
 def _places_of_body(body: Body) -> list[np.ndarray]:
     """Its position and its points as it is turned at the start (m)."""
     if body.position is None:
         return []
-    turn, place = _turned(body), np.asarray(body.position)
+    turn, place = body.turned, np.asarray(body.position)
     return [place, *(place + turn @ np.asarray(point) for point in body.points.values())]
 
 
@@ -242,7 +230,7 @@ def _steered(body: Body) -> list[np.ndarray]:
     """Directions of a ship's thrust, and across those about which its moments turn it."""
     if body.control is None:
         return []
-    turn, found = _turned(body), []
+    turn, found = body.turned, []
     if body.control.force is not None:
         free = [body.free is None or way in body.free for way in "xyz"]
         found.append(np.where(free, turn @ np.asarray(body.control.force), 0.0))

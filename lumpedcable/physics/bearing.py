@@ -46,9 +46,12 @@ class BedBearing(AbstractBodyLoad):
         return self.bed.energy(self.corners(q))
 
     def stiffest(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
-        """k along every way that a place can change and k r^2 about every angle, of all corners."""
-        d = self.points.shape[0]
-        stiffness = self.bed.stiffness * self.length
+        """k along every way that a place can change and k r^2 about every angle, of all corners.
+
+        On a slope d' a bed with the stiffness k upwards has k (1 + d'^2) along its normal.
+        """
+        d, one = self.points.shape[0], jnp.ones_like(self.length)
+        stiffness = self.bed.rate_squared(jnp.ones(()), one) * self.length
         places = jnp.full((d,), jnp.sum(stiffness))
         turns = jnp.full((q.shape[0] - d,), jnp.sum(stiffness * jnp.sum(self.points**2, axis=0)))
         return jnp.diag(jnp.concatenate([places, turns]))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
 from pydantic import Field
 
 from lumpedcable.scene.motions import HarmonicWaves, Waves
@@ -30,6 +32,9 @@ from lumpedcable.scene.quantities import (
     Volume,
 )
 from lumpedcable.scene.units import format_quantity
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 Freedom = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 SHIFTS: tuple[Freedom, ...] = ("x", "y", "z")
@@ -154,12 +159,24 @@ class Body(Part):
         return abs(math.cos(self.attitude[1])) < STEEP
 
     @property
-    def half_height(self) -> float:
-        """How high the middle of its size is over the lowest corner at the start (m)."""
+    def turned(self) -> NDArray[np.float64]:
+        """The rotation (3, 3) of a rigid body at the start: roll, then pitch, then yaw."""
+        turn = np.eye(3)
+        for axis, angle in enumerate(self.attitude or ()):
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            step = np.eye(3)
+            step[[i, j], [i, j]] = np.cos(angle)
+            step[i, j], step[j, i] = -np.sin(angle), np.sin(angle)
+            turn = step @ turn
+        return turn
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """The corners of its size, about its position, where they are at the start in m, (8, 3)."""
         assert self.size is not None
-        roll, pitch, _ = self.attitude or (0.0, 0.0, 0.0)
-        up = (math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll))
-        return 0.5 * sum(abs(u) * side for u, side in zip(up, self.size, strict=True))
+        assert self.position is not None
+        own = 0.5 * np.array(list(itertools.product(*((-side, side) for side in self.size))))
+        return np.asarray(self.position) + own @ self.turned.T
 
     def draught(self, density: float) -> float:
         """Return the draught T = m / (rho l b) (m) of a box that floats; numbers may be traced."""

@@ -47,7 +47,7 @@ class HeightMeasure(Part):
     UNIT: ClassVar[str] = "m"
     LEAST: ClassVar[bool] = True
     height: Text
-    """Name of the body: its trolley, where it has one."""
+    """Name of a body on a line, whose trolley it is of."""
     over: Text | None = None
     """Name of the moved body that carries the deck. Absent: over z = level."""
     level: Length = 0.0
@@ -85,7 +85,7 @@ class SpeedMeasure(Part):
     UNIT: ClassVar[str] = "m/s"
     LEAST: ClassVar[bool] = False
     climb: Text
-    """Name of the body: its trolley, where it has one."""
+    """Name of a body on a line, whose trolley it is of."""
     near: Text | None = None
     """A point of a body, "ship.post": counts only near it. Absent: always."""
     within: PositiveLength | None = None

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from math import dist, hypot
 from typing import Any
 
+import numpy as np
+
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.environment import Seabed
@@ -85,15 +87,17 @@ def bearing_problems(
             continue
         if body.size is None or body.position is None or body.settle:
             continue
-        bed, half = seabed.height_at(body.position[0]), body.half_height
+        corners = body.corners
+        beds = [seabed.height_at(float(x)) for x in corners[:, 0]]
+        deepest = int(np.argmax(np.asarray(beds) - corners[:, 2]))
+        bed, found = beds[deepest], float(corners[deepest, 2])
         sinks = SINKS * body.mass * (gravity or 0.0) / body.bearing
-        lowest = body.position[2] - half
-        if lowest < bed - sinks - SAME * hypot(*body.position):
+        if found < bed - sinks - SAME * hypot(*body.position):
             yield Problem(
                 ("bodies", name, "position", 2),
-                f"expected its lowest corner on the bed, at {format_quantity(bed, 'm')}, or above it, "
-                f"found that at {format_quantity(lowest, 'm')}; change position to "
-                f"{format_quantity(bed + half, 'm')} or seabed.height",
+                f"expected its deepest corner on the bed, at {format_quantity(bed, 'm')}, or above it, "
+                f"found that at {format_quantity(found, 'm')}; change position to "
+                f"{format_quantity(body.position[2] + bed - found, 'm')} or seabed.height",
             )
 
 

@@ -5,12 +5,17 @@ functions of their coordinates q. Implicit steps in a pseudo-time, (K + mu k I) 
 the implicit function theorem, end as Newton's method, as those of the lines do (`solve.statics`).
 Forces are measured by the largest of the scene, S, moves by the longest line, L, turns by 1 rad and
 moments by S times the arm of the farthest point; k is then S / L.
+
+A box stands on its edge in balance, and a pendulum on its head. So mu is never below what makes every
+step one downhill, and a state of rest from which a way leads down is left for that way: see `Lie`.
 """
+
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.attached import attached_ends
 from lumpedcable.model.bodies import RigidBody
@@ -18,6 +23,8 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import make_net
+from lumpedcable.physics.bearing import BedBearing
+from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.start import Places, start_of
@@ -34,7 +41,41 @@ __all__ = ["settled"]
 ITERATIONS = 200
 FARTHEST = 0.05  # of the longest line that a body is moved in a step, and rad that it is turned
 SMALLEST = 1e-14  # relative move that is rounding
+AWAY = 0.02  # rad, or share of the longest line, by which a state that tips over is left
+LEAVINGS = 20  # times that one is left: forces without an energy may only look as if they had none
+FLAT = 1e-9  # of the stiffest way: mu is not below it
+NEUTRAL = 10.0  # times that: what has no more stiffness has none
 LOOSER = 10.0  # times the tolerance of a node's force, for the sum of many
+
+
+class Lie(NamedTuple):
+    """How a state lies: whether a way leads down from it, along `ways`, and the least mu that it wants.
+
+    In the measures above K is W^(1/2) M W^(-1/2) with W the energies that a way in each of them takes
+    for one force; M is symmetric where forces have an energy, and its least eigenvalue, below 0, tells.
+    `neutral` is a stiffness along the ways that have none, as of a box that may turn on the bed: added
+    to K it holds them, since what nothing holds stays where it is.
+    """
+
+    tips: Bool[Array, ""]
+    ways: Float[Array, " q"]
+    mu: Float[Array, ""]
+    neutral: Float[Array, "q q"]
+
+    @classmethod
+    def of(cls, slope: Float[Array, "q q"], weight: Float[Array, " q"]) -> "Lie":
+        """That of a state with the slope -K of its forces."""
+        root = jnp.sqrt(weight)
+        stiffness = -slope * root[:, None] / root
+        stiffness = jnp.where(jnp.all(jnp.isfinite(slope)), stiffness, jnp.eye(root.size))
+        values, vectors = jnp.linalg.eigh(0.5 * (stiffness + stiffness.T))
+        flat = FLAT * jnp.max(jnp.abs(values))
+        ways = vectors[:, 0] / root
+        ways = ways * jnp.where(jnp.sum(ways) < 0.0, -1.0, 1.0) / jnp.max(jnp.abs(ways))
+        loose = jnp.where(jnp.abs(values) <= NEUTRAL * flat, jnp.max(jnp.abs(values)), 0.0)
+        neutral = (vectors * loose) @ vectors.T * root / root[:, None]
+        least = jnp.maximum(flat, flat - 1.5 * values[0])
+        return cls(values[0] < -NEUTRAL * flat, ways, least, neutral)
 
 
 def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
@@ -50,12 +91,13 @@ def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     free = jnp.concatenate([_free(first.model, name) for name in names])
     reach = jnp.concatenate([_reach(first.model, name, length) for name in names])
     most = jnp.concatenate([_most(first.model, name, scale) for name in names])
+    weight = jax.lax.stop_gradient(most * reach / (scale * length))
 
     def places(x: Float[Array, " q"]) -> Places:
         found, at = {}, 0
-        for name, size in sizes.items():
-            found[name] = x[at : at + size] * reach[at : at + size]
-            at += size
+        for name, count in sizes.items():
+            found[name] = x[at : at + count] * reach[at : at + count]
+            at += count
         return found
 
     def at(mine: Scene, x: Float[Array, " q"], nodes: Vectors):
@@ -77,33 +119,43 @@ def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     goal = LOOSER * (still.statics.tolerance + rounding_force(first.model) / scale)
 
     def unfinished(carry):
-        _, _, _, miss, _, moved, count = carry
-        return (jnp.max(jnp.abs(miss)) > goal) & (moved > SMALLEST) & (count < ITERATIONS)
+        _, _, _, miss, lie, _, moved, count, left = carry
+        rests = jnp.max(jnp.abs(miss)) <= goal
+        goes = jnp.where(rests, lie.tips & (left < LEAVINGS), moved > SMALLEST)
+        return goes & (count < ITERATIONS)
 
     def step(carry):
-        x, nodes, slope, miss, mu, _, count = carry
-        change = jnp.linalg.solve(mu * jnp.eye(x.size) - slope, miss)
-        change = jnp.where(jnp.isfinite(change), change, 0.0) * free
+        x, nodes, slope, miss, lie, mu, _, count, left = carry
+        leaves = jnp.max(jnp.abs(miss)) <= goal
+        change = jnp.linalg.solve(jnp.maximum(mu, lie.mu) * jnp.eye(x.size) - slope, miss)
+        change = jnp.where(jnp.isfinite(change), change, 0.0)
+        change = jnp.where(leaves, AWAY * lie.ways, change) * free
         share = jnp.minimum(1.0, FARTHEST / jnp.maximum(jnp.max(jnp.abs(change)), 1e-300))
         new_slope, new_miss, new_nodes, good = sloped(x + share * change, nodes)
         usable = good & jnp.all(jnp.isfinite(new_slope)) & jnp.all(jnp.isfinite(new_miss))
         ratio = jnp.linalg.norm(new_miss) / jnp.maximum(jnp.linalg.norm(miss), 1e-300)
         ratio = jnp.where(jnp.all(jnp.isfinite(miss)), ratio, 1.0)
+        # away from where it tips over forces grow on the way down
+        ratio = jnp.where(lie.tips, jnp.minimum(ratio, 1.0), ratio)
         mu = eased(mu, jnp.where(usable, ratio, 10.0), share)
         known = usable & jnp.all(jnp.isfinite(miss))
         moved = jnp.where(known, jnp.max(jnp.abs(share * change)), 1.0)
-        after = x + share * change, new_nodes, new_slope, new_miss
+        after = x + share * change, new_nodes, new_slope, new_miss, Lie.of(new_slope, weight)
         kept = jax.tree.map(
-            lambda new, old: jnp.where(usable, new, old), after, (x, nodes, slope, miss)
+            lambda new, old: jnp.where(usable, new, old), after, (x, nodes, slope, miss, lie)
         )
-        return *kept, mu, moved, count + 1
+        return *kept, mu, moved, count + 1, left + leaves
 
     start = jnp.concatenate([first.model.bodies[name].reference for name in names]) / reach
     # what is not known moves nothing: the first step looks at the start itself
     slope, miss, one = -jnp.eye(start.size), jnp.full(start.shape, jnp.inf), jnp.ones(())
-    carry = (start, nodes_of(first.model), slope, miss, one, one, jnp.zeros((), int))
+    none = jnp.zeros((), int)
+    carry = (
+        start, nodes_of(first.model), slope, miss, Lie.of(slope, weight), one, one, none, none,
+    )  # fmt: skip
     found = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
-    x, nodes, slope, *_ = found
+    x, nodes, slope, _, lie, *_ = found
+    slope = slope - lie.neutral
     miss, rest = finished(lambda x: at(scene, x, nodes), x, slope, jnp.ones_like(x))
     left = jnp.max(jnp.abs(miss))
     return rest._replace(
@@ -135,8 +187,11 @@ def _free(model: Model, name: str) -> Float[Array, " m"]:
 
 
 def _arm(model: Model, name: str) -> Float[Array, ""]:
-    """Distance (m) of a body's farthest point that a line ends at."""
+    """Distance (m) of a body's farthest point that a line ends at or a bed bears."""
     points = [jnp.linalg.norm(end.point) for _, _, end in attached_ends(model, name)]
+    for load in _body(model, name).loads:
+        if isinstance(load, BedBearing):
+            points.append(jnp.max(size(load.points)))
     return jnp.maximum(jnp.max(jnp.stack([jnp.zeros(()), *points])), 1e-3)
 
 

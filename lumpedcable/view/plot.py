@@ -12,7 +12,7 @@ from lumpedcable.results.errors import ResultError
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
-from lumpedcable.view.bodies import body_figure
+from lumpedcable.view.bodies import body_figure, has_payout, payout_figure
 from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, has_end_tension, shape_figure
 from lumpedcable.view.groups import Group, alone, file_tag, groups
@@ -43,12 +43,12 @@ def plot_result(
 
     Where a line parts: tension and velocity along it, speed and way of the broken end, and the x-t
     diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Of lines that
-    do not part the range of the tension along them, of lines that bend their bending moments. Energies
-    always. Of a scene at rest: the shape of each cable with its numbers, and moments. Figures whose
-    fields the file does not hold are left out. A run that went wrong is drawn until then. Where several
-    numbers are swept there is one set of figures for each value of the last, and its name ends in that
-    value: tension_break_time_5ms.png. Where two or more of them take three values or more, or of enough
-    draws: maps of the numbers of the runs over every pair.
+    do not part the range of the tension along them, of lines that bend their bending moments, of those
+    on winches what is paid out. Energies always. Of a scene at rest: the shape of each cable with its
+    numbers, and moments. Figures whose fields the file does not hold are left out. A run that went wrong
+    is drawn until then. Where several numbers are swept there is one set of figures for each value of
+    the last, and its name ends in that value: tension_break_time_5ms.png. Where two or more of them take
+    three values or more, or of enough draws: maps of the numbers of the runs over every pair.
 
     Args:
         path: the results file, or the folder of a study.
@@ -155,6 +155,8 @@ def _figures(result: SoundFile, group: Group) -> Iterator[tuple[str, Draw]]:
         yield "tension_range", partial(range_figure, result, whole, group)
     if not ends and any(line.has("position") for line in lines):
         yield "shape", partial(shape_figure, result, group)
+    for name in (name for name in result.lines if has_payout(result.line(name))):
+        yield f"payout_{file_tag(name)}", partial(payout_figure, result, name, group)
     for name in result.bodies:
         yield f"body_{file_tag(name)}", partial(body_figure, result, name, group)
     for name in result.measures():

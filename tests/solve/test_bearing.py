@@ -174,7 +174,7 @@ def test_one_that_sinks_through_a_bed_that_does_not_bear_it_is_told(tmp_path):
             "bearing: expected [seabed]",
         ),
         ("position = ", "free = ['x']\nposition = ", "expected a body that can rise"),
-        ("0, 0, 0]", "0, 0, -2.7]", "position.2: expected its lowest corner on the bed, at -3 m"),
+        ("0, 0, 0]", "0, 0, -2.7]", "position.2: expected its deepest corner on the bed, at -3 m"),
         ("bearing = 500000.0", "friction = 0.3", "expected a body with bearing, or one on the bed"),
     ],
 )
@@ -185,3 +185,34 @@ def test_what_cannot_be_is_told(tmp_path, old, new, words):
     said = say(tmp_path, "check", "scene.toml")
     assert said.code == 2
     assert words in said.err
+
+
+SLOPE = "profile = { x = [-50, 50], depth = [-15, 15] }"  # 0.3, down to larger x
+
+
+def test_a_box_that_lies_flush_on_a_slope_is_as_good_as_one_on_a_flat_bed(tmp_path):
+    height, angle = BED + 0.5 * SIZE[2] / np.cos(np.arctan(0.3)), np.arctan(0.3)
+    lying = f"position = [0, 0, {height - 1e-3}]\nattitude = [0, {angle}, 0]"
+    (tmp_path / "scene.toml").write_text(box(lying, more=SLOPE))
+    assert say(tmp_path, "check", "scene.toml").code == 0
+    # level, its uphill edge is 0.3 m deep
+    level = f"position = [0, 0, {BED + 0.5 * SIZE[2]}]"
+    (tmp_path / "scene.toml").write_text(box(level, more=SLOPE))
+    said = say(tmp_path, "check", "scene.toml")
+    assert said.code == 2
+    deep = 0.3 * 0.5 * SIZE[0]
+    assert f"change position to {BED + 0.5 * SIZE[2] + deep:g} m" in " ".join(said.err.split())
+
+
+def test_the_step_is_short_enough_for_a_steep_bed(tmp_path):
+    # let fall by 0.1 m on 45 degrees it comes back to where it was, along the slope's mirror
+    steep = "profile = { x = [-500, 500], depth = [-500, 500] }"
+    text = box(f'position = [0, 0, {BED + 0.1}]\nfree = ["x", "z"]', "2 s", more=steep)
+    text = text.replace(f"size = {list(SIZE)}\n", "")
+    text = text.replace(AWAY, line_text("rope", "wire", 1, 1, 1000, fixed(9, 0, 1019), '"free"'))
+    ran = run_text(tmp_path, text, 'output.every="0.1 s"')
+    assert ran.statuses == ["OK"]
+    assert ran.outcomes[0].energy_closure < 0.02
+    # over the bed, where it is: hardly higher than it fell from, as far as so coarse a step may have it
+    place = ran.bodies["box"]["position"][0]
+    assert np.max(place[:, 2] + place[:, 0] - BED) < 0.15

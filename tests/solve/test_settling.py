@@ -229,3 +229,85 @@ class TestRefused:
         )
         with pytest.raises(SceneError, match='found the inextensible "left", where a body settles'):
             scene_of(tmp_path, text + output())
+
+
+HUNG = """
+gravity = 9.81
+[materials.wire]
+law = "linear"
+EA = "100 kN"
+[bodies.box]
+mass = 500
+size = [2.0, 1.0, 0.5]
+points = { eye = [0, 0, 0.25] }
+position = [0, 0, 0.6]
+attitude = [0, ANGLE, 0]
+settle = true
+""" + line_text("rope", "wire", 3, 4, 0.01, fixed(0, 0, 4), '"box.eye"')  # fmt: skip
+
+
+@pytest.mark.parametrize("angle", [2.0, np.pi])
+def test_a_body_that_hangs_does_not_stand_on_its_head(tmp_path, angle):
+    ran = run_text(tmp_path, HUNG.replace("ANGLE", str(angle)) + "[output]")
+    assert ran.statuses == ["OK"]
+    place, turn = start_of_body(ran)
+    np.testing.assert_allclose(np.cos(turn), 1.0, atol=1e-12)
+    weight = (500 + 0.01 * 3.0) * 9.81
+    low = 4.0 - 3.0 * (1.0 + weight / 1e5) - 0.25
+    assert place[2] == pytest.approx(low, abs=1e-5)
+
+
+LAID = """
+gravity = 9.81
+[seabed]
+height = 0
+stiffness = "100 kPa"
+damping = "5 kPa s"
+[materials.wire]
+law = "linear"
+EA = "100 kN"
+[bodies.box]
+mass = 500
+size = [2.0, 1.0, 0.5]
+bearing = 500e3
+position = [0, 0, HEIGHT]
+attitude = ATTITUDE
+settle = true
+"""
+SLACK = line_text("rope", "wire", 8, 16, 5, fixed(6, 0, 3), '"box"')
+LOOSE = line_text("rope", "wire", 8, 16, 5, fixed(6, 0, 3), '"free"')
+
+
+def laid(height, attitude, line, out="[output]"):
+    return LAID.replace("HEIGHT", str(height)).replace("ATTITUDE", str(attitude)) + line + out
+
+
+@pytest.mark.parametrize(
+    ("height", "attitude", "line"),
+    [
+        (0.6, [0, 0.1, 0], SLACK),  # by a step that is downhill no more, onto its edge: 1.326 rad
+        pytest.param(0.6, [0, -0.3, 0], SLACK, marks=pytest.mark.slow),
+        (0.4, [0.1, 0.05, 0], LOOSE),  # nothing holds its yaw, nor where it is
+        pytest.param(0.26, [0.01, 0.005, 0], LOOSE, marks=pytest.mark.slow),
+    ],
+)
+def test_a_box_on_a_bed_lies_flat(tmp_path, height, attitude, line):
+    ran = run_text(tmp_path, laid(height, attitude, line, output("0.5 s")))
+    assert ran.statuses == ["OK"]
+    place, turn = start_of_body(ran)
+    np.testing.assert_allclose(turn[:2], 0.0, atol=1e-6)
+    assert stays(ran, rtol=1e-7)
+    if line == LOOSE:  # k (p - b / 2) = m g, b the depth over which contact takes hold
+        depth = 500 * 9.81 / 500e3 + 0.1 * 500 * 9.80665 / 500e3
+        assert place[2] == pytest.approx(0.25 - depth, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_what_nothing_holds_has_derivatives_where_it_lies(tmp_path):
+    path = tmp_path / "scene.toml"
+    # the chain at its centre holds no yaw
+    where = '[measures.height]\nposition = "rope.end"\ncomponent = "z"\n'
+    path.write_text(laid(0.3, [0.01, 0.02, 0], SLACK + where), encoding="utf-8")
+    sunk = response(path, ["bodies.box.mass"], "max height")
+    slope = float(jax.jacfwd(sunk)(np.array([500.0]))[0])
+    assert slope == pytest.approx(-(9.81 + 0.1 * 9.80665) / 500e3, rel=1e-4)

@@ -65,3 +65,28 @@ def test_rounding_of_what_stays_is_not_drawn_large(tmp_path):
     # what is seen at all keeps its own scale
     low, high = style.limits(np.array([1e3, 1e3 + 0.01]))
     assert high - low == pytest.approx(0.0108)
+
+
+def test_a_winch_is_drawn_by_what_it_pays_out(tmp_path):
+    length, speed = 50.0 - 0.5 * TIMES**2, -TIMES
+    variables = [
+        Variable(f"lines/rope/{name}", ("run", "time"), "f8", unit)
+        for name, unit in (("payout", "m"), ("payout_speed", "m/s"))
+    ]
+    with ResultWriter(
+        tmp_path / "r.h5", dims={"run": 1, "time": 5, "lines/rope/node": 2}, variables=variables,
+        coordinates={"time": Coordinate(TIMES, "s")}, attributes={},
+    ) as writer:  # fmt: skip
+        writer.write("lines/rope/payout", length[None])
+        writer.write("lines/rope/payout_speed", speed[None])
+        path = writer.finish()
+    figures = figures_of(path)
+    assert list(figures) == ["payout_rope"]
+    out, fast = figures["payout_rope"].axes
+    assert out.lines[0].get_ydata() == pytest.approx(length)
+    assert fast.lines[0].get_ydata() == pytest.approx(speed)
+    assert out.get_ylabel() == "unstretched length paid out (m)"
+    assert (
+        out.get_ylim()[0] > 40.0
+    )  # a length of which little is paid out is drawn without its zero
+    assert fast.get_ylim()[0] < 0.0 <= fast.get_ylim()[1]
