@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.body import AbstractBedFriction, AbstractBodyLoad, AbstractBodyResistance
+from lumpedcable.physics.hull import SeaPush
 from lumpedcable.physics.rigid import place_of, rigid_mass, rotation
 from lumpedcable.physics.wave_force import WaveForce
 
@@ -124,7 +125,7 @@ class RigidBody(AbstractBody):
     friction: AbstractBedFriction | None = None
     loads: tuple[AbstractBodyLoad, ...] = ()
     resistances: tuple[AbstractBodyResistance, ...] = ()
-    waves: WaveForce | None = None
+    waves: WaveForce | SeaPush | None = None
 
     def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
         """M(q) (kg, kg m, kg m2)."""
@@ -167,7 +168,7 @@ class RigidBody(AbstractBody):
         """The forces (N, N m) of the resistances and of waves."""
         total: dict[str, Float[Array, " m"]] = {}
         for resistance in self.resistances:
-            value = resistance.force(q, v)
+            value = resistance.force(q, v, t)
             kind = resistance.work_name
             total[kind] = total[kind] + value if kind in total else value
         if self.waves is not None:

@@ -9,6 +9,7 @@ from lumpedcable.model.beds import bearing_damping, bearing_of, bed_friction
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.numbers import if_given, moving, number, vector
+from lumpedcable.model.sea import sea_flow
 from lumpedcable.model.ships import waves_of
 from lumpedcable.physics.body import (
     AbstractBodyLoad,
@@ -20,8 +21,10 @@ from lumpedcable.physics.hull import (
     BoxDrag,
     HullResistance,
     Hydrostatics,
+    SeaPush,
 )
 from lumpedcable.physics.steering import Station, Steering
+from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, Body
 
@@ -46,15 +49,37 @@ def make_body(
         start = jnp.concatenate([velocity, jnp.zeros_like(angles)])
     return RigidBody(
         reference=reference,
-        translation=jnp.full((d,), mass),
+        translation=_with_added(scene, body, coordinates, mass),
         inertia=_inertia(coordinates, body) if body.turns else jnp.full(angles.shape, mass),
         start_velocity=start,
         free=_free(coordinates, body),
         friction=bed_friction(body, coordinates, bearing, damping),
         loads=_given(bearing) + _loads(scene, body, coordinates, reference),
         resistances=_given(damping) + _resistances(scene, body, coordinates, current),
-        waves=waves_of(scene, body, coordinates),
+        waves=_waves(scene, body, coordinates),
     )
+
+
+def _waves(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | SeaPush | None:
+    """What the scene says that waves push it with, or how the water in them does; None for neither."""
+    if body.waves is not None:
+        return waves_of(scene, body, coordinates)
+    flow = sea_flow(scene, coordinates)
+    if flow is None or body.volume is None or scene.fluid is None:
+        return None
+    carried = number(scene.fluid.density) * number(body.volume)
+    return SeaPush(flow, _with_added(scene, body, coordinates, carried))
+
+
+def _with_added(
+    scene: Scene, body: Body, coordinates: Coordinates, mass: Float[Array, ""]
+) -> Float[Array, " d"]:
+    """A mass (kg) along each of its axes, and what of the fluid it takes along there."""
+    masses = jnp.full((coordinates.dimensions,), mass)
+    if body.added_mass is None or body.volume is None or scene.fluid is None:
+        return masses
+    shares = jnp.asarray(coordinates.axes).T ** 2 @ vector(body.added_mass)
+    return masses + number(scene.fluid.density) * number(body.volume) * shares
 
 
 def _given(one: Any) -> tuple[Any, ...]:
@@ -179,7 +204,7 @@ def _resistances(
         up = coordinates.vector((0.0, 0.0, 1.0))
         base = number(coordinates.origin[2])
         own = jnp.asarray(coordinates.axes).T ** 2 @ factor
-        found.append(BoxDrag(own, up, base, current))
+        found.append(BoxDrag(own, up, base, current, sea_flow(scene, coordinates)))
     if body.hull is not None and body.hull.resistance is not None:
         part = body.hull.resistance
         draught = number(body.draught(scene.fluid.density))

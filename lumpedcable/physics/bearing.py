@@ -69,7 +69,9 @@ class BearingDamping(AbstractBodyResistance):
         position, velocity = jax.jvp(lambda at: self.bearing.corners(at).position, (q,), (v,))
         return self.damping.push(Corners(position, self.bearing.length), velocity)
 
-    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+    def force(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
         """Generalised force (N, N m)."""
         corners, back = jax.vjp(lambda at: self.bearing.corners(at).position, q)
         normal = self.bearing.bed.normal(Corners(corners, self.bearing.length))

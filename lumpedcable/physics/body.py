@@ -44,8 +44,13 @@ class AbstractBodyResistance(eqx.Module):
     work_name: ClassVar[str]
 
     @abc.abstractmethod
-    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
-        """Generalised force (N, N m) at the coordinates q (m, rad) and their rates v."""
+    def force(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
+        """Generalised force (N, N m) at the coordinates q (m, rad) and their rates v.
+
+        `t` (s) is the time, None at rest, where there are no waves.
+        """
 
     def stiffest(self, q: Float[Array, " m"]) -> Float[Array, "m m"] | None:
         """The most that it damps with (N s/m, N m s/rad), for the step; None where that is little."""

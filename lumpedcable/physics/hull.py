@@ -2,12 +2,14 @@
 
 from typing import ClassVar
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance
 from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.rigid import rotation
+from lumpedcable.physics.sea import SeaFlow
 
 __all__ = ["BoxDrag", "HullResistance", "Hydrostatics"]
 
@@ -54,7 +56,9 @@ class HullResistance(AbstractBodyResistance):
     height: Float[Array, ""]
     current: AbstractCurrent | None = None
 
-    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+    def force(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
         """Force (N) along the hull, at its centre of gravity."""
         d = _places(q.shape[0])
         u = v[:d]
@@ -74,7 +78,8 @@ class BoxDrag(AbstractBodyResistance):
 
     `factor` are rho C A / 2 along its axes (kg/m), v the velocity relative to the fluid (m/s) at the
     body's height, `base` the height of the origin of the scene's coordinates (m) and `up` the vertical
-    (Liu et al. 2018, eq. 39, for a body that moves along its length alone).
+    (Liu et al. 2018, eq. 39, for a body that moves along its length alone). `sea` is how the water moves
+    in waves.
     """
 
     work_name: ClassVar[str] = "drag"
@@ -82,17 +87,41 @@ class BoxDrag(AbstractBodyResistance):
     up: Float[Array, " d"]
     base: Float[Array, ""]
     current: AbstractCurrent | None = None
+    sea: SeaFlow | None = None
 
-    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+    def force(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
         """Force (N) on the body."""
         d = self.up.shape[0]
         u = v[:d]
         if self.current is not None:
             height = self.base + self.up @ q[:d]
             u = u - self.current.velocity(height[None])[:, 0]
+        if self.sea is not None and t is not None:
+            u = u - self.sea.motion(t, q[:d, None])[0][:, 0]
         turn = rotation(q[d:])
         own = turn.T @ u
         return jnp.zeros_like(q).at[:d].set(-turn @ (self.factor * jnp.abs(own) * own))
+
+
+class SeaPush(eqx.Module):
+    """What water pushes a submerged body with as it accelerates in waves, at its centre of gravity (N).
+
+    (rho V + C rho V) a along each of its axes, `masses` (kg): the pressure of the undisturbed wave, and
+    its added mass (Morison et al. 1950; DNV-RP-C205, section 6.2.2).
+    """
+
+    work_name: ClassVar[str] = "waves"
+    sea: SeaFlow
+    masses: Float[Array, " d"]
+
+    def force(self, q: Float[Array, " m"], t: Float[Array, ""]) -> Float[Array, " m"]:
+        """Generalised force (N, N m) at t (s)."""
+        d = self.masses.shape[0]
+        turn = rotation(q[d:])
+        own = turn.T @ self.sea.motion(t, q[:d, None])[1][:, 0]
+        return jnp.zeros_like(q).at[:d].set(turn @ (self.masses * own))
 
 
 def _places(coordinates: int) -> int:

@@ -40,7 +40,9 @@ class Steering(AbstractBodyResistance):
     moment: Float[Array, " a"] | None = None
     damping: Float[Array, " m"] | None = None
 
-    def force(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+    def force(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
         """Generalised force (N, N m)."""
         total = jnp.zeros_like(q)
         if self.thrust is not None:

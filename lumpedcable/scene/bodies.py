@@ -49,6 +49,7 @@ STEEP = 0.1
 
 # any of these makes a body a rigid one
 _RIGID = ("points", "size", "inertia", "attitude", "velocity", "free", "hull", "bearing", "friction",
+          "added_mass",
           "drag", "control", "waves")  # fmt: skip
 
 
@@ -131,6 +132,9 @@ class Body(Part):
     Absent: none."""
     drag: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
     """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
+    added_mass: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
+    """Mass of water that a rigid body takes along its length, breadth and height, over that which its
+    volume displaces. Absent: none."""
     control: BodyControl | None = None
     """What steers a rigid body. Absent: nothing."""
     waves: Waves | None = None
@@ -157,6 +161,11 @@ class Body(Part):
         if self.attitude is None or not (self.free is None or {"roll", "yaw"} <= set(self.free)):
             return False
         return abs(math.cos(self.attitude[1])) < STEEP
+
+    @property
+    def feels_flow(self) -> bool:
+        """Whether water that moves in waves acts on it."""
+        return self.drag is not None or (self.volume is not None and self.waves is None)
 
     @property
     def turned(self) -> NDArray[np.float64]:
@@ -244,6 +253,10 @@ class Body(Part):
             yield Problem(
                 ("size",),
                 "expected [length, breadth, height] (m) of a body with drag, found nothing",
+            )
+        if self.added_mass is not None and self.volume is None:
+            yield Problem(
+                ("volume",), "expected the volume (m3) of a body with added_mass, found nothing"
             )
         rises = self.free is None or "z" in self.free
         if self.friction is not None and self.bearing is None and rises:

@@ -252,10 +252,14 @@ def _sea(draft: Draft) -> Iterator[Problem]:
         return
     if "water" not in draft.named:
         yield Problem(("sea", "flow"), "expected [water] that moves in waves, found none")
-    if not any(line is None or line.diameter is not None for line in draft.lines.values()):
+    feels = any(line is None or line.diameter is not None for line in draft.lines.values())
+    for body in draft.bodies.values():
+        feels |= body is None or (isinstance(body, Body) and body.rigid and body.feels_flow)
+    if not feels:
         yield Problem(
             ("sea", "flow"),
-            "expected a line with a diameter, which water that moves acts on, found none",
+            "expected a line with a diameter, or a rigid body with volume or drag, which water that "
+            "moves acts on, found none",
         )
 
 
