@@ -127,6 +127,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
                 number(fluid.density), number(part.diameter), number(part.added_mass.normal),
                 if_given(along),
             )  # fmt: skip
+    flow = None if part.diameter is None else sea_flow(scene, coordinates)
     scheme = wave_scheme(scene)
     bed = _seabed(scene, name, coordinates)
     resistances = _resistances(scene, bed)
@@ -146,8 +147,8 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         drag=drag,
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,
-        sea=None if part.diameter is None else sea_flow(scene, coordinates),
-        displaced=_displaced(scene, name),
+        sea=flow,
+        displaced=None if flow is None else number(scene.displaced(name)),
         waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
         give=1.0 / number(material.EA) if inextensible and material.EA is not None else None,
         inextensible=inextensible,
@@ -196,14 +197,6 @@ def _grip(
         return None
     damping = resistances[0] if resistances else None
     return BedGrip(number(scene.seabed.friction), bed, damping)
-
-
-def _displaced(scene: Scene, name: str) -> Float[Array, ""] | None:
-    """Mass of the water (kg/m) in whose place a line is, None where nobody asks for it."""
-    diameter = scene.lines[name].diameter
-    if diameter is None or scene.fluid is None or scene.sea is None or scene.sea.flow is None:
-        return None
-    return number(scene.fluid.density) * 0.25 * jnp.pi * number(diameter) ** 2
 
 
 def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:

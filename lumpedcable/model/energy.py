@@ -84,8 +84,8 @@ def empty_work(line: Line, stepping: bool) -> dict[str, Array]:
     if line.inextensible:
         return {kind: jnp.zeros((), dtype) for kind in works_of(line, stepping)}
     nodes, segments = jnp.zeros(line.segments + 1, dtype), jnp.zeros(line.segments, dtype)
-    per = {"ends": jnp.zeros((), dtype), "drag": nodes, "added_mass": nodes, "friction": nodes}
-    per |= {"waves": nodes}
+    nodal = ("drag", "added_mass", "waves", "friction")
+    per = {"ends": jnp.zeros((), dtype)} | dict.fromkeys(nodal, nodes)
     per |= {resistance.work_name: nodes for resistance in line.resistances}
     return {kind: per.get(kind, segments) for kind in works_of(line, stepping)}
 
