@@ -104,7 +104,8 @@ class Sea(Part):
     depth: PositiveLength | None = None
     """Depth in m of the water, which makes waves shorter. Absent: deep."""
     flow: SeaFlow | None = None
-    """Motion of the water in these waves, which lines with a diameter and submerged bodies feel. Absent: none."""
+    """Motion of the water in these waves, which lines with a diameter and submerged bodies feel.
+    Absent: none."""
 
 
 class Profile(Part):
