@@ -51,7 +51,9 @@ def weights(position, mass):
     return half * mass * GRAVITY
 
 
-@pytest.mark.parametrize("direction", [(0.0, 0.0, -1.0), (0.3, 0.8, -0.52)])
+@pytest.mark.parametrize(
+    "direction", [pytest.param((0.0, 0.0, -1.0), marks=pytest.mark.slow), (0.3, 0.8, -0.52)]
+)
 def test_moments_are_in_balance_with_all_that_pulls_beyond_them(tmp_path, direction):
     way = np.array(direction) / np.linalg.norm(direction)
     end = f"{{ held = {{ pretension = 40.0, direction = {way.tolist()} }} }}"
@@ -68,6 +70,7 @@ def test_moments_are_in_balance_with_all_that_pulls_beyond_them(tmp_path, direct
     assert moment[-1] == 0.0
 
 
+@pytest.mark.slow
 def test_moments_tend_to_those_of_the_elastica_with_the_second_order(tmp_path):
     force = 80.0
 

@@ -67,7 +67,13 @@ end = {{ held = {{ pretension = 0.01, direction = [{direction}] }} }}
 LET_GO = '[events.a]\nbreaks = "rope.start"\ntime = 0\n[events.b]\nbreaks = "rope.end"\ntime = 0\n'
 
 
-@pytest.mark.parametrize("direction", ["1, 0, 0", "0, 0, -1", "0.6, 0, 0.8"])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    "direction",
+    ["0.6, 0, 0.8", *(pytest.param(way, marks=SLOW) for way in ("1, 0, 0", "0, 0, -1"))],
+)
 def test_what_weighs_as_the_water_goes_with_it_however_it_lies(tmp_path, direction):
     line = DRIFTER.format(mass=RHO * np.pi * 0.1**2 / 4.0, direction=direction)
     soft = 'law = "linear"\nEA = 1000'
@@ -102,7 +108,7 @@ end = {{ fixed = [0, 0, {top}] }}
 """
 
 
-@pytest.mark.parametrize("depth", [None, 12.0])
+@pytest.mark.parametrize("depth", [pytest.param(None, marks=SLOW), 12.0])
 def test_a_taut_upright_line_swings_as_a_string_under_morisons_forces(tmp_path, depth):
     length, stretch, EA, height = 4.0, 2.0, 2e3, 4.0  # unstretched; over that; N; m
     line = taut(-1.0, -9.0, 40, length)
@@ -205,6 +211,7 @@ def test_rods_swing_in_waves_as_a_stiff_line_does(tmp_path):
     assert rods.outcomes[0].energy_closure < 5e-3
 
 
+@SLOW
 @pytest.mark.parametrize("solver", ['method = "rk4"', 'method = "tsit5"'])
 def test_other_methods_swing_alike(tmp_path, solver):
     soft = 'law = "linear"\nEA = 1e5'

@@ -91,6 +91,7 @@ def test_a_drive_that_watches_the_tension_follows_what_it_is_to_be(tmp_path):
     assert ran.outcomes[0].energy_closure < 1e-3
 
 
+@pytest.mark.slow
 def test_derivatives_know_of_kinks_that_steps_end_on(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(hauled(), encoding="utf-8")
@@ -103,7 +104,7 @@ def test_derivatives_know_of_kinks_that_steps_end_on(tmp_path):
         assert slope == pytest.approx((up - down) / 2e-3, rel=5e-3)
 
 
-@pytest.mark.parametrize("method", ["rk4", "tsit5"])
+@pytest.mark.parametrize("method", ["rk4", pytest.param("tsit5", marks=pytest.mark.slow)])
 def test_other_methods_do_the_same(tmp_path, method):
     ran = run_text(tmp_path, hauled() + f'[solver]\nmethod = "{method}"\n')
     assert ran.statuses == ["OK"]
