@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from lumpedcable.view.groups import Group
 
 __all__ = ["MOST_BARS", "bars_figure", "measure_figure"]
 
+Array = NDArray[Any]
+
 MOST_BARS = 40  # runs in one figure
 LONG_LABEL = 16  # letters beyond which labels stand in lines beside their bars
 LABEL_WIDTH, LABEL_SIZE, ROW = 2.8, 7, 0.13  # of such labels: inches, points, inches a line
@@ -25,7 +28,7 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     """One measure against time, a curve for each run of the group, and its limit."""
     table, attributes = result.measures()[name]
     mine = [table[run] for run in group.runs]
-    factor, unit = style.shared_unit(mine, str(attributes.get("units", "1")))
+    factor, unit = _unit(mine, attributes)
     clock = group.clock(result, result.time)
     figure, (ax,) = style.panel_figure([""], group.heading(result, name), height=3.0)
     entries, drawn = [], []
@@ -51,11 +54,18 @@ def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:
     return figure
 
 
+def _unit(values: list[Array], told: Mapping[str, Any]) -> tuple[float, str]:
+    """Factor and unit that suit values of a measure and its limit, which is drawn beside them."""
+    limit = told.get("limit")
+    both = values if limit is None else [*values, np.array([float(limit)])]
+    return style.shared_unit(both, str(told.get("units", "1")))
+
+
 def bars_figure(result: ResultFile, name: str) -> Figure:
     """What a measure comes down to in each run, as bars, and its limit."""
     told = result.summary_attributes("run", name)
     values = result.summary()["run"][name]
-    factor, unit = style.shared_unit([values], str(told.get("units", "1")))
+    factor, unit = _unit([values], told)
     values = values * factor
     heading = "\n".join(filter(None, [str(result.attributes.get("title", "")), name]))
     labels = result.cases or [result.label(run) or f"run {run}" for run in range(result.runs)]
@@ -88,7 +98,7 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
 
 
 def _draw_limit(
-    ax: Axes, limit: Any, factor: float, entries: list[Line2D], drawn: list[NDArray[Any]],
+    ax: Axes, limit: Any, factor: float, entries: list[Line2D], drawn: list[Array],
     upright: bool = False,
 ) -> None:  # fmt: skip
     """A line at the limit of a measure, if it has one, with its legend entry and its place.

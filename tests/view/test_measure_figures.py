@@ -72,3 +72,15 @@ def test_curves_are_called_by_the_names_of_cases(file, tmp_path):
         assert result.cases == list(NAMES)
     made = {path.name for path in plot_result(file, tmp_path / "out")}
     assert {"bars_h_d.png", "measure_h_d.png"} <= made
+
+
+def test_a_limit_far_off_is_told_in_a_unit_that_suits_both(file):
+    with h5py.File(file, "r+") as made:
+        for path in ("measures/h_d", "summary/h_d"):
+            made[path][...] = 100.0 * made[path][...]
+            made[path].attrs.update(units="N", long_name="tension", limit=2e6)
+    figures = figures_of(file)
+    for name in ("measure_h_d", "bars_h_d"):
+        (ax,) = figures[name].axes
+        assert ax.get_ylabel() == "tension (kN)"
+        assert ax.get_ylim()[1] > 2000.0
