@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.events import Event
@@ -220,23 +222,9 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
     if isinstance(body, MovedBody | Body) and body.position and (centre or point in body.points):
         arm = (0.0, 0.0, 0.0) if centre else body.points[point]
         if isinstance(body, Body) and body.attitude is not None:
-            arm = _turned(body.attitude, arm)
+            arm = tuple(map(float, body.turned @ np.asarray(arm)))
         return tuple(a + b for a, b in zip(body.position, arm, strict=True))
     return None
-
-
-def _turned(attitude: tuple[float, ...], arm: tuple[float, ...]) -> tuple[float, ...]:
-    """Return Rz Ry Rx of roll, pitch and yaw (rad) times a body's own vector (m), as `physics.rigid`."""
-    x, y, z = arm
-    for angle, axis in zip(attitude, range(3), strict=True):
-        c, s = math.cos(angle), math.sin(angle)
-        if axis == 0:
-            y, z = c * y - s * z, s * y + c * z
-        elif axis == 1:
-            x, z = c * x + s * z, c * z - s * x
-        else:
-            x, y = c * x - s * y, s * x + c * y
-    return x, y, z
 
 
 def _carried(

@@ -15,6 +15,7 @@ from typing import Any
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.carried_checks import carried_problems
+from lumpedcable.scene.effect_checks import effect_problems
 from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.event_checks import event_problems
 from lumpedcable.scene.events import Event
@@ -139,14 +140,13 @@ def problems(draft: Draft) -> Iterator[Problem]:
             yield Problem(
                 ("bodies", name), f'expected another name, found "{name}", which is a line as well'
             )
-    yield from _sea(draft)
     for name, line in draft.lines.items():
         if line is not None:
             yield from _line(draft, name, line)
     gravity = draft.others.get("gravity")
     output = draft.others.get("output")
     duration = output.duration if output else None
-    yield from _unbent(draft, output)
+    yield from effect_problems(draft.lines, draft.bodies, draft.others, draft.named)
     yield from carried_problems(
         draft.lines, draft.bodies, draft.measures, draft.events, gravity, duration
     )
@@ -228,52 +228,6 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
                 (*path, side, "direction"),
                 "expected bending on a line whose end keeps a direction, found none",
             )
-
-
-def _sea(draft: Draft) -> Iterator[Problem]:
-    """Yield waves that act on nothing, and water that moves in them where there is none."""
-    if "sea" not in draft.named:
-        return
-    sea = draft.others.get("sea")
-    # who gives a motion, or waves, of another kind has thought of it
-    moves = any(
-        getattr(body, key, None) is not None
-        for body in draft.bodies.values()
-        for key in ("motion", "waves")
-    )
-    flow = sea is None or sea.flow is not None
-    if not moves and not flow and None not in draft.bodies.values():
-        yield Problem(
-            ("sea",),
-            "expected flow, or a body that moves in its waves (motion or waves with rao or response), "
-            "found neither: they act on nothing else",
-        )
-    if sea is None or sea.flow is None:
-        return
-    if "water" not in draft.named:
-        yield Problem(("sea", "flow"), "expected [water] that moves in waves, found none")
-    feels = any(line is None or line.diameter is not None for line in draft.lines.values())
-    for body in draft.bodies.values():
-        feels |= body is None or (isinstance(body, Body) and body.rigid and body.feels_flow)
-    if not feels:
-        yield Problem(
-            ("sea", "flow"),
-            "expected a line with a diameter, or a rigid body with volume or drag, which water that "
-            "moves acts on, found none",
-        )
-
-
-def _unbent(draft: Draft, output: Output | None) -> Iterator[Problem]:
-    """Yield a fault where bending moments are asked for by name and no line bends."""
-    if output is None or "quantities" not in output.model_fields_set:
-        return
-    if "bending_moment" in output.quantities and not any(
-        line is None or line.bending is not None for line in draft.lines.values()
-    ):
-        yield Problem(
-            ("output", "quantities", output.quantities.index("bending_moment")),
-            "expected a line with bending where bending_moment is kept, found none",
-        )
 
 
 def _moved(draft: Draft, path: Path, body: MovedBody) -> Iterator[Problem]:

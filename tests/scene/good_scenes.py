@@ -80,6 +80,7 @@ length = "10 m"
 segment_lengths = ["4 m", 3, 3]
 mass = 1
 diameter = "30 mm"
+drag = { normal = 1.2, tangential = 0.01 }
 bending = { EI = "10 N m2" }
 start = "bob"
 end = "tail.start"

@@ -112,6 +112,8 @@ MISTAKES = [
          "output.quantities.1", 'did you mean "tension"', at="tensoin"),
     case("a quantity twice", "[output]", '[output]\nquantities = ["strain", "strain"]',
          "output.quantities", 'found "strain" again', at="strain"),
+    case("a current that drags on nothing", "drag = { normal = 1.2, tangential = 0.01 }\n", "",
+         "air.current", "expected drag of a line or a body", at="current =", text=BRIDLE),
     case("moments of what does not bend", "[output]", '[output]\nquantities = ["bending_moment"]',
          "output.quantities.0", "expected a line with bending", at="bending_moment"),
     case("the moment at a place of what does not bend", "[output]",
@@ -180,7 +182,8 @@ MISTAKES = [
     case("water and air", LAST, table("[air]", "density = 1.2"), "air",
          "expected water or air, found both", at="[air]"),
     case("buoyancy without fluid", BRIDLE[: BRIDLE.index("[materials.steel]")], "",
-         "bodies.bob.volume", "found neither", at="volume", text=BRIDLE),
+         "bodies.bob.volume", "found neither", at="volume", text=BRIDLE,
+         also=(("drag = { normal = 1.2, tangential = 0.01 }\n", ""),)),
     # materials
     case("a law that never rises", "p5 =", 'p6 = "1 N"\np5 =', "materials.nylon.p6",
          'found "p6"', at="p6"),

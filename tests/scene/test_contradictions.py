@@ -175,12 +175,13 @@ def test_neither_a_winch_nor_a_joint_is_under_the_bed(tmp_path):
 
 def test_a_current_does_not_grow_without_bound_with_depth(tmp_path):
     current = '{ profile = "power", velocity = [1, 0, 0], exponent = -0.5, depth = "50 m" }'
-    ((key, message),) = faults(tmp_path, LINE, f"water.current={current}")
+    ((key, message),) = faults(tmp_path, LINE, f"water.current={current}")  # told alone
     assert (key, message) == (
         "water.current.exponent",
         "expected a non-negative number, found -0.5",
     )
-    read(tmp_path, LINE, f"water.current={current.replace('-0.5', '0')}")
+    drag = "rope.drag={ normal = 1, tangential = 0 }"
+    read(tmp_path, LINE, f"water.current={current.replace('-0.5', '0')}", drag)
 
 
 def test_a_break_begins_before_the_run_ends(tmp_path):

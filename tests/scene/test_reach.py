@@ -161,7 +161,10 @@ def test_what_still_water_needs_is_not_asked_of_a_line_in_a_current(tmp_path):
     low = (YAWED, "ship.attitude=[0, 0, 0]", "winch.tension=100 N")
     with pytest.raises(SceneError, match="the least tension"):
         written(tmp_path, *low)
-    written(tmp_path, *low, f"water.current={current}")
+    dragged = "drag={ normal = 1, tangential = 0 }"
+    rope = ("rope.diameter=20 mm", f"rope.{dragged}")
+    written(tmp_path, *low, f"water.current={current}", *rope)
     sizes = ("before.diameter=20 mm", "after.diameter=20 mm")
     wind = f"air={{ density = 1.2, current = {current} }}"
-    load_study(HIGHLINE / "delivery.toml", ["targets.cargo.x=70 m", wind, *sizes])
+    wind = (wind, f"before.{dragged}", f"after.{dragged}")
+    load_study(HIGHLINE / "delivery.toml", ["targets.cargo.x=70 m", *wind, *sizes])

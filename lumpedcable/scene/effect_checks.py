@@ -1,0 +1,90 @@
+"""What a scene names that acts on nothing in it: waves, currents, fields of what there is not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Set
+from typing import Any
+
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.part import Problem
+
+__all__ = ["effect_problems"]
+
+Parts = Mapping[str, Any]
+
+
+def effect_problems(
+    lines: Parts, bodies: Parts, others: Parts, named: Set[str]
+) -> Iterator[Problem]:
+    """Yield what acts on nothing.
+
+    Args:
+        lines, bodies: by name, None where one could not be read.
+        others: the single parts that could be read, by key.
+        named: the keys of all single parts, readable or not.
+    """
+    yield from _sea(lines, bodies, others, named)
+    yield from _unbent(lines, others)
+    yield from _undragged(lines, bodies, others)
+
+
+def _sea(lines: Parts, bodies: Parts, others: Parts, named: Set[str]) -> Iterator[Problem]:
+    """Yield waves that act on nothing, and water that moves in them where there is none."""
+    if "sea" not in named:
+        return
+    sea = others.get("sea")
+    # who gives a motion, or waves, of another kind has thought of it
+    moves = any(
+        getattr(body, key, None) is not None
+        for body in bodies.values()
+        for key in ("motion", "waves")
+    )
+    flow = sea is None or sea.flow is not None
+    if not moves and not flow and None not in bodies.values():
+        yield Problem(
+            ("sea",),
+            "expected flow, or a body that moves in its waves (motion or waves with rao or response), "
+            "found neither: they act on nothing else",
+        )
+    if sea is None or sea.flow is None:
+        return
+    if "water" not in named:
+        yield Problem(("sea", "flow"), "expected [water] that moves in waves, found none")
+    feels = any(line is None or line.diameter is not None for line in lines.values())
+    for body in bodies.values():
+        feels |= body is None or (isinstance(body, Body) and body.rigid and body.feels_flow)
+    if not feels:
+        yield Problem(
+            ("sea", "flow"),
+            "expected a line with a diameter, or a rigid body with volume or drag, which water that "
+            "moves acts on, found none",
+        )
+
+
+def _unbent(lines: Parts, others: Parts) -> Iterator[Problem]:
+    """Yield bending moments that are asked for by name where no line bends."""
+    output = others.get("output")
+    if output is None or "quantities" not in output.model_fields_set:
+        return
+    bends = any(line is None or line.bending is not None for line in lines.values())
+    if "bending_moment" in output.quantities and not bends:
+        yield Problem(
+            ("output", "quantities", output.quantities.index("bending_moment")),
+            "expected a line with bending where bending_moment is kept, found none",
+        )
+
+
+def _undragged(lines: Parts, bodies: Parts, others: Parts) -> Iterator[Problem]:
+    """Yield a current that acts on nothing."""
+    drags = any(
+        x is None
+        or getattr(x, "drag", None) is not None
+        or (isinstance(x, Body) and x.hull is not None and x.hull.resistance is not None)
+        for x in (*lines.values(), *bodies.values())
+    )
+    for key in ("water", "air"):
+        if not drags and key in others and others[key].current is not None:
+            yield Problem(
+                (key, "current"),
+                "expected drag of a line or a body, which a current acts on, found none",
+            )
