@@ -52,9 +52,11 @@ class Lie(NamedTuple):
     """How a state lies: whether a way leads down from it, along `ways`, and the least mu that it wants.
 
     In the measures above K is W^(1/2) M W^(-1/2) with W the energies that a way in each of them takes
-    for one force; M is symmetric where forces have an energy, and its least eigenvalue, below 0, tells.
-    `neutral` is a stiffness along the ways that have none, as of a box that may turn on the bed: added
-    to K it holds them, since what nothing holds stays where it is.
+    for one force. Where forces have an energy M is symmetric, and its least eigenvalue, below 0, tells.
+    Thrust and drag have none: M = S + A then has an eigenvalue below 0 where that of S is below -|A|
+    (by Bauer & Fike, but where other eigenvalues are as near), or where its determinant is, and S alone
+    may have one where K has none. `neutral` is a stiffness along the ways that have none, as of a box
+    that may turn on the bed: added to K it holds them, since what nothing holds stays where it is.
     """
 
     tips: Bool[Array, ""]
@@ -68,14 +70,18 @@ class Lie(NamedTuple):
         root = jnp.sqrt(weight)
         stiffness = -slope * root[:, None] / root
         stiffness = jnp.where(jnp.all(jnp.isfinite(slope)), stiffness, jnp.eye(root.size))
-        values, vectors = jnp.linalg.eigh(0.5 * (stiffness + stiffness.T))
-        flat = FLAT * jnp.max(jnp.abs(values))
+        even, odd = 0.5 * (stiffness + stiffness.T), 0.5 * (stiffness - stiffness.T)
+        values, vectors = jnp.linalg.eigh(even)
+        most = jnp.max(jnp.abs(values))
+        flat = FLAT * most
+        # counted as an eigenvalue below 0 is what is more than neutral
+        sign, _ = jnp.linalg.slogdet(stiffness + NEUTRAL * flat * jnp.eye(root.size))
+        tips = (values[0] < -NEUTRAL * flat - jnp.linalg.norm(odd)) | (sign < 0.0)
         ways = vectors[:, 0] / root
         ways = ways * jnp.where(jnp.sum(ways) < 0.0, -1.0, 1.0) / jnp.max(jnp.abs(ways))
-        loose = jnp.where(jnp.abs(values) <= NEUTRAL * flat, jnp.max(jnp.abs(values)), 0.0)
+        loose = jnp.where(jnp.abs(values) <= NEUTRAL * flat, most, 0.0)
         neutral = (vectors * loose) @ vectors.T * root / root[:, None]
-        least = jnp.maximum(flat, flat - 1.5 * values[0])
-        return cls(values[0] < -NEUTRAL * flat, ways, least, neutral)
+        return cls(tips, ways, jnp.where(tips, flat - 1.5 * values[0], flat), neutral)
 
 
 def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:

@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 from engine_runs import fixed, line_text, run_text, scene_of, study_of
+from scipy.optimize import root
 
 from lumpedcable import response
 from lumpedcable.scene import SceneError
@@ -311,3 +312,69 @@ def test_what_nothing_holds_has_derivatives_where_it_lies(tmp_path):
     sunk = response(path, ["bodies.box.mass"], "max height")
     slope = float(jax.jacfwd(sunk)(np.array([500.0]))[0])
     assert slope == pytest.approx(-(9.81 + 0.1 * 9.80665) / 500e3, rel=1e-4)
+
+
+# thrust along its own axis, on one line from its stern: its forces have no energy
+STEERED = """
+[materials.wire]
+law = "linear"
+EA = "500 kN"
+[bodies.ship]
+mass = 20e3
+size = [10, 4, 2]
+position = [27.1, 0, 0]
+attitude = [0, 0, 0.3]
+points = { stern = [-5, 0, 0] }
+free = ["x", "y", "yaw"]
+settle = true
+control = { force = ["2 kN", 0, 0], turn_stiffness = [0, 0, SPRING] }
+[output]
+""" + line_text("rope", "wire", 22, 1, 1e-6, fixed(0, 0, 0), '"ship.stern"')  # fmt: skip
+
+
+@pytest.mark.parametrize("spring", [2e3, pytest.param(50e3, marks=pytest.mark.slow)])
+def test_a_ship_under_thrust_rests_where_its_forces_balance(tmp_path, spring):
+    def left(q):
+        x, y, yaw = q
+        ahead = np.array([np.cos(yaw), np.sin(yaw)])
+        stern = np.array([x, y]) - 5.0 * ahead
+        away = np.linalg.norm(stern)
+        pull = -5e5 * (away / 22.0 - 1.0) * stern / away
+        arm = -5.0 * ahead
+        moment = arm[0] * pull[1] - arm[1] * pull[0] - spring * (yaw - 0.3)
+        return [*(2e3 * ahead + pull), moment]
+
+    exact = root(left, [26.0, 8.0, 0.3], tol=1e-13)
+    assert exact.success
+    ran = run_text(tmp_path, STEERED.replace("SPRING", str(spring)))
+    assert ran.statuses == ["OK"]
+    place, turn = start_of_body(ran, "ship")
+    np.testing.assert_allclose([*place[:2], turn[2]], exact.x, atol=1e-5)
+
+
+DRAGGED = """
+[water]
+density = 1000
+current = { velocity = [1.5, 0.4, 0] }
+[materials.wire]
+law = "linear"
+EA = "50 kN"
+[bodies.buoy]
+mass = 500
+size = [2, 1, 1]
+drag = [1, 1, 1]
+position = [9, 0, 0]
+attitude = [0, 0, 0.2]
+free = FREE
+settle = true
+[output]
+""" + line_text("rope", "wire", 10, 4, 0.1, fixed(0, 0, 0), '"buoy"')  # fmt: skip
+
+
+def test_a_current_does_not_turn_what_it_only_pulls_at(tmp_path):
+    turning = run_text(tmp_path, DRAGGED.replace("FREE", '["x", "y", "yaw"]'))
+    held = run_text(tmp_path, DRAGGED.replace("FREE", '["x", "y"]'))
+    assert turning.statuses == held.statuses == ["OK"]
+    place, turn = start_of_body(turning, "buoy")
+    assert turn[2] == pytest.approx(0.2, abs=2e-3)
+    np.testing.assert_allclose(place, start_of_body(held, "buoy")[0], atol=5e-3)
