@@ -151,7 +151,7 @@ class _Needs:
         if scene.gravity is not None or scene.seabed is not None:
             self.directions.append(np.array([0.0, 0.0, 1.0]))
         fluid = scene.fluid
-        if fluid is not None and fluid.current is not None and _feels_current(scene):
+        if fluid is not None and fluid.current is not None:
             self.directions.append(np.asarray(fluid.current.velocity))
         if scene.sea is not None and scene.sea.flow is not None:
             way = scene.sea.direction
@@ -217,13 +217,6 @@ def _places_of_body(body: Body) -> list[np.ndarray]:
         return []
     turn, place = body.turned, np.asarray(body.position)
     return [place, *(place + turn @ np.asarray(point) for point in body.points.values())]
-
-
-def _feels_current(scene: Scene) -> bool:
-    bodies = (body for body in scene.bodies.values() if isinstance(body, Body))
-    hulls = any(b.drag is not None or (b.hull is not None and b.hull.resistance is not None)
-                for b in bodies)  # fmt: skip
-    return hulls or any(line.drag is not None for line in scene.lines.values())
 
 
 def _steered(body: Body) -> list[np.ndarray]:
