@@ -281,7 +281,7 @@ class Contents:
         if not self.histories:
             return
         for name, fields in samples.fields.items():
-            for quantity in fields.keys() & self._fields_of(name):
+            for quantity in (q for q in self._fields_of(name) if q in fields):
                 table, field = np.asarray(fields[quantity], float), FIELDS[quantity]
                 if field.vector:
                     table = self.laid.coordinates.expand(table, axis=2)
