@@ -20,6 +20,7 @@ import pytest
 from lumpedcable.cli import app
 from lumpedcable.results import open_result
 from lumpedcable.scene import load_study
+from lumpedcable.study.batches import SHARDS
 from lumpedcable.view import maps
 
 ROOT = Path(__file__).parents[1]
@@ -153,8 +154,9 @@ def run_block(block, folder, env):
 
 
 def run_commands(block, folder, env):
-    """Run a block, an array job's as both of the tasks that have something to do."""
-    for task in ("1", "2") if "SLURM_ARRAY_TASK_ID" in block else ("",):
+    """Run a block, an array job's as all of the tasks that have something to do."""
+    tasks = [str(k + 1) for k in range(SHARDS)]  # a small study has no more shards
+    for task in tasks if "SLURM_ARRAY_TASK_ID" in block else ("",):
         run_block(block, folder, {**env, "SLURM_ARRAY_TASK_ID": task})
     for name in ("folder", "study"):  # each block begins a study of its own
         if (folder / name).exists():
