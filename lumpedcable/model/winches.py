@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.physics.body import AbstractBedFriction
 
-__all__ = ["Control", "Sheave", "Winch"]
+__all__ = ["Control", "Schedule", "Sheave", "Winch"]
 
 
 ROUND = 1e-9  # of a schedule's time: more than rounding of t, less than any step

@@ -96,8 +96,7 @@ def bent(
     It gives the energy (J), and the forces (N) on the last two nodes of the one before and on the first
     two of the one after: a couple on either.
     """
-    pull = EI / (pick(before.node_length, -1) + pick(after.node_length, 0))
-    u, w = pick(before.tangent, -1), pick(after.tangent, 0)
+    pull, u, w = _meeting(EI, before, after)
     last = _shear(u, pull * w, pick(before.length, -1))
     first = _shear(w, pull * u, pick(after.length, 0))
     last, first = (jnp.stack([shear, -shear], axis=1) for shear in (last, first))
@@ -106,8 +105,14 @@ def bent(
 
 def moment_across(EI: Float[Array, ""], before: Shape, after: Shape) -> Float[Array, ""]:
     """Size of the bending moment (N m) at the node of `bent`."""
+    pull, u, w = _meeting(EI, before, after)
+    return pull * _turn(u, w)
+
+
+def _meeting(EI: Float[Array, ""], before: Shape, after: Shape):
+    """EI / s (N m) where one line ends and the next one starts, and the directions that meet there."""
     pull = EI / (pick(before.node_length, -1) + pick(after.node_length, 0))
-    return pull * _turn(pick(before.tangent, -1), pick(after.tangent, 0))
+    return pull, pick(before.tangent, -1), pick(after.tangent, 0)
 
 
 def _turn(u: Float[Array, "d *n"], w: Float[Array, "d *n"]) -> Float[Array, "*n"]:

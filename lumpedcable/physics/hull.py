@@ -11,7 +11,7 @@ from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.rigid import rotation
 from lumpedcable.physics.sea import SeaFlow
 
-__all__ = ["BoxDrag", "HullResistance", "Hydrostatics"]
+__all__ = ["BoxDrag", "HullResistance", "Hydrostatics", "SeaPush"]
 
 
 class Hydrostatics(AbstractBodyLoad):

@@ -6,8 +6,8 @@ the implicit function theorem, end as Newton's method, as those of the lines do 
 Forces are measured by the largest of the scene, S, moves by the longest line, L, turns by 1 rad and
 moments by S times the arm of the farthest point; k is then S / L.
 
-A box stands on its edge in balance, and a pendulum on its head. So mu is never below what makes every
-step one downhill, and a state of rest from which a way leads down is left for that way: see `Lie`.
+A box stands on its edge in balance, and a pendulum on its head. So where a way leads down mu is not
+below what makes every step one downhill, and a state of rest there is left along that way: see `Lie`.
 """
 
 from typing import NamedTuple
@@ -42,7 +42,7 @@ ITERATIONS = 200
 FARTHEST = 0.05  # of the longest line that a body is moved in a step, and rad that it is turned
 SMALLEST = 1e-14  # relative move that is rounding
 AWAY = 0.02  # rad, or share of the longest line, by which a state that tips over is left
-LEAVINGS = 20  # times that one is left: forces without an energy may only look as if they had none
+LEAVINGS = 20  # times that one is left: forces without an energy may lead back to it
 FLAT = 1e-9  # of the stiffest way: mu is not below it
 NEUTRAL = 10.0  # times that: what has no more stiffness has none
 LOOSER = 10.0  # times the tolerance of a node's force, for the sum of many

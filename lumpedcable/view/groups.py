@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,3 +120,8 @@ def _title(result: ResultFile, case: list[str], axes: list[Axis], run: int, end:
     if not name and result.runs > 1:
         name = f"run {run}"
     return "\n".join(filter(None, [name, end]))
+
+
+def foremost(peaks: Sequence[float]) -> list[int]:
+    """Which of so many panels have the largest peaks, as many as there is room for, in their order."""
+    return sorted(sorted(range(len(peaks)), key=lambda k: -peaks[k])[:MOST_PANELS])

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lumpedcable.results.human import quantity
 from lumpedcable.results.lines import LineData
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.view import style
-from lumpedcable.view.groups import MOST_PANELS, Group
+from lumpedcable.view.groups import Group, foremost
+from lumpedcable.view.ranges import most_at, run_entries
 
 __all__ = ["has_moments", "moment_figure"]
 
@@ -36,13 +36,15 @@ def moment_figure(result: SoundFile, names: list[str], group: Group) -> Figure:
     """
     moving = len(result.field_time) > 1
     curves = {name: [_along(result.line(name), run) for run in group.runs] for name in names}
-    peaks = {name: max(style.largest(most) for _, most, _ in own) for name, own in curves.items()}
-    first = sorted(names, key=lambda name: -peaks[name])[:MOST_PANELS]
-    shown = [name for name in names if name in first]
+    peaks = [max(style.largest(most) for _, most, _ in curves[name]) for name in names]
+    shown = [names[k] for k in foremost(peaks)]
     every = [np.concatenate([most for _, most, _ in curves[name]]) for name in shown]
     factor, unit = style.shared_unit(every, "N m")
     alone = len(group.runs) == 1
-    titles = [_title(name, *curves[name][0][:2]) if alone else name for name in shown]
+    titles = shown
+    if alone:
+        firsts = [curves[name][0] for name in shown]
+        titles = [most_at(n, m, "N m", p) for n, (p, m, _) in zip(shown, firsts, strict=True)]
     heading = group.heading(result, "Bending moment")
     figure, axes = style.panel_figure(titles, heading)
     for ax, name, values in zip(axes, shown, every, strict=True):
@@ -54,10 +56,7 @@ def moment_figure(result: SoundFile, names: list[str], group: Group) -> Figure:
         if not np.isfinite(values).any():
             style.say_empty(ax)
     style.label_outer(axes, "unstretched position (m)", style.with_unit("bending moment", unit))
-    entries = [
-        Line2D([], [], label=title.replace("\n", ": "), **style.curve(index))
-        for index, title in enumerate(group.titles)
-    ]
+    entries = run_entries(group)
     if alone:
         looks = {"largest": _LARGEST, "at the start": _START} if moving else {}
         entries = [Line2D([], [], label=label, **look) for label, look in looks.items()]
@@ -73,12 +72,3 @@ def _along(line: LineData, run: int) -> tuple[Array, Array, Array]:
     count = line.node_count(run)
     moment = line.field("bending_moment", run)[:, :count]
     return line.unstretched_position(run)[:count], np.fmax.reduce(moment, axis=0), moment[0]
-
-
-def _title(name: str, place: Array, most: Array) -> str:
-    """The line's name, how much it bears at most, and where."""
-    if not np.isfinite(most).any():
-        return name
-    at = int(np.nanargmax(most))
-    where = quantity(float(place[at]), "m", 4)
-    return f"{name}: at most {quantity(float(most[at]), 'N m', 4)}, at {where}"

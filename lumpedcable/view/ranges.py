@@ -15,7 +15,7 @@ from lumpedcable.results.lines import LineData
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.schema import PEAK_TENSION
 from lumpedcable.view import style
-from lumpedcable.view.groups import MOST_PANELS, Group
+from lumpedcable.view.groups import Group, foremost
 
 Array = NDArray[Any]
 
@@ -63,9 +63,7 @@ def range_figure(result: ResultFile, names: list[str], group: Group) -> Figure:
     strength is drawn beside them, or told where it is more than three times as large.
     """
     every = [_borne(result.line(name), group) for name in names]
-    # those that bear the most, as many as there is room for, in the order of the file
-    first = sorted(range(len(every)), key=lambda k: -every[k].peak)[:MOST_PANELS]
-    shown = [every[k] for k in sorted(first)]
+    shown = [every[k] for k in foremost([one.peak for one in every])]
     factor, unit = style.shared_unit([np.concatenate(one.largest) for one in shown], "N")
     titles = [_title(one, group) for one in shown]
     figure, axes = style.panel_figure(titles, group.heading(result, "Range of tension"))
@@ -142,14 +140,28 @@ def _draw_one(ax: Axes, one: _Borne, run: int, factor: float) -> list[Array]:
     return [largest, smallest, start]
 
 
+def most_at(name: str, values: Array, unit: str, places: Array) -> str:
+    """A line's name, the largest value along it, and at which place (m)."""
+    if not np.isfinite(values).any():
+        return name
+    at = int(np.nanargmax(values))
+    most, place = quantity(float(values[at]), unit, 4), quantity(float(places[at]), "m", 4)
+    return f"{name}: at most {most}, at {place}"
+
+
+def run_entries(group: Group) -> list[Line2D]:
+    """What a legend says of the curves of several runs."""
+    return [
+        Line2D([], [], label=title.replace("\n", ": "), **style.curve(index))
+        for index, title in enumerate(group.titles)
+    ]
+
+
 def _title(one: _Borne, group: Group) -> str:
     """The line's name; of a single run also how much it bears at most, and where; a strength far off."""
     told, largest = one.line.name, one.largest[0]
-    if len(group.runs) == 1 and np.isfinite(largest).any():
-        at = int(np.nanargmax(largest))
-        most = quantity(float(largest[at]), "N", 4)
-        place = quantity(float(_middles(one.line, group.runs[0])[at]), "m", 4)
-        told = f"{told}: at most {most}, at {place}"
+    if len(group.runs) == 1:
+        told = most_at(told, largest, "N", _middles(one.line, group.runs[0]))
     if np.isnan(one.strength) or one.drawn:
         return told
     return f"{told}; breaking strength {quantity(one.strength, 'N', 4)}"
@@ -168,10 +180,7 @@ def _note(shown: list[_Borne], lines: int, group: Group) -> str:
 
 
 def _entries(shown: list[_Borne], group: Group) -> list[Line2D]:
-    entries = [
-        Line2D([], [], label=title.replace("\n", ": "), **style.curve(index))
-        for index, title in enumerate(group.titles)
-    ]
+    entries = run_entries(group)
     if len(group.runs) == 1:
         entries = [Line2D([], [], label="largest", **_LARGEST)]
         if any(one.line.has("tension") for one in shown):
