@@ -19,6 +19,7 @@ from lumpedcable.model.moved import path_of
 from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.places import place_measured
 from lumpedcable.model.riders import Coupled, Rider
+from lumpedcable.model.sea import gauge, sea_surface
 from lumpedcable.model.ships import motion_of
 from lumpedcable.model.state import Seen
 from lumpedcable.model.winches import Control, Schedule, Sheave, Winch
@@ -35,7 +36,12 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, Contact, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
 from lumpedcable.scene.lines import joined_to
-from lumpedcable.scene.measures import BodyMeasure, HeightMeasure, SpeedMeasure
+from lumpedcable.scene.measures import (
+    BodyMeasure,
+    ElevationMeasure,
+    HeightMeasure,
+    SpeedMeasure,
+)
 from lumpedcable.scene.moved import MovedBody
 
 __all__ = [
@@ -308,6 +314,8 @@ def make_measures(
             _free_post(scene, part, coordinates),
         )
         if isinstance(part, BodyMeasure)
+        else gauge(scene, part)
+        if isinstance(part, ElevationMeasure)
         else place_measured(layout, coordinates, part)
         for name, part in scene.measures.items()
     }
@@ -315,7 +323,7 @@ def make_measures(
 
 def _free_deck(scene: Scene, part: BodyMeasure) -> str | None:
     over = part.over if isinstance(part, HeightMeasure) else None
-    return over if over is not None and isinstance(scene.bodies[over], Body) else None
+    return over if over is not None and isinstance(scene.bodies.get(over), Body) else None
 
 
 def _free_post(scene: Scene, part: BodyMeasure, coordinates: Coordinates) -> BodyPost | None:
@@ -334,6 +342,10 @@ def _measure(scene: Scene, part: BodyMeasure) -> AbstractMeasure:
         return measures.ClimbMeasure(near=near)
     if part.over is None:
         return measures.HeightMeasure(level=number(part.level), near=near)
+    if scene.over_waves(part):
+        return measures.ClearanceMeasure(
+            level=number(part.level), surface=sea_surface(scene), near=near
+        )
     ship = scene.bodies[part.over]
     if not isinstance(ship, MovedBody):
         return measures.HeightMeasure(level=number(part.level), near=near)

@@ -1,13 +1,33 @@
-"""From the sea of a scene to its waves and to how the water moves in them."""
+"""From the sea of a scene to its waves, to their surface and to how the water moves in them."""
 
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.numbers import if_given, moving, number
-from lumpedcable.physics.sea import SeaFlow, SeaState
+from lumpedcable.model.model import AbstractMeasured, Model
+from lumpedcable.model.numbers import if_given, moving, number, vector
+from lumpedcable.model.state import Seen
+from lumpedcable.physics.sea import SeaFlow, SeaState, SeaSurface
 from lumpedcable.scene import Scene
+from lumpedcable.scene.measures import ElevationMeasure
 
-__all__ = ["sea_flow", "sea_state"]
+__all__ = ["Gauge", "gauge", "sea_flow", "sea_state", "sea_surface"]
+
+
+class Gauge(AbstractMeasured):
+    """How far the surface of the sea is over the water at rest (m), at a place x, y (m)."""
+
+    surface: SeaSurface
+    place: Float[Array, " 3"]
+
+    def value(self, model: Model, t, seen: Seen) -> Float[Array, ""]:
+        """The number at t (s)."""
+        return self.surface.height(t, self.place) - self.surface.level
+
+
+def gauge(scene: Scene, part: ElevationMeasure) -> Gauge:
+    """What a wave gauge shows."""
+    return Gauge(sea_surface(scene), vector((*part.elevation, 0.0)))
 
 
 def sea_state(scene: Scene) -> SeaState:
@@ -18,6 +38,14 @@ def sea_state(scene: Scene) -> SeaState:
         moving(scene) * number(sea.height), number(sea.period), number(sea.gamma), sea.seed,
         sea.components, if_given(sea.depth),
     )  # fmt: skip
+
+
+def sea_surface(scene: Scene) -> SeaSurface:
+    """The surface of the scene's sea; it is level where statics looks for what is at rest."""
+    sea = scene.sea
+    assert sea is not None  # the scene was checked
+    ramp = None if sea.flow is None else if_given(sea.flow.ramp)
+    return SeaSurface(sea_state(scene), number(sea.direction), number(scene.sea_level), ramp)
 
 
 def sea_flow(scene: Scene, coordinates: Coordinates) -> SeaFlow | None:

@@ -1,7 +1,8 @@
-"""What a film shows beside the lines of a file: ideal cables, ships and bodies."""
+"""What a film shows beside the lines of a file: ideal cables, ships, bodies and waves."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,15 +31,17 @@ class Beside(NamedTuple):
         lines: ideal cables by name, read as the file's own are.
         balls: places (m) of bodies without a size, point masses among them, each (time, 3).
         faces: of bodies with a size, each (time, face, 4, 3) in m; a post is a face without breadth.
+        water: the height (m) of the waves at a time (s) and places (n, 3) in m; None without waves.
     """
 
     lines: dict[str, StraightLine]
     balls: list[Array]
     faces: list[Array]
+    water: Callable[[float, Array], Array] | None
 
 
 def beside_lines(result: ResultFile, run: int) -> Beside:
-    """Ideal cables, ships and bodies of a run, at the times with fields."""
+    """Ideal cables, ships, bodies and waves of a run, at the times with fields."""
     scene = result.scene
     more = Unrecorded(result, np.array([run]), scene)
     ways = {
@@ -47,7 +50,8 @@ def beside_lines(result: ResultFile, run: int) -> Beside:
     }
     ways |= {name: (places[0], angles[0]) for name, (places, angles) in more.ships.items()}
     ways = {name: tuple(way[result.frames] for way in both) for name, both in ways.items()}
-    found = Beside(more.lines, [], [])
+    waves = more.waves.get(run)
+    found = Beside(more.lines, [], [], None if waves is None else waves.height)
     for _, told, places, angles in solids_of(ways, scene):
         size = size_of(told)
         if size is None:

@@ -147,7 +147,7 @@ class _Recorder:
             "lines": lines,
             "histories": self._histories(lines),
             "outputs": self._outputs(),
-            "surroundings": around,
+            "surroundings": around | {"waves": self._waves()},
             "bodies": bodies,
         }
         return Payload(head, self.pack)
@@ -174,6 +174,16 @@ class _Recorder:
     def _axis(self, axis: Axis) -> dict[str, Any]:
         texts = [quantity(float(axis.values[run]), axis.unit) for run in self.runs]
         return {"words": axis.words, "texts": texts}
+
+    def _waves(self) -> dict[str, Any] | None:
+        """Waves of the runs: (run, 4, N) of a, w, k, e as in `Waves`, and what each run has beside."""
+        waves = [self.unrecorded.waves.get(int(run)) for run in self.runs]
+        if None in waves:
+            return None
+        shown = [wave for wave in waves if wave is not None]
+        sines = [[w.amplitude, w.omega, w.number, w.phase] for w in shown]
+        runs = [{"direction": w.direction, "level": w.level, "ramp": w.ramp} for w in shown]
+        return {"data": self.pack.exact(sines), "runs": runs}
 
     # --- fields ----------------------------------------------------------------------------------
 

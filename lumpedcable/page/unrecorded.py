@@ -1,14 +1,17 @@
-"""What a results file does not hold but its scene tells: moved ships, and ideal cables between them."""
+"""What a results file does not hold but its scene tells: moved ships, cables between them, waves."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.results.reader import ResultFile
+
+if TYPE_CHECKING:
+    from lumpedcable.study.moved import Waves
 
 __all__ = ["StraightLine", "Unrecorded"]
 
@@ -56,25 +59,33 @@ class StraightLine:
 
 
 class Unrecorded:
-    """Ships and ideal cables of the runs that are shown, worked out from the scene.
+    """Ships, ideal cables and waves of the runs that are shown, worked out from the scene.
 
     Attributes:
         ships: by name, place (m) and attitude (rad), each (run, time, 3).
         lines: by name.
+        waves: by run; none where the sea is at rest.
     """
 
     def __init__(self, result: ResultFile, runs: Array, scene: Mapping[str, Any]) -> None:
-        """Read the scene again, where it has moved bodies or ideal lines."""
+        """Read the scene again, where it has moved bodies, ideal lines or waves."""
+        self.waves: dict[int, Waves] = {}
         self.ships: dict[str, tuple[Array, Array]] = {}
         self.lines: dict[str, StraightLine] = {}
         bodies, lines = scene.get("bodies") or {}, scene.get("lines") or {}
         moved = [name for name, body in bodies.items() if "motion" in body]
         ideal = [name for name, line in lines.items() if line.get("model") == "ideal"]
-        if moved or ideal:
+        if moved or ideal or "sea" in scene:
             self._work_out(result, runs)
 
     def _work_out(self, result: ResultFile, runs: Array) -> None:
-        from lumpedcable.study.moved import Moved, moved_ships, straight_lines, study_of_text
+        from lumpedcable.study.moved import (
+            Moved,
+            moved_ships,
+            straight_lines,
+            study_of_text,
+            waves_of,
+        )
 
         study = study_of_text(str(result.attributes.get("effective_scene", "")))
         if study is None or len(study.runs) != result.runs:
@@ -84,6 +95,9 @@ class Unrecorded:
         tensions: dict[str, dict[int, float]] = {}
         for run in map(int, runs):
             scene = study.runs[run]
+            waves = waves_of(scene)
+            if waves is not None:
+                self.waves[run] = waves
             ships = moved_ships(scene, result.time)
             for name, way in ships.items():
                 ways.setdefault(name, []).append((way.position, way.attitude))

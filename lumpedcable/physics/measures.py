@@ -9,9 +9,10 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.motion import AbstractMotion
 from lumpedcable.physics.rigid import rotation
+from lumpedcable.physics.sea import SeaSurface
 from lumpedcable.physics.ships import AbstractBodyMotion
 
-__all__ = ["AbstractMeasure", "ClimbMeasure", "HeightMeasure", "Near"]
+__all__ = ["AbstractMeasure", "ClearanceMeasure", "ClimbMeasure", "HeightMeasure", "Near"]
 
 
 class Near(eqx.Module):
@@ -71,6 +72,20 @@ class HeightMeasure(AbstractMeasure):
             return place[2] - self.level
         q = self.motion.freedoms(t)
         return jnp.dot(rotation(q[3:])[:, 2], place - self.mean - q[:3]) - self.level
+
+
+class ClearanceMeasure(AbstractMeasure):
+    """Height (m) over the waves: h = z - Z(x, y, t) - level, Z the height of the surface."""
+
+    least: ClassVar[bool] = True
+    unit: ClassVar[str] = "m"
+    level: Float[Array, ""]
+    surface: SeaSurface
+    near: Near | None = None
+
+    def always(self, t, place, velocity) -> Float[Array, ""]:
+        """h (m)."""
+        return place[2] - self.surface.height(t, place) - self.level
 
 
 class ClimbMeasure(AbstractMeasure):

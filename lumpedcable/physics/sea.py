@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.ramp import growth
 
-__all__ = ["SeaFlow", "SeaState", "jonswap", "wave_numbers"]
+__all__ = ["SeaFlow", "SeaState", "SeaSurface", "jonswap", "wave_numbers"]
 
 GRAVITY = 9.80665  # m/s2, for the length of waves on deep water
 FEW = 36  # components below which equal bands would be wider than a tenth of the peak frequency
@@ -123,6 +123,30 @@ class SeaState(eqx.Module):
             share = jonswap(omega, period, gamma)
         amplitude = height / 4.0 * jnp.sqrt(2.0 * share / jnp.sum(share))
         return cls(omega, amplitude, jnp.asarray(angle), wave_numbers(omega, depth), depth)
+
+
+class SeaSurface(eqx.Module):
+    """The surface of the water in a sea: z = level + sum a cos(w t - k X + e), X = x cos b + y sin b.
+
+    `level` (m) is that of the water at rest, b = `direction` (rad) the way that the waves go from the
+    x axis towards y; they grow over `ramp` (s) as in `growth`, None where they are there from the start.
+    """
+
+    sea: SeaState
+    direction: Float[Array, ""]
+    level: Float[Array, ""]
+    ramp: Float[Array, ""] | None = None
+
+    def height(self, t: Float[Array, ""], place: Float[Array, "... 3"]) -> Float[Array, "..."]:
+        """z (m) at t (s) over or under places (m)."""
+        sea = self.sea
+        along = place[..., 0] * jnp.cos(self.direction) + place[..., 1] * jnp.sin(self.direction)
+        # the phase in time is taken in the clock's own precision, however long it has run
+        turned = jnp.mod(sea.omega * t + sea.phase, 2.0 * jnp.pi)
+        risen = jnp.cos(turned - sea.number * along[..., None]) @ sea.amplitude
+        if self.ramp is not None:
+            risen = growth(t, self.ramp) * risen
+        return (self.level + risen).astype(place.dtype)
 
 
 class SeaFlow(eqx.Module):

@@ -42,19 +42,21 @@ def tables(text: str) -> dict[str, Any]:
 def ground_of(scene: Mapping[str, Any]) -> Ground:
     """What the tables of a scene in SI numbers tell of water and bed.
 
-    The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it
-    or something floats; water without any of these is everywhere.
+    The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it,
+    something floats or waves go over it; water without any of these is everywhere.
     """
-    water, bed = scene.get("water"), scene.get("seabed")
+    water, bed, sea = scene.get("water"), scene.get("seabed"), scene.get("sea")
     surface = None
-    if isinstance(water, dict):
+    if isinstance(water, dict) or isinstance(sea, dict):
         hulls = [body.get("hull") for body in (scene.get("bodies") or {}).values()]
-        sea = scene.get("sea")
         flow = sea.get("flow") if isinstance(sea, dict) else None
-        tellers = [water, water.get("current"), flow, *hulls]
+        current = water.get("current") if isinstance(water, dict) else None
+        tellers = [water, current, flow, *hulls]
         told = [number_in(t, "surface") for t in tellers if isinstance(t, dict)]
         surface = next((height for height in told if height is not None), None)
-        if surface is None and (isinstance(bed, dict) or any(h is not None for h in hulls)):
+        if surface is None and (
+            any(isinstance(t, dict) for t in (bed, sea)) or any(h is not None for h in hulls)
+        ):
             surface = 0.0
     return Ground(isinstance(water, dict), surface, _bed(bed) if isinstance(bed, dict) else None)
 

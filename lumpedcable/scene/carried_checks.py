@@ -1,4 +1,4 @@
-"""What must hold between trolleys, winches, measures and the rest of a scene."""
+"""What must hold between trolleys, winches and the rest of a scene."""
 
 from __future__ import annotations
 
@@ -22,14 +22,12 @@ from lumpedcable.scene.lines import (
     joined_to,
     tie_of,
 )
-from lumpedcable.scene.measures import BendingMeasure, BodyMeasure, HeightMeasure, LineMeasure
 from lumpedcable.scene.moved import MovedBody
-from lumpedcable.scene.outcomes import TAKEN
 from lumpedcable.scene.part import SIDES, Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["anchor", "carried_problems"]
+__all__ = ["anchor", "carried_problems", "is_point", "named", "points_of"]
 
 # what an ideal cable has no winch, no trolley and no line for
 REAL = ("schedule", "speed", "control", "sheave", "inertia", "damping")
@@ -42,12 +40,11 @@ Bodies = Mapping[str, Any]
 def carried_problems(
     lines: Lines,
     bodies: Bodies,
-    measures: Mapping[str, Any],
     events: Mapping[str, Event | None],
     gravity: float | None,
     duration: float | None,
 ) -> Iterator[Problem]:
-    """Yield what is wrong with carried bodies, winches, measures and breaks of lines on winches.
+    """Yield what is wrong with carried bodies, winches and breaks of lines on winches.
 
     None stands for the unreadable, and for a `duration` (s) that is not known.
     """
@@ -59,36 +56,27 @@ def carried_problems(
     for name, body in bodies.items():
         if isinstance(body, CarriedBody):
             yield from _carried(lines, bodies, ("bodies", name), body, gravity, duration)
-    for name, measure in measures.items():
-        path: Path = ("measures", name)
-        if name in TAKEN:
-            yield Problem(
-                path, f'expected another name, found "{name}", which is a number of every run'
-            )
-        if measure is not None:
-            if isinstance(measure, LineMeasure):
-                yield from _place(lines, path, measure)
-            else:
-                yield from _measure(lines, bodies, path, measure)
     for name, event in events.items():
         if event is not None and next(event.problems(), None) is None:
             yield from _parted(lines, ("events", name, "breaks"), event)
 
 
-def _named(path: Path, word: str, known: list[str], what: str) -> Problem:
+def named(path: Path, word: str, known: list[str], what: str) -> Problem:
+    """Return a problem with a name that is not among the `known` ones of `what` is expected."""
     hint = did_you_mean(word, known) or (f"; known: {', '.join(known)}" if known else "")
     return Problem(path, f"expected {what}, found {found(word)}{hint or '; there is none'}")
 
 
-def _points(bodies: Bodies) -> list[str]:
+def points_of(bodies: Bodies) -> list[str]:
+    """Return the points of all rigid and moved bodies, as "ship.post"."""
     ships = ((name, body) for name, body in bodies.items() if isinstance(body, MovedBody | Body))
     return [f"{name}.{point}" for name, body in ships for point in body.points]
 
 
-def _is_point(bodies: Bodies, name: str) -> bool:
+def is_point(bodies: Bodies, name: str) -> bool:
     """Return whether a text names a point of a body, or may do so."""
     body, _, _ = name.partition(".")
-    return name in _points(bodies) or (body in bodies and bodies[body] is None)
+    return name in points_of(bodies) or (body in bodies and bodies[body] is None)
 
 
 def _ends(bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
@@ -97,9 +85,9 @@ def _ends(bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
         if not isinstance(end, WinchEnd):
             continue
         at = end.winch.at
-        if isinstance(at, str) and not _is_point(bodies, at):
-            yield _named(
-                (*path, side, "winch", "at"), at, _points(bodies), "a point of a moved body"
+        if isinstance(at, str) and not is_point(bodies, at):
+            yield named(
+                (*path, side, "winch", "at"), at, points_of(bodies), "a point of a moved body"
             )
         if side == "end" and isinstance(line.start, WinchEnd):
             yield Problem((*path, side), "expected one winch on a line, found one at either end")
@@ -233,7 +221,7 @@ def _carried(
 ) -> Iterator[Problem]:  # fmt: skip
     name = body.on.line
     if name not in lines:
-        yield _named((*path, "on", "line"), name, list(lines), "the name of a line")
+        yield named((*path, "on", "line"), name, list(lines), "the name of a line")
         return
     line = lines[name]
     if line is None:
@@ -320,68 +308,4 @@ def _beside_posts(
             (*path, "stop"),
             f"expected a stop at least a segment, {far}, from the line's end, found "
             f"{format_quantity(stop, 'm')}: stop it before, or take more segments",
-        )
-
-
-def _measure(lines: Lines, bodies: Bodies, path: Path, measure: BodyMeasure) -> Iterator[Problem]:
-    key = "height" if isinstance(measure, HeightMeasure) else "climb"
-    name = measure.body
-    riders = [n for n, body in bodies.items() if body is None or isinstance(body, CarriedBody)]
-    if name not in riders:
-        yield _named((*path, key), name, riders, "the name of a body on a line")
-    body = bodies.get(name)
-    if measure.while_hauled and isinstance(body, CarriedBody) and body.on.speed is None:
-        yield Problem(
-            (*path, "while_hauled"),
-            f'expected a body that is hauled, found "{name}", which has no speed',
-        )
-    if measure.near is not None and not _is_point(bodies, measure.near):
-        yield _named((*path, "near"), measure.near, _points(bodies), "a point of a moved body")
-    if not isinstance(measure, HeightMeasure) or measure.over is None:
-        return
-    ships = [
-        n
-        for n, body in bodies.items()
-        if body is None or isinstance(body, MovedBody) or (isinstance(body, Body) and body.rigid)
-    ]
-    if measure.over not in ships:
-        yield _named((*path, "over"), measure.over, ships, "the name of a moved body")
-        return
-    ship = bodies[measure.over]
-    if ship is None:
-        return
-    ends = [tie_of(getattr(line, side)) for line in lines.values() if line for side in SIDES]
-    for post in dict.fromkeys([measure.near, *ends]):
-        holder, _, point = (post or "").partition(".")
-        if (
-            holder == measure.over
-            and point in ship.points
-            and measure.level >= ship.points[point][2]
-        ):
-            yield Problem(
-                (*path, "level"),
-                f"expected a deck below {post}, which is at "
-                f"{format_quantity(ship.points[point][2], 'm')}, "
-                f"found {format_quantity(measure.level, 'm')}",
-            )
-            return
-
-
-def _place(lines: Lines, path: Path, measure: LineMeasure) -> Iterator[Problem]:
-    if next(measure.problems(), None) is not None:
-        return  # told already
-    name, _, place = measure.target()
-    known = [n for n, line in lines.items() if line is None or line.model != "ideal"]
-    if name not in known:
-        yield _named((*path, measure.KIND), name, known, "the name of a line with nodes")
-    line = lines.get(name)
-    if line is not None and isinstance(measure, BendingMeasure) and line.bending is None:
-        yield Problem(
-            (*path, measure.KIND), f'expected a line with bending, found "{name}", which has none'
-        )
-    if line is not None and place is not None and not 0 <= place <= line.unstretched:
-        yield Problem(
-            (*path, "place"),
-            f"expected a place on the line, from 0 m to {format_quantity(line.unstretched, 'm')}, "
-            f"found {format_quantity(place, 'm')}",
         )

@@ -27,6 +27,7 @@ from lumpedcable.scene.lines import (
     held_force,
 )
 from lumpedcable.scene.materials import Material
+from lumpedcable.scene.measure_checks import measure_problems
 from lumpedcable.scene.motions import SeaBody, SeaWaves
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import (
@@ -53,6 +54,7 @@ from lumpedcable.scene.rod_checks import hull_problems, rod_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
+from lumpedcable.scene.surfaces import surface_problems
 from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
@@ -146,15 +148,15 @@ def problems(draft: Draft) -> Iterator[Problem]:
     gravity = draft.others.get("gravity")
     output = draft.others.get("output")
     duration = output.duration if output else None
-    yield from effect_problems(draft.lines, draft.bodies, draft.others, draft.named)
-    yield from carried_problems(
-        draft.lines, draft.bodies, draft.measures, draft.events, gravity, duration
-    )
+    yield from effect_problems(draft.lines, draft.bodies, draft.measures, draft.others, draft.named)
+    yield from carried_problems(draft.lines, draft.bodies, draft.events, gravity, duration)
+    yield from measure_problems(draft.lines, draft.bodies, draft.measures, draft.named)
     yield from stepping_problems(
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )
     fluid = draft.others.get(draft.fluid) if draft.fluid is not None else None
     yield from hull_problems(draft.bodies, draft.others.get("water"))
+    yield from surface_problems(draft.bodies, draft.others.get("water"), draft.others.get("sea"))
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     yield from record_problems(draft.lines, draft.bodies, duration)
     yield from joined_problems(draft.lines)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Set
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.measures import SEA, ElevationMeasure
 from lumpedcable.scene.part import Problem
 
 __all__ = ["effect_problems"]
@@ -14,22 +15,24 @@ Parts = Mapping[str, Any]
 
 
 def effect_problems(
-    lines: Parts, bodies: Parts, others: Parts, named: Set[str]
+    lines: Parts, bodies: Parts, measures: Parts, others: Parts, named: Set[str]
 ) -> Iterator[Problem]:
     """Yield what acts on nothing.
 
     Args:
-        lines, bodies: by name, None where one could not be read.
+        lines, bodies, measures: by name, None where one could not be read.
         others: the single parts that could be read, by key.
         named: the keys of all single parts, readable or not.
     """
-    yield from _sea(lines, bodies, others, named)
+    yield from _sea(lines, bodies, measures, others, named)
     yield from _unbent(lines, others)
     yield from _undragged(lines, bodies, others)
 
 
-def _sea(lines: Parts, bodies: Parts, others: Parts, named: Set[str]) -> Iterator[Problem]:
-    """Yield waves that act on nothing, and water that moves in them where there is none."""
+def _sea(
+    lines: Parts, bodies: Parts, measures: Parts, others: Parts, named: Set[str]
+) -> Iterator[Problem]:
+    """Yield waves that nothing meets, and water that moves in them where there is none."""
     if "sea" not in named:
         return
     sea = others.get("sea")
@@ -39,12 +42,16 @@ def _sea(lines: Parts, bodies: Parts, others: Parts, named: Set[str]) -> Iterato
         for body in bodies.values()
         for key in ("motion", "waves")
     )
+    moves |= any(
+        m is None or isinstance(m, ElevationMeasure) or getattr(m, "over", None) == SEA
+        for m in measures.values()
+    )
     flow = sea is None or sea.flow is not None
     if not moves and not flow and None not in bodies.values():
         yield Problem(
             ("sea",),
-            "expected flow, or a body that moves in its waves (motion or waves with rao or response), "
-            "found neither: they act on nothing else",
+            "expected flow, a body that moves in its waves (motion or waves with rao or response), or a "
+            f'measure of them (elevation, height over = "{SEA}"), found none: they act on nothing else',
         )
     if sea is None or sea.flow is None:
         return

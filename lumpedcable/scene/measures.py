@@ -1,4 +1,4 @@
-"""Numbers that a scene asks for: of bodies on lines, and of places along lines."""
+"""Numbers that a scene asks for: of bodies on lines, of places along lines, and of its waves."""
 
 from __future__ import annotations
 
@@ -22,9 +22,11 @@ from lumpedcable.scene.quantities import (
 from lumpedcable.scene.units import format_quantity
 
 __all__ = [
+    "SEA",
     "BendingMeasure",
     "BodyMeasure",
     "DisplacementMeasure",
+    "ElevationMeasure",
     "HeightMeasure",
     "LineMeasure",
     "LineSpeedMeasure",
@@ -37,21 +39,24 @@ __all__ = [
     "VelocityMeasure",
 ]
 
+SEA = "sea"
+"""What a height is over that is over the waves, where no body has that name."""
+
 PlaceKind = Literal["tension", "bending_moment", "speed", "position", "velocity", "displacement"]
 """What is measured at a place of a line."""
 
 
 class HeightMeasure(Part):
-    """The least height of a body over the water or over a ship's deck."""
+    """The least height of a body over the water, over waves or over a ship's deck."""
 
     UNIT: ClassVar[str] = "m"
     LEAST: ClassVar[bool] = True
     height: Text
     """Name of a body on a line, whose trolley it is of."""
     over: Text | None = None
-    """Name of the moved body that carries the deck. Absent: over z = level."""
+    """Name of the moved body that carries the deck, or "sea": its waves. Absent: over z = level."""
     level: Length = 0.0
-    """Height in m of the deck in that body's axes, or of the level in space."""
+    """Height in m of the deck in that body's axes, over the waves, or of the level in space."""
     near: Text | None = None
     """A point of a body, "ship.post": counts only near it. Absent: always."""
     within: PositiveLength | None = None
@@ -71,8 +76,8 @@ class HeightMeasure(Part):
     @property
     def words(self) -> str:
         """What it is."""
-        deck = "" if self.over is None else f" over the deck of {self.over}"
-        return f"height of {self.height}{deck}"
+        over = {None: "", SEA: " over the waves"}.get(self.over, f" over the deck of {self.over}")
+        return f"height of {self.height}{over}"
 
     def problems(self) -> Iterator[Problem]:
         """Yield a fault where a distance has nothing that it counts from, or the reverse."""
@@ -302,6 +307,23 @@ class DisplacementMeasure(MotionMeasure):
     """Largest displacement in m that is safe, or the least. Absent: none."""
 
 
+class ElevationMeasure(Part):
+    """The highest that the waves come at a place: what a wave gauge shows."""
+
+    UNIT: ClassVar[str] = "m"
+    LEAST: ClassVar[bool] = False
+    elevation: tuple[Length, Length]
+    """Place x and y of the gauge in m."""
+    limit: Length | None = None
+    """Largest height in m over the water at rest that is safe. Absent: none."""
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        x, y = (format_quantity(value, "m") for value in self.elevation)
+        return f"height of the waves at x = {x}, y = {y}"
+
+
 BodyMeasure = HeightMeasure | SpeedMeasure
 _KINDS = {
     "height": HeightMeasure,
@@ -312,6 +334,7 @@ _KINDS = {
     "position": PositionMeasure,
     "velocity": VelocityMeasure,
     "displacement": DisplacementMeasure,
+    "elevation": ElevationMeasure,
 }
 _MEASURE = f"a table with {either(_KINDS)}"
 
@@ -331,7 +354,8 @@ Measure = Annotated[
     | Annotated[LineSpeedMeasure, Tag(tag("speed"))]
     | Annotated[PositionMeasure, Tag(tag("position"))]
     | Annotated[VelocityMeasure, Tag(tag("velocity"))]
-    | Annotated[DisplacementMeasure, Tag(tag("displacement"))],
+    | Annotated[DisplacementMeasure, Tag(tag("displacement"))]
+    | Annotated[ElevationMeasure, Tag(tag("elevation"))],
     *choose(_pick_measure, _MEASURE),
 ]
 """A number of a run that its scene asks for."""

@@ -1,4 +1,4 @@
-"""What a run need not compute but a picture shows: moved ships, straight cables."""
+"""What a run need not compute but a picture shows: moved ships, straight cables, waves."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.moved import path_of
+from lumpedcable.model.sea import sea_surface
 from lumpedcable.model.ships import motion_of
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.bodies import Body
@@ -25,7 +26,15 @@ from lumpedcable.study import compiled  # noqa: F401 - for float64
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Moved", "Straight", "moved_ships", "straight_lines", "study_of_text"]
+__all__ = [
+    "Moved",
+    "Straight",
+    "Waves",
+    "moved_ships",
+    "straight_lines",
+    "study_of_text",
+    "waves_of",
+]
 
 
 class Moved(NamedTuple):
@@ -40,6 +49,43 @@ class Straight(NamedTuple):
 
     position: NDArray[np.float64]
     tension: float
+
+
+class Waves(NamedTuple):
+    """z = level + r(t) sum a cos(w t - k X + e), X = x cos b + y sin b; r grows over `ramp`, then is 1.
+
+    Attributes:
+        amplitude, omega, number, phase: a (m), w (rad/s), k (1/m) and e (rad), each (N,).
+        direction: b, rad.
+        level: m.
+        ramp: s, 0 where the waves are there from the start.
+    """
+
+    amplitude: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    number: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    direction: float
+    level: float
+    ramp: float
+
+    def height(self, t: float, places: NDArray[Any]) -> NDArray[np.float64]:
+        """z (m) at t (s) over or under places (n, 3) in m."""
+        along = places[:, 0] * np.cos(self.direction) + places[:, 1] * np.sin(self.direction)
+        angle = self.omega * t + self.phase - self.number * along[:, None]
+        share = np.sin(0.5 * np.pi * t / self.ramp) ** 2 if t < self.ramp else 1.0
+        return self.level + share * (np.cos(angle) @ self.amplitude)
+
+
+def waves_of(scene: Scene) -> Waves | None:
+    """The waves of a scene's sea, None where it has none."""
+    if scene.sea is None:
+        return None
+    surface = sea_surface(scene)
+    sea = surface.sea
+    a, w, k, e = (np.asarray(p, float) for p in (sea.amplitude, sea.omega, sea.number, sea.phase))
+    ramp = 0.0 if surface.ramp is None else float(surface.ramp)
+    return Waves(a, w, k, e, float(surface.direction), float(surface.level), ramp)
 
 
 def study_of_text(text: str) -> Study | None:

@@ -22,18 +22,21 @@ from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
-from lumpedcable.view.ground import draw_ground
+from lumpedcable.view.ground import WATER, draw_ground
 from lumpedcable.view.sampling import extent, side_view
 
 __all__ = ["MOVIES", "animate_result"]
 
 Array = NDArray[Any]
-# lines by name, places (time, 3) of balls, faces (time, face, 4, 3) of boxes, in m
-Beside = tuple[Mapping[str, Any], Sequence[Array], Sequence[Array]]
+# lines by name, places (time, 3) of balls, faces (time, face, 4, 3) of boxes, in m; height (m) of the
+# waves at a time (s) and places (n, 3) in m, None without waves
+Water = Callable[[float, Array], Array]
+Beside = tuple[Mapping[str, Any], Sequence[Array], Sequence[Array], Water | None]
 
 MOVIES = (".gif", ".mp4")
 LONGEST = 3600.0  # s that a film may last
 _DPI = 100
+SEEN = 300  # places at which waves are drawn
 _TRUE_SHAPE = 6.0  # as in the figure of shapes: longer lines get a stretched vertical scale
 
 
@@ -55,7 +58,8 @@ def animate_result(
             than real time that is.
         fps: frames in a second; of a GIF, whose frames last whole hundredths of a second, about so many.
         beside: from the open file and the run to what it does not hold or holds otherwise: lines by
-            name, read as its own are; places (m) of bodies without a size; faces (m) of those with one.
+            name, read as its own are; places (m) of bodies without a size; faces (m) of those with one;
+            the height (m) of waves at a time (s) and places (m), None without any.
 
     Returns:
         The file made.
@@ -78,7 +82,7 @@ def animate_result(
     frames = max(2, round(seconds * rate))
     with SoundFile.open(path) as result, style.styled():
         result.hold(run)
-        more = beside(result, run) if beside is not None else ({}, (), ())
+        more = beside(result, run) if beside is not None else ({}, (), (), None)
         film = _Film(result, run, frames / rate, more)
         with reported(target):
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -121,7 +125,7 @@ class _Film:
         self.result, self.run = result, run
         self.saved = result.field_time
         self.times = self.saved[result.good[run, result.frames]]
-        others, self.balls, self.faces = more
+        others, self.balls, self.faces, self.water = more
         stored = {name: result.line(name) for name in result.lines}
         shown = {
             name: line
@@ -148,7 +152,8 @@ class _Film:
         self.to_time, self.time_unit = scale(float(result.time[-1]), "s")
         span = float(self.times[-1] - self.times[0])
         self.pace = _pace(span / seconds)
-        self.figure, (self.top, self.bottom) = self._laid_out()
+        self.figure, (self.top, self.bottom), wavy = self._laid_out()
+        self.sea = self.top.add_collection(_sea(), autolim=False) if wavy else None
         self.solids = [self.top.add_collection(_solid(), autolim=False) for _ in self.faces]
         self.shapes = [self._shape(self.top) for _ in names]
         (self.marks,) = self.top.plot([], [], "o", color=style.NEUTRAL, markersize=5, zorder=3)
@@ -162,7 +167,7 @@ class _Film:
         self.figure.canvas.draw()
         self.figure.set_layout_engine("none")  # nothing moves but the lines
 
-    def _laid_out(self) -> tuple[Figure, Array]:
+    def _laid_out(self) -> tuple[Figure, Array, bool]:
         title = "\n".join(
             filter(
                 None, [str(self.result.attributes.get("title", "")), self.result.label(self.run)]
@@ -177,7 +182,14 @@ class _Film:
         wide, high = extent(x), extent(z)
         top.set_xlim(style.limits(x, scene=high))
         top.set_ylim(style.limits(z, margin=0.15, scene=wide))
-        draw_ground(top, self.result, self.run, (self.across, self.up))
+        seen = draw_ground(top, self.result, self.run, (self.across, self.up))
+        # from where the picture ends below up to the waves, halfway between what is nearest and farthest
+        wavy = self.water is not None and WATER in seen
+        self.places = np.tile(
+            0.5 * (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)), (SEEN, 1)
+        )
+        left, right = top.get_xlim()
+        self.places[:, self.across] = np.linspace(left, right, SEEN)
         true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
         if true:
             top.set_aspect("equal", adjustable="box")
@@ -191,7 +203,7 @@ class _Film:
         self.clock = top.text(
             1.0, 1.02, "", transform=top.transAxes, ha="right", va="bottom", color=style.NEUTRAL
         )
-        return figure, axes
+        return figure, axes, wavy
 
     def _shape(self, ax: Axes) -> LineCollection:
         colours = Normalize(*self.limits)
@@ -208,6 +220,10 @@ class _Film:
             shape.set_segments(list(np.stack([points[:-1], points[1:]], axis=1)))
             shape.set_array(tension[sample] * self.factor)
             curve.set_data(middle, tension[sample] * self.factor)
+        if self.water is not None and self.sea is not None:
+            x, low = self.places[:, self.across], self.top.get_ylim()[0]
+            z = self.water(float(self.saved[sample]), self.places)
+            self.sea.set_verts([[(x[0], low), *zip(x, z, strict=True), (x[-1], low)]])
         for solid, faces in zip(self.solids, self.faces, strict=True):
             solid.set_verts(list(faces[sample][..., view]))
         self.marks.set_data(*np.reshape([ball[sample][view] for ball in self.balls], (-1, 2)).T)
@@ -215,6 +231,13 @@ class _Film:
         last = self.result.time[-1] * self.to_time
         places = max(0, 2 - int(np.floor(np.log10(last)))) if last > 0 else 0
         self.clock.set_text(f"{now:.{places}f} {self.time_unit}, {self.pace}")
+
+
+def _sea() -> PolyCollection:
+    """Water under waves, behind all else."""
+    return PolyCollection(
+        [], facecolors=[(WATER, 0.25)], edgecolors=WATER, linewidths=1.2, zorder=0.7
+    )
 
 
 def _solid() -> PolyCollection:

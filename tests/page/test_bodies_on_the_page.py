@@ -193,8 +193,12 @@ every = 1.0
 
 @pytest.fixture
 def transfer(tmp_path):
+    return transfer_file(tmp_path, TRANSFER)
+
+
+def transfer_file(folder, scene):
     """The file of a scene whose only records are the trolley's place and how the cargo swings."""
-    path = tmp_path / "t.h5"
+    path = folder / "t.h5"
     place = np.stack([0 * TIMES, 10.0 + TIMES, 14.0 + 0 * TIMES], axis=-1)[None]
     attitude = np.stack([0.2 * TIMES, 0 * TIMES, 0 * TIMES], axis=-1)[None]
     dims = {"run": 1, "time": 5, "xyz": 3, "angle": 3}
@@ -202,7 +206,7 @@ def transfer(tmp_path):
         Variable("bodies/cargo/position", ("run", "time", "xyz"), "f8", "m"),
         Variable("bodies/cargo/attitude", ("run", "time", "angle"), "f8", "rad"),
     ]
-    told = {"effective_scene": TRANSFER}
+    told = {"effective_scene": scene}
     when = {"time": Coordinate(TIMES, "s")}
     with ResultWriter(
         path, dims=dims, variables=variables, coordinates=when, attributes=told

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import lumpedcable.study.compiled  # noqa: F401  (double precision)
-from lumpedcable.physics.sea import GRAVITY, SeaFlow, SeaState, wave_numbers
+from lumpedcable.physics.sea import GRAVITY, SeaFlow, SeaState, SeaSurface, wave_numbers
 
 HEADING = 0.6  # rad
 WAY = jnp.asarray([np.cos(HEADING), np.sin(HEADING), 0.0])
@@ -88,6 +88,33 @@ def test_the_mean_surface_rises_as_the_waves_do(depth):
     for t in (0.0, 4.1):
         rate = (eta(t + step) - eta(t - step)) / (2 * step)
         assert float(one(water, t, jnp.asarray(x))[2]) == pytest.approx(rate, abs=1e-8)
+
+
+@pytest.mark.parametrize("depth", DEPTHS)
+def test_the_surface_is_where_the_water_in_it_rises_to(depth):
+    water = flow(depth, ahead=0.0)
+    surface = SeaSurface(water.sea, number(HEADING), number(SURFACE))
+    at = jnp.asarray([[11.0, -6.0, SURFACE], [-3.0, 20.0, SURFACE]])
+    for t in (0.0, 4.1, 86400.0):
+        rate = jax.jvp(lambda s: surface.height(s, at), (number(t),), (number(1.0),))[1]
+        np.testing.assert_allclose(rate, water.motion(number(t), at.T)[0][2], atol=1e-9)
+    # and on average where it was at rest, as high as it is said to be
+    times = jnp.linspace(0.0, 20000.0, 40001)
+    heights = jax.vmap(lambda t: surface.height(t, at[0]))(times)
+    assert float(jnp.mean(heights)) == pytest.approx(SURFACE, abs=2e-3)
+    assert 4.0 * float(jnp.std(heights)) == pytest.approx(1.2, rel=0.01)
+
+
+def test_the_surface_grows_as_the_flow_does():
+    water = flow(None, ramp=12.0, ahead=0.0)
+    at = jnp.asarray([4.0, 9.0, -1.0])
+    full = SeaSurface(water.sea, number(HEADING), number(SURFACE))
+    slow = SeaSurface(water.sea, number(HEADING), number(SURFACE), number(12.0))
+    for t, share in ((0.0, 0.0), (6.0, 0.5), (8.0, 0.75), (12.0, 1.0), (40.0, 1.0)):
+        risen = float(full.height(number(t), at)) - SURFACE
+        assert float(slow.height(number(t), at)) - SURFACE == pytest.approx(
+            share * risen, abs=1e-14
+        )
 
 
 def test_at_the_bed_water_goes_to_and_fro_and_on_deep_water_it_rests_far_below():

@@ -56,7 +56,7 @@ def test_a_gif_lasts_as_long_as_it_says(file, tmp_path, monkeypatch, fps, hundre
 
 def test_a_frame_holds_the_file_s_values(file):
     with SoundFile.open(file) as result, style.styled():
-        film = animation._Film(result, 4, 10.0, ({}, (), ()))
+        film = animation._Film(result, 4, 10.0, ({}, (), (), None))
         tension, place = result.line("rope").tension(4), result.line("rope").position(4)
         for sample in (0, 77):
             film.show(sample)
@@ -69,7 +69,7 @@ def test_a_frame_holds_the_file_s_values(file):
 def test_a_straight_line_is_not_seen_to_tremble(tmp_path):
     path = synthetic_result.snapback(tmp_path / "r.h5", segments=12, sag=1.5e-13)
     with SoundFile.open(path) as result, style.styled():
-        film = animation._Film(result, 0, 10.0, ({}, (), ()))
+        film = animation._Film(result, 0, 10.0, ({}, (), (), None))
         assert film.top.get_ylabel() == "z (m)"
         assert np.ptp(film.top.get_ylim()) > 1.0
 

@@ -62,7 +62,7 @@ def test_times_reach_to_where_the_last_of_the_runs_shown_went_wrong(blown):
 
 def test_a_film_ends_where_the_run_went_wrong(blown):
     with SoundFile.open(blown) as result, style.styled():
-        film = animation._Film(result, 3, 10.0, ({}, (), ()))
+        film = animation._Film(result, 3, 10.0, ({}, (), (), None))
         assert film.times[-1] == TIMES[HALF - 1]
         assert film.bottom.get_ylim()[1] < 2e-3 * PRETENSIONS[-1]
 

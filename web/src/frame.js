@@ -12,9 +12,9 @@ function steps(low, high, step) {
 }
 
 export class Frame {
-  // box: { low: [x, y, z], high: [x, y, z] } in metres; rise: factor on heights
-  constructor(group, labels, box, surroundings) {
-    Object.assign(this, { group, labels, box, surroundings, rise: 1, made: [], texts: [] });
+  // box: { low: [x, y, z], high: [x, y, z] } in metres; sea: its waves, if any; rise: factor on heights
+  constructor(group, labels, box, surroundings, sea) {
+    Object.assign(this, { group, labels, box, surroundings, sea, rise: 1, made: [], texts: [] });
   }
 
   empty() {
@@ -26,6 +26,7 @@ export class Frame {
     this.labels.replaceChildren();
     this.made = [];
     this.texts = [];
+    this.water = null;
   }
 
   build() {
@@ -49,9 +50,12 @@ export class Frame {
       zStep: heights.step };
     if (bed != null) this.sheet(ends, ground, "--bed", 0.45);
     if (surface != null && surface <= high[2] + (high[2] - low[2])) {
-      const level = new Bed(surface);
-      this.sheet(ends, level, "--water", 0.16);
-      this.outline(ends, level, "--water-edge");
+      if (this.sea) this.waves(ends);
+      else {
+        const level = new Bed(surface);
+        this.sheet(ends, level, "--water", 0.16);
+        this.outline(ends, level, "--water-edge");
+      }
     }
     for (const axis of ["x", "y", "z"]) {
       const at = this.scale[axis], each = axis === "z" ? this.scale.zStep : step;
@@ -64,8 +68,10 @@ export class Frame {
   add(points, colour) {
     const flat = new Float32Array(points.flatMap(([a, b, c]) => [a, b, c * this.rise]));
     const shape = new BufferGeometry().setAttribute("position", new BufferAttribute(flat, 3));
-    const thing = new LineSegments(shape, new LineBasicMaterial({ color: css(colour),
-      transparent: true })); // so that it is drawn after the planes, on top of them
+    return this.put(new LineSegments(shape, edge(colour)));
+  }
+
+  put(thing) {
     thing.frustumCulled = false;
     this.group.add(thing);
     this.made.push(thing);
@@ -80,12 +86,37 @@ export class Frame {
     });
     const shape = new BufferGeometry().setAttribute("position",
       new BufferAttribute(new Float32Array(flat), 3)).setIndex(index);
-    const thing = new Mesh(shape, new MeshBasicMaterial({
-      color: css(colour), transparent: true, opacity, side: 2, depthWrite: false }));
-    thing.renderOrder = -1;
-    thing.frustumCulled = false;
-    this.group.add(thing);
-    this.made.push(thing);
+    this.put(new Mesh(shape, plane(colour, opacity))).renderOrder = -1;
+  }
+
+  // the surface with its border and with lines along its crests and across them
+  waves(ends) {
+    const { sea } = this, [nx, ny] = [0, 1].map((k) => sea.cells(ends[2 * k + 1] - ends[2 * k], k));
+    const x = [], y = [], faces = [], border = [], rows = [];
+    for (let j = 0; j <= ny; j++) for (let i = 0; i <= nx; i++) {
+      const at = j * (nx + 1) + i;
+      x.push(ends[0] + (i / nx) * (ends[1] - ends[0]));
+      y.push(ends[2] + (j / ny) * (ends[3] - ends[2]));
+      if (i < nx) (j === 0 || j === ny ? border : rows).push(at, at + 1);
+      if (j < ny) (i === 0 || i === nx ? border : rows).push(at, at + nx + 1);
+      if (i < nx && j < ny) faces.push(at, at + 1, at + nx + 2, at, at + nx + 2, at + nx + 1);
+    }
+    const places = new BufferAttribute(new Float32Array(x.flatMap((value, k) => [value, y[k], 0])), 3);
+    const shape = (index) => new BufferGeometry().setAttribute("position", places).setIndex(index);
+    this.put(new Mesh(shape(faces), plane("--water", 0.22))).renderOrder = -1;
+    this.put(new LineSegments(shape(rows), edge("--water-edge", 0.3)));
+    this.put(new LineSegments(shape(border), edge("--water-edge")));
+    this.water = { x, y, places };
+    this.flow();
+  }
+
+  // bring the waves to the time of the sea
+  flow() {
+    if (!this.water) return;
+    const { x, y, places } = this.water, z = this.sea.heights(x, y);
+    z.forEach((height, k) => places.setZ(k, height * this.rise));
+    places.needsUpdate = true;
+    document.documentElement.dataset.water = [x[0], y[0], z[0]]; // a test compares it
   }
 
   outline(ends, ground, colour) {
@@ -152,6 +183,13 @@ export class Frame {
     to.needsUpdate = true;
   }
 }
+
+// so that a line is drawn after the planes, on top of them
+const edge = (colour, opacity = 1) =>
+  new LineBasicMaterial({ color: css(colour), transparent: true, opacity });
+
+const plane = (colour, opacity) => new MeshBasicMaterial({
+  color: css(colour), transparent: true, opacity, side: 2, depthWrite: false });
 
 // pairs of points of a line on the ground along x
 function along(ground, [x0, x1], y) {

@@ -6,6 +6,7 @@ import { css, el, select } from "./dom.js";
 import { shown } from "./format.js";
 import { Plot, limits } from "./plot.js";
 import { Scenery } from "./scenery.js";
+import { Sea } from "./sea.js";
 import { Shell } from "./shell.js";
 
 const ALONG = { tension: "tension", speed: "speed" };
@@ -19,6 +20,7 @@ class Recorded {
     this.head = head;
     this.shell = new Shell(page, head);
     this.scenery = new Scenery(head, block, this.shell.stage);
+    this.sea = head.surroundings.waves && new Sea(head.surroundings.waves, block);
     this.histories = head.histories.map((h) => ({ ...h, table: new Table(block, h.data),
       ends: h.extremes && new Table(block, h.extremes) }));
     const asked = new URLSearchParams(location.hash.slice(1));
@@ -34,7 +36,8 @@ class Recorded {
       top: head.time.factor * this.scenery.time.at(-1) }, () => this.moved());
     this.shell.stage.draw = () => this.drawScene();
     this.shell.onTheme.push(() => this.moved());
-    this.shell.stage.setRoom(this.scenery.box(head.runs.map((_, k) => k)), head.surroundings);
+    this.shell.stage.setRoom(this.scenery.box(head.runs.map((_, k) => k)), head.surroundings,
+      this.sea);
     this.pick();
     this.shell.stage.look(asked.get("view"));
     const at = Number(asked.get("t"));
@@ -224,6 +227,8 @@ class Recorded {
   }
 
   drawScene() {
+    this.sea?.show(this.run, this.clock.now);
+    this.shell.stage.frame.flow();
     this.scenery.draw("main", this.run, this.clock.now, this.range);
     if (this.other != null) this.scenery.draw("other", this.other, this.clock.now, null);
   }

@@ -22,15 +22,20 @@ export class Scenery {
   // what all runs shown take up together, so that the camera need not move between them
   box(runs) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    const reach = (k, [a, b], room = 0) => {
-      if (a - room < low[k]) low[k] = a - room;
-      if (b + room > high[k]) high[k] = b + room;
+    const reach = (k, [a, b]) => {
+      if (a < low[k]) low[k] = a;
+      if (b > high[k]) high[k] = b;
     };
     for (const run of runs) {
       for (const line of this.lines) line.position.forEach((t, k) => reach(k, t.range(run)));
       for (const body of this.bodies) {
-        const turns = body.attitude?.some((t) => t.range(run).some((q) => Math.abs(Math.abs(q) - 0.5) < 0.45));
-        body.position.forEach((t, k) => reach(k, t.range(run), reachOf(body, k, turns)));
+        for (let frame = 0; frame < this.frames.length; frame++) {
+          const axes = rotation(body.attitude?.map((t) => t.at(run, frame)));
+          body.position.forEach((t, k) => {
+            const at = t.at(run, frame), [a, b] = extent(body, axes[k]);
+            reach(k, [at + a, at + b]);
+          });
+        }
       }
     }
     return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [1, 1, 1] };
@@ -122,10 +127,19 @@ export class Scenery {
   }
 }
 
-// how far a body reaches from its place along an axis; any way where it turns by much
-function reachOf({ size, points = [] }, k, turns) {
-  const along = (j) => Math.max((size?.[j] ?? 0) / 2, ...points.map((at) => Math.abs(at[j])));
-  return turns ? Math.max(...[0, 1, 2].map(along)) : along(k);
+// how far a box and its posts reach from its place along an axis, whose parts along its own axes are given
+function extent({ size, points = [] }, axis) {
+  const half = axis.reduce((sum, share, j) => sum + (Math.abs(share) * (size?.[j] ?? 0)) / 2, 0);
+  const posts = points.map((at) => axis.reduce((sum, share, j) => sum + share * at[j], 0));
+  return [Math.min(-half, ...posts), Math.max(half, ...posts)];
+}
+
+// rows x, y, z of what turns a body's axes into those of space, from its attitude, a quaternion w, x, y, z
+function rotation(attitude = [1, 0, 0, 0]) {
+  const [w, x, y, z] = attitude.map((q) => q / Math.hypot(...attitude));
+  return [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+    [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+    [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]];
 }
 
 export function rgbOf(hex) {

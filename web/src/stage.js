@@ -41,15 +41,17 @@ export class Stage {
 
   // --- what there is ------------------------------------------------------------------------------
 
-  setRoom(box, surroundings) {
+  setRoom(box, surroundings, sea) {
     this.box = padded(box, surroundings);
     this.wet = surroundings.water && surroundings.surface == null; // water all around
     this.scene.background = new Color(css(this.wet ? "--sea" : "--stage"));
     this.frame?.empty(); // what it made is known to it alone
-    this.frame = new Frame(this.room, this.labels, this.box, surroundings);
+    this.frame = new Frame(this.room, this.labels, this.box, surroundings, sea);
     this.frame.rise = this.rise;
     this.frame.build();
-    document.documentElement.dataset.room = this.room.children.length; // a test counts them
+    // tests look at these
+    Object.assign(document.documentElement.dataset, { room: this.room.children.length,
+      box: [...this.box.low, ...this.box.high] });
   }
 
   tube(key, nodes, radius, pixels, behind) {
