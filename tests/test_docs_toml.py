@@ -78,9 +78,13 @@ def transfer_with(block):
     return text
 
 
-SHIP, WAVES, CARGO, OVERLOAD, TARGETS, *SWEEPS = blocks("scene-language.md")
+CURRENT, SHIP, WAVES, CARGO, OVERLOAD, TARGETS, *SWEEPS = blocks("scene-language.md")
+SWEPT_ASIDE = FLOATING.replace("density = 1025\n", f"density = 1025\n{CURRENT}").replace(
+    'diameter = "40 mm"', 'diameter = "40 mm"\ndrag = { normal = 1.2, tangential = 0.01 }'
+)
 # the scene of each part, and its runs
 WITHIN = {
+    "a current": (f"{WIRE}{SHIP}{SWEPT_ASIDE}", 1),
     "a ship": (f"{WIRE}{SHIP}{FLOATING}", 1),
     "waves": (f"{WIRE}{SHIP}{FLOATING}{WAVES}", 1),
     "cargo": (transfer_with(CARGO), 175),

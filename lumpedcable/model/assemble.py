@@ -27,10 +27,15 @@ from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import law_of, rod_law
 from lumpedcable.model.model import Model
 from lumpedcable.model.moved import path_of
-from lumpedcable.model.numbers import if_given, number
+from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.model.sea import sea_flow
 from lumpedcable.physics.bending import Bending
-from lumpedcable.physics.fluid import AbstractCurrent, PowerLawCurrent, UniformCurrent
+from lumpedcable.physics.fluid import (
+    AbstractCurrent,
+    PowerLawCurrent,
+    TableCurrent,
+    UniformCurrent,
+)
 from lumpedcable.physics.load import AbstractLoad
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.seabed import AbstractSeabed, BedGrip, SeabedDamping
@@ -39,7 +44,8 @@ from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import WinchEnd
-from lumpedcable.scene.environment import UniformCurrent as UniformCurrentPart
+from lumpedcable.scene.environment import PowerCurrent as PowerPart
+from lumpedcable.scene.environment import TableCurrent as TablePart
 from lumpedcable.scene.lines import (
     HeldForce,
     MovingEnd,
@@ -203,13 +209,16 @@ def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:
     fluid = scene.fluid
     if fluid is None or fluid.current is None:
         return None
-    velocity = coordinates.vector(fluid.current.velocity)
-    if isinstance(fluid.current, UniformCurrentPart):
-        return UniformCurrent(velocity)
     profile = fluid.current
-    return PowerLawCurrent(
-        velocity, number(profile.exponent), number(profile.depth), number(profile.surface)
-    )
+    if isinstance(profile, TablePart):
+        along = [coordinates.vector(velocity) for velocity in profile.velocity]
+        return TableCurrent(vector(profile.z), jnp.stack(along, axis=1))
+    velocity = coordinates.vector(profile.velocity)
+    if isinstance(profile, PowerPart):
+        return PowerLawCurrent(
+            velocity, number(profile.exponent), number(profile.depth), number(profile.surface)
+        )
+    return UniformCurrent(velocity)
 
 
 def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["AbstractCurrent", "PowerLawCurrent", "UniformCurrent"]
+__all__ = ["AbstractCurrent", "PowerLawCurrent", "TableCurrent", "UniformCurrent"]
 
 
 class AbstractCurrent(eqx.Module):
@@ -45,3 +45,19 @@ class PowerLawCurrent(AbstractCurrent):
         wet = share > 0.0
         profile = jnp.where(wet, jnp.where(wet, jnp.minimum(share, 1.0), 1.0) ** self.exponent, 0.0)
         return self.at_surface[:, None] * profile
+
+
+class TableCurrent(AbstractCurrent):
+    """V_0 + sum_k (V_k+1 - V_k) clip((z - z_k) / (z_k+1 - z_k), 0, 1): straight between heights z_k (m).
+
+    The velocities V_k (m/s) at the heights, which increase; beyond them those of the first and the last.
+    """
+
+    heights: Float[Array, " K"]
+    velocities: Float[Array, "d K"]
+
+    def velocity(self, height: Float[Array, " nodes"]) -> Float[Array, "d nodes"]:
+        """The velocity (m/s) at each height (m)."""
+        low, step = self.heights[:-1, None], jnp.diff(self.heights)[:, None]
+        shares = jnp.clip((height - low) / step, 0.0, 1.0)
+        return self.velocities[:, :1] + jnp.diff(self.velocities, axis=1) @ shares

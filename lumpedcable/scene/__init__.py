@@ -6,7 +6,13 @@ Nothing here imports jax.
 """
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.environment import Fluid, PowerCurrent, Seabed, UniformCurrent
+from lumpedcable.scene.environment import (
+    Fluid,
+    PowerCurrent,
+    Seabed,
+    TableCurrent,
+    UniformCurrent,
+)
 from lumpedcable.scene.errors import Fault, SceneError
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
@@ -69,6 +75,7 @@ __all__ = [
     "Solver",
     "Statics",
     "Study",
+    "TableCurrent",
     "TableMaterial",
     "TanhMaterial",
     "Target",

@@ -33,6 +33,11 @@ class UniformCurrent(Part):
     velocity: Velocity
     """Velocity of the fluid in m/s."""
 
+    @property
+    def velocities(self) -> tuple[Velocity, ...]:
+        """All the velocities that it is given by, in m/s."""
+        return (self.velocity,)
+
 
 class PowerCurrent(Part):
     """v(z) = V clip((z - surface + depth) / depth, 0, 1)^exponent."""
@@ -48,8 +53,51 @@ class PowerCurrent(Part):
     surface: Length = 0.0
     """Height z of the surface in m."""
 
+    @property
+    def velocities(self) -> tuple[Velocity, ...]:
+        """All the velocities that it is given by, in m/s."""
+        return (self.velocity,)
 
-CURRENTS: dict[str, type[Part]] = {"uniform": UniformCurrent, "power": PowerCurrent}
+
+class TableCurrent(Part):
+    """Velocities at heights, which may turn with depth; straight between them, the last beyond."""
+
+    profile: Literal["table"]
+    """The shape over depth."""
+    z: tuple[Length, ...]
+    """Heights z in m, increasing: from the bed up."""
+    velocity: tuple[Velocity, ...]
+    """Velocities at those heights in m/s."""
+
+    @property
+    def velocities(self) -> tuple[Velocity, ...]:
+        """All the velocities that it is given by, in m/s."""
+        return self.velocity
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield lists of unequal length and heights that do not increase."""
+        if len(self.z) < 2:
+            yield Problem(("z",), f"expected at least 2 heights, found {len(self.z)}")
+        elif len(self.velocity) != len(self.z):
+            yield Problem(
+                ("velocity",),
+                f"expected {len(self.z)} velocities, one per height, found {len(self.velocity)}",
+            )
+        for i in range(1, len(self.z)):
+            if self.z[i] <= self.z[i - 1]:
+                yield Problem(
+                    ("z", i),
+                    f"expected more than {self.z[i - 1]:g} m, the height before, from the bed up, found "
+                    f"{self.z[i]:g} m",
+                )
+                return
+
+
+CURRENTS: dict[str, type[Part]] = {
+    "uniform": UniformCurrent,
+    "power": PowerCurrent,
+    "table": TableCurrent,
+}
 """The one place where ``profile = "..."`` becomes a class."""
 
 
@@ -58,7 +106,9 @@ def _pick(value: Any) -> str:
 
 
 Current = Annotated[
-    Annotated[UniformCurrent, Tag(tag("uniform"))] | Annotated[PowerCurrent, Tag(tag("power"))],
+    Annotated[UniformCurrent, Tag(tag("uniform"))]
+    | Annotated[PowerCurrent, Tag(tag("power"))]
+    | Annotated[TableCurrent, Tag(tag("table"))],
     *choose(_pick, "a table with velocity"),
 ]
 """A current; ``profile`` says which."""

@@ -16,7 +16,9 @@ def label_of(root: Spot, key: str) -> str:
     vector = spot_at(root, tuple(words[:-1]))
     if vector is not None and isinstance(vector.value, list):
         component = words[-1] if is_open_list(vector) else "xyz"[int(words[-1])]
-        words[-2:] = [f"{words[-2]} {component}"]
+        # one of a list of vectors is told with the list's name: "velocity 3 x"
+        of = -3 if words[-2].isdecimal() else -2
+        words[of:] = [" ".join((*words[of:-1], component))]
     if len(words) > 2 and words[-2] in FREEDOMS:
         words[-2:] = [f"{words[-2]} {words[-1]}"]
     return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]

@@ -171,7 +171,7 @@ def balance(
         released = np.nanmax(np.where(usable, moved, 0.0), axis=1)
         worst = np.nanmax(np.where(usable, np.abs(residual), 0.0), axis=1)
         # what has not moved has released rounding alone, which nothing can be a share of
-        moving = released > np.finfo(account.part.plan.dtype).eps * _peaks(account.energy)
+        moving = released > _told(account)
         closure = np.divide(worst, released, out=np.zeros_like(worst), where=moving)
         tolerated = np.maximum(ENERGY_LIMIT * released, _tolerated(account))
         opened = np.abs(residual) > tolerated[:, None]
@@ -203,7 +203,13 @@ def _rounding(account: Account) -> NDArray[np.float64]:
     steps = max(account.part.steps, 1) * account.count
     changes = _peaks({n: t - t[:, :1] for n, t in account.energy.items()})
     size = _peaks(account.energy)
-    return np.maximum(AT_REST * size, eps * (DIGITS * size + 10.0 * steps**0.5 * changes))
+    return np.maximum(_told(account), eps * (DIGITS * size + 10.0 * steps**0.5 * changes))
+
+
+def _told(account: Account) -> NDArray[np.float64]:
+    """How finely the energies of each run are told at all (J)."""
+    eps = float(np.finfo(account.part.plan.dtype).eps)
+    return max(AT_REST, DIGITS * eps) * _peaks(account.energy)
 
 
 def _peaks(tables: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:

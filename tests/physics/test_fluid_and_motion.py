@@ -8,7 +8,7 @@ from jax.test_util import check_grads
 
 import lumpedcable.study.compiled  # noqa: F401  (float64)
 from lumpedcable.model import inertia
-from lumpedcable.physics.fluid import PowerLawCurrent, UniformCurrent
+from lumpedcable.physics.fluid import PowerLawCurrent, TableCurrent, UniformCurrent
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.motion import Harmonic, Recorded, Still, velocity_of
 from lumpedcable.physics.ramp import release_ramp
@@ -95,6 +95,17 @@ def test_currents():
         lambda n: PowerLawCurrent(jnp.array([2.0]), n, num(20.0), num(0.0)).velocity(z).sum()
     )(num(1 / 7))
     assert np.isfinite(float(slope))
+
+
+def test_a_current_of_a_table_is_straight_between_its_heights():
+    heights = jnp.array([-50.0, -20.0, 0.0])
+    table = TableCurrent(heights, jnp.array([[0.0, 0.6, 1.1], [0.1, 0.2, -0.2]]))
+    z = jnp.array([-80.0, -50.0, -41.0, -20.0, -10.0, 0.0, 3.0])
+    expected = [[0, 0, 0.18, 0.6, 0.85, 1.1, 1.1], [0.1, 0.1, 0.13, 0.2, 0.0, -0.2, -0.2]]
+    np.testing.assert_allclose(table.velocity(z), expected, atol=1e-15)
+    slope = jax.grad(lambda h: TableCurrent(h, table.velocities).velocity(z[2:3])[0, 0])(heights)
+    # u = 0.6 s, s = (z + 50) / 30: ds by the lower height is (s - 1) / 30, by the upper one -s / 30
+    np.testing.assert_allclose(slope, [0.6 * (0.3 - 1.0) / 30.0, -0.6 * 0.3 / 30.0, 0.0])
 
 
 def frame(d, drag=True, flow=None):

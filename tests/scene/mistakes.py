@@ -16,6 +16,9 @@ def case(name, old, new, key, *words, at=None, text=ROPE, also=()):
     return pytest.param(text, edits, key, words, at or new.strip().splitlines()[0], id=name)
 
 
+POWER = 'profile = "power", velocity = ["10 kn", 0, 0], exponent = 0.14, depth = "30 m"'
+
+
 def table(*lines):
     """New tables before [solver]."""
     return "\n" + "\n".join(lines) + "\n" + LAST
@@ -124,7 +127,16 @@ MISTAKES = [
     case("an unknown convention", "tangential = 0.01", 'tangential = 0.01, convention = "pi"',
          "lines.rope.drag.convention", 'expected "textbook", "half" or "projected"', at="drag ="),
     case("an unknown profile", 'profile = "power"', 'profile = "log"', "air.current.profile",
-         'profile = "uniform" or "power"', 'found "log"', at="current", text=BRIDLE),
+         'profile = "uniform", "power" or "table"', 'found "log"', at="current", text=BRIDLE),
+    case("a current of heights that fall", POWER,
+         'profile = "table", z = [0, -20], velocity = [[1, 0, 0], [0, 0, 0]]', "air.current.z.1",
+         "expected more than 0 m, the height before, from the bed up, found -20 m", at="current",
+         text=BRIDLE),
+    case("a current of more heights than velocities", POWER,
+         'profile = "table", z = [-20, 0, 5], velocity = [[1, 0, 0], [0, 0, 0]]', "air.current.velocity",
+         "expected 3 velocities, one per height, found 2", at="current", text=BRIDLE),
+    case("a current of one height", POWER, 'profile = "table", z = [0], velocity = [[1, 0, 0]]',
+         "air.current.z", "expected at least 2 heights, found 1", at="current", text=BRIDLE),
     # names
     case("a material that is not there", 'material = "nylon"', 'material = "nylom"',
          "lines.rope.material", 'found "nylom"', 'did you mean "nylon"'),

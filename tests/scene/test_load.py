@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -210,3 +211,12 @@ def test_a_value_out_of_reach_is_found_in_a_large_sweep(rope):
     with pytest.raises(SceneError) as caught:
         load_study(rope, [f"pretension={values}", f"break.time={[i * 1e-5 for i in range(250)]}"])
     assert [fault.key for fault in caught.value.faults] == [f'sweep."{PRETENSION}".399']
+
+
+def test_a_number_of_a_list_of_vectors_is_told_with_the_name_of_the_list(bridle):
+    (current,) = re.findall(r"^current = .*$", bridle.read_text(), re.MULTILINE)
+    table = 'profile = "table", z = [-20, 0], velocity = [[0, 0, 0], ["5 m/s", 0, 0]]'
+    bridle.write_text(bridle.read_text().replace(current, f"current = {{ {table} }}"))
+    study = load_study(bridle, ["air.current.velocity.1.0=[4, 5]"])
+    assert [axis.label for axis in study.axes] == ["velocity 1 x"]
+    assert [run.air.current.velocity[1][0] for run in study.runs] == [4.0, 5.0]

@@ -42,3 +42,20 @@ def test_rounding_is_not_told():
     assert not opened(5e-3, "float32", height=-7000.0, released=1e-3)
     assert opened(5e-3, "float64", height=-7000.0, released=1e-3)
     assert opened(0.5, "float32", height=-7000.0, released=1e-3)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_what_rests_has_no_share_of_what_it_released(dtype):
+    # a line in a current, whose drag takes and whose strain gives what rounding leaves: 0.5 nJ of 4.6 kJ
+    still = np.full((1, 5), 4560.0)
+    grown = np.array([[0.0, 1.0, 2.0, 3.0, 4.0]]) * 1e-10
+    energy = {"kinetic": 0.0 * still, "strain": still, "lost_drag": 1.2 * grown}
+    part = SimpleNamespace(plan=SimpleNamespace(dtype=dtype), steps=100)
+    account = SimpleNamespace(energy=energy, part=part, count=4)
+    found = balance(account, np.array([int(Status.OK)]), np.array([np.nan]), TIMES)
+    assert found.closure == 0.0
+    assert not found.opened.any()
+    # one that loses a joule which nothing gave has lost all of it
+    energy["lost_drag"] = 2.5e9 * grown
+    found = balance(account, np.array([int(Status.OK)]), np.array([np.nan]), TIMES)
+    assert found.closure == pytest.approx(1.0)

@@ -178,8 +178,8 @@ def test_summaries_have_the_largest(tmp_path):
          "expected a place on a line"),
         ("3.3 m", "3.3 kg", "measures.tension.place", "expected a length"),
         ('tension = "line"\n', 'tensoin = "line"\n', "measures.tension",
-         "expected a table with height, climb, tension, bending_moment, speed, position, velocity or "
-         "displacement"),
+         "expected a table with height, climb, tension, bending_moment, speed, position, velocity, "
+         "displacement or elevation"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_told_where_it_is(tmp_path, old, new, key, words):
