@@ -21,7 +21,7 @@ from lumpedcable.scene.lines import (
     held_force,
     held_place,
 )
-from lumpedcable.scene.motions import FREEDOMS, SHIFTS, TURNS
+from lumpedcable.scene.motions import FREEDOMS, SHIFTS, TURNS, PressureWaves
 from lumpedcable.scene.moved import MovedBody
 
 __all__ = ["Coordinates", "coordinates_of", "plane_normal"]
@@ -144,7 +144,7 @@ class _Needs:
         for name in scene.lines:
             found._line(scene, name, slack)
         for body in scene.bodies.values():
-            found._body(body)
+            found._body(scene, body)
         return found
 
     def _surroundings(self, scene: Scene) -> None:
@@ -176,7 +176,7 @@ class _Needs:
         if line.bending is not None:
             self.folds |= not _leaves_along(scene, name, chord)
 
-    def _body(self, body: Body | CarriedBody | MovedBody) -> None:
+    def _body(self, scene: Scene, body: Body | CarriedBody | MovedBody) -> None:
         if isinstance(body, MovedBody):
             self.places += [np.asarray(body.position) + p for p in body.points.values()]
             self.directions += _reaches(body)
@@ -188,7 +188,7 @@ class _Needs:
                 self.folds = True  # it pitches
             if body.velocity is not None:
                 self.directions.append(np.asarray(body.velocity))
-            self.directions += _pushes(body) + _steered(body)
+            self.directions += _pushes(scene, body) + _steered(body)
             if body.rigid:
                 self.rigid.append(body)
 
@@ -319,17 +319,31 @@ def _reaches(body: MovedBody) -> list[np.ndarray]:
     return found
 
 
-def _pushes(body: Body) -> list[np.ndarray]:
+def _pushes(scene: Scene, body: Body) -> list[np.ndarray]:
     """Directions in which waves can move a free body: along, or across the axes that it turns about."""
     if body.waves is None:
         return []
-    axes = np.eye(3)
-    names = [n for n in body.waves.names() if body.free is None or WAYS[n] in body.free]
-    found = [axes[FREEDOMS.index(name)] for name in names if name in SHIFTS]
+    yaw = 0.0 if body.attitude is None else body.attitude[2]
+    axes = np.array([[np.cos(yaw), np.sin(yaw), 0], [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+    axes[np.abs(axes) < TOLERANCE] = 0.0
+    waves = body.waves
+    names = _pressed(scene, axes) if isinstance(waves, PressureWaves) else waves.names()
+    free = np.array([body.free is None or way in body.free for way in "xyz"])
+    found = [free * axes[FREEDOMS.index(name)] for name in names if name in SHIFTS]
     for name in names:
-        if name in TURNS:
+        if name in TURNS and (body.free is None or WAYS[name] in body.free):
             found += [axes[k] for k in range(3) if k != TURNS.index(name)]
     return found
+
+
+def _pressed(scene: Scene, axes: np.ndarray) -> list[str]:
+    """The freedoms in which the pressure of waves acts on a box: those of the way that they go."""
+    assert scene.sea is not None  # the scene was checked
+    way = scene.sea.direction
+    along, across = np.abs(axes[:2, :2] @ [np.cos(way), np.sin(way)]) > TOLERANCE
+    sees = {"surge": along, "sway": across, "heave": True, "roll": across, "pitch": along,
+            "yaw": along and across}  # fmt: skip
+    return [name for name, sees_it in sees.items() if sees_it]
 
 
 def _basis(directions: list[np.ndarray]) -> np.ndarray:

@@ -1,6 +1,7 @@
 """From the moved bodies of a scene, and the waves on free ones, to laws of time of the engine."""
 
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.numbers import if_given, moving, number, vector
@@ -10,9 +11,17 @@ from lumpedcable.physics.motion import Recorded
 from lumpedcable.physics.rigid import rotation
 from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing
 from lumpedcable.physics.wave_force import WaveForce
+from lumpedcable.physics.wave_pressure import PressedBox
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.motions import FREEDOMS, HarmonicBody, HarmonicWaves, RecordedBody, SeaBody
+from lumpedcable.scene.motions import (
+    FREEDOMS,
+    HarmonicBody,
+    HarmonicWaves,
+    PressureWaves,
+    RecordedBody,
+    SeaBody,
+)
 from lumpedcable.scene.moved import MovedBody
 
 __all__ = ["motion_of", "point_of_body", "waves_of"]
@@ -32,9 +41,12 @@ def waves_of(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | 
     if part is None:
         return None
     assert body.position is not None  # the scene was checked
-    law = _law(scene, part.model_copy(update={"ramp": None}), body.position)
-    ramp = if_given(part.ramp)
     yaw = number(0.0 if body.attitude is None else body.attitude[2])
+    if isinstance(part, PressureWaves):
+        law = _pressed(scene, body, yaw)
+    else:
+        law = _law(scene, part.model_copy(update={"ramp": None}), body.position)
+    ramp = if_given(part.ramp)
     heading = rotation(jnp.stack([jnp.zeros(()), jnp.zeros(()), yaw]))
     along = jnp.asarray(coordinates.axes, float).T @ heading
     about = coordinates.turns()
@@ -42,6 +54,30 @@ def waves_of(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | 
         [jnp.pad(along, ((0, 0), (0, 3))), jnp.pad(about, ((0, 0), (3, 0)))], axis=0
     )
     return WaveForce(law, spread, ramp)
+
+
+def _pressed(scene: Scene, body: Body, yaw: Float[Array, ""]) -> AbstractBodyMotion:
+    """Forces of the pressure in the scene's waves on the box of a hull that heads along `yaw` (rad)."""
+    assert scene.sea is not None
+    assert scene.fluid is not None
+    assert scene.gravity is not None
+    assert body.size is not None
+    density, (length, breadth, _) = scene.fluid.density, body.size
+    draught, sea = number(body.draught(density)), sea_state(scene)
+    heading = number(scene.sea.direction) - yaw
+    box = PressedBox(
+        number(length), number(breadth), draught, number(body.above_keel(density)) - draught,
+        number(density) * number(scene.gravity), heading,
+    )  # fmt: skip
+    phase = sea.phase - sea.number * _way(scene, body.position)
+    return ships.SeaBody(sea.omega, sea.amplitude, phase, *box.response(sea))
+
+
+def _way(scene: Scene, position) -> Float[Array, ""]:
+    """How far a place (m) is along the waves' direction (m)."""
+    assert scene.sea is not None  # the scene was checked
+    place, direction = vector(position), number(scene.sea.direction)
+    return place[0] * jnp.cos(direction) + place[1] * jnp.sin(direction)
 
 
 def _law(
@@ -62,16 +98,14 @@ def _law(
         columns = [getattr(motion, name) for name in FREEDOMS]
         table = [jnp.zeros_like(time) if c is None else vector(c) for c in columns]
         return ships.RecordedBody(Recorded(time, share * jnp.stack(table, axis=1)))
-    assert scene.sea is not None  # the scene was checked
-    place, direction = vector(position), number(scene.sea.direction)
-    way = place[0] * jnp.cos(direction) + place[1] * jnp.sin(direction)
     response = {
         FREEDOMS.index(name): jnp.stack([vector(pair) for pair in motion.response[name]])
         for name in motion.names()
     }
     return ships.SeaBody.of(
-        sea_state(scene), way, vector(motion.omega), response, if_given(motion.ramp)
-    )
+        sea_state(scene), _way(scene, position), vector(motion.omega), response,
+        if_given(motion.ramp),
+    )  # fmt: skip
 
 
 def point_of_body(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import Field
 
-from lumpedcable.scene.motions import HarmonicWaves, Waves
+from lumpedcable.scene.motions import HarmonicWaves, PressureWaves, Waves
 from lumpedcable.scene.part import Name, Part, Problem
 from lumpedcable.scene.quantities import (
     Angle,
@@ -287,6 +287,10 @@ class Body(Part):
                         f"expected a way that the body can move in, found {name}, without "
                         f'"{WAYS[name]}" in free',
                     )
+        if isinstance(self.waves, PressureWaves) and self.hull is None:
+            yield Problem(
+                ("waves", "law"), "expected a hull, on whose wetted box waves press, found none"
+            )
         for name in self.points:
             if name in ("start", "end"):
                 yield Problem(

@@ -28,7 +28,7 @@ from lumpedcable.scene.lines import (
 )
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.measure_checks import measure_problems
-from lumpedcable.scene.motions import SeaBody, SeaWaves
+from lumpedcable.scene.motions import PressureWaves, SeaBody, SeaWaves
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import (
     SIDES,
@@ -134,10 +134,12 @@ def problems(draft: Draft) -> Iterator[Problem]:
                     yield Problem(
                         ("bodies", name, "hull"), f"expected {key} where a hull floats, found none"
                     )
-        if isinstance(body, Body) and isinstance(body.waves, SeaWaves) and "sea" not in draft.named:
-            yield Problem(
-                ("bodies", name, "waves", "rao"), "expected [sea] for forces of waves, found none"
-            )
+        if isinstance(body, Body) and "sea" not in draft.named:
+            key = {SeaWaves: "rao", PressureWaves: "law"}.get(type(body.waves))
+            if key is not None:
+                yield Problem(
+                    ("bodies", name, "waves", key), "expected [sea] for forces of waves, found none"
+                )
         if isinstance(body, Body) and body.rigid and name in draft.lines:
             yield Problem(
                 ("bodies", name), f'expected another name, found "{name}", which is a line as well'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag
 
@@ -245,23 +245,37 @@ class SeaWaves(SeaBody):
     """Time in s over which the forces grow from nothing. Absent: at once."""
 
 
-_WAVES = f"a table with any of {', '.join(FREEDOMS)}, or with rao"
+class PressureWaves(Part):
+    """The pressure of the waves of [sea] on the wetted box of a hull that does not disturb them."""
+
+    law: Literal["froude-krylov"]
+    """How the forces come about."""
+    ramp: PositiveTime | None = None
+    """Time in s over which the forces grow from nothing. Absent: at once."""
+
+
+_WAVES = f"a table with any of {', '.join(FREEDOMS)}, or with rao or law"
 
 
 def _pick_waves(value: Any) -> str:
     if isinstance(value, Part):
-        return "sea" if isinstance(value, SeaWaves) else "harmonic"
+        kinds = {SeaWaves: "sea", PressureWaves: "law"}
+        return kinds.get(type(value), "harmonic")
     if not isinstance(value, dict):
         raise fault(f"expected {_WAVES}, found {found(value)}")
     if {"rao", "omega"} & value.keys():
         return "sea"
+    if "law" in value:
+        return "law"
     if not set(FREEDOMS) & value.keys():
-        hint = did_you_mean_key(value, (*FREEDOMS, "rao"))
+        hint = did_you_mean_key(value, (*FREEDOMS, "rao", "law"))
         raise fault(f"expected {_WAVES}, found {found(value)}{hint}")
     return "harmonic"
 
 
 Waves = Annotated[
-    Annotated[HarmonicWaves, Tag(tag("harmonic"))] | Annotated[SeaWaves, Tag(tag("sea"))],
+    Annotated[HarmonicWaves, Tag(tag("harmonic"))]
+    | Annotated[SeaWaves, Tag(tag("sea"))]
+    | Annotated[PressureWaves, Tag(tag("law"))],
     *choose(_pick_waves, _WAVES),
 ]
