@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 import lumpedcable
-from lumpedcable.commands import fit, show
+from lumpedcable.commands import adopt, fit, show
 from lumpedcable.commands.console import (
     Formats,
     OneRun,
@@ -294,6 +294,7 @@ def modes(
 
 for command in (show.plot, fit.fit, fit.sensitivity, show.view, show.animate, show.export):
     app.command(command)
+app.command(adopt.import_, name="import")
 
 
 @app.command

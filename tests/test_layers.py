@@ -30,9 +30,10 @@ ALLOWED = {
     "fitting": {"model", "physics", "results", "scene", "solve", "study"},
     "view": {"results"},
     "export": {"results"},
+    "adopt": {"scene"},
     "page": {"exact", "results", "scene", "study"},
     "cli": {"commands", "", "model", "results", "scene", "study", "view"},
-    "commands": {"export", "fits", "fitting", "page", "results", "scene", "study", "view"},
+    "commands": {"adopt", "export", "fits", "fitting", "page", "results", "scene", "study", "view"},
     "__main__": {"cli"},
 }
 COMMANDS = {"cli", "commands"}  # import what a command needs when it runs

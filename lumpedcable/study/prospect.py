@@ -28,7 +28,7 @@ class Prospect:
     Attributes:
         study: whose runs they are.
         converged: which come to rest.
-        imbalance: largest force left on a node at rest (N).
+        imbalance: largest force left at rest over the largest force of the scene.
         bound: largest stable step of leapfrog at rest (s).
         asked: step that is asked for (s), before it is made to divide `output.every`.
         steps: number of steps of the whole run.
@@ -79,7 +79,8 @@ def _rest(prospect: Prospect) -> str:
     first = "the first " if len(prospect.study.runs) > of else ""
     text = f"at rest: {of - len(lost)} of {first}{of} run{'' if of == 1 else 's'}"
     if len(lost):
-        left = f"largest force left {_span(prospect.imbalance[lost], 'N')}"
+        most = float(np.max(prospect.imbalance[lost]))
+        left = f"largest force left {most:.1e} of the largest in the scene"
         text += f"; not {runs_named(lost.tolist())}: {left}"
     return text
 

@@ -68,6 +68,7 @@ def test_a_run_without_a_state_of_rest_is_named():
     lost[[1, 2]] = False
     told = prospect_lines(replace(found, converged=lost))
     assert told[0].startswith("at rest: 6 of 8 runs; not runs 1 and 2: largest force left ")
+    assert told[0].endswith(" of the largest in the scene")
     assert "in all" not in told[1]
     assert len(prospect_lines(replace(found, converged=np.zeros(8, bool)))) == 1
 

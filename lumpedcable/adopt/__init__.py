@@ -1,0 +1,1 @@
+"""Scenes from other programs' input files."""
