@@ -37,7 +37,13 @@ FREE = ("connect", "con", "free", "point")
 KINDS = (
     dict.fromkeys(FIXED, "fixed") | dict.fromkeys(COUPLED, "coupled") | dict.fromkeys(FREE, "free")
 )
-WATER = ("wavekin", "currents", "waterkin")
+# options whose place in a scene is another one, by what to do about it
+WATER = {
+    "wavekin": "give a scene its waves",
+    "currents": "give a scene its current",
+    "waterkin": "give a scene its current and waves",
+    "seafloorfile": "give the bed a profile",
+}
 
 
 @dataclass(frozen=True)
@@ -84,13 +90,14 @@ class MooringLine:
 
 @dataclass
 class Mooring:
-    """What an input file holds, and in `left` what of it is not taken over, in words."""
+    """What an input file holds, in `left` what of it is not taken over, and remarks, in words."""
 
     types: dict[str, LineType] = field(default_factory=dict)
     points: dict[str, Point] = field(default_factory=dict)
     lines: dict[str, MooringLine] = field(default_factory=dict)
     options: dict[str, float] = field(default_factory=dict)
     left: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
 
     def option(self, default: float, *names: str) -> float:
         """The value of an option by any of its names."""
@@ -134,6 +141,7 @@ class _Reader:
             if self.wide(row, "types", 9):
                 kind = self.line_type(row, found)
                 found.types[kind.name] = kind
+        self.misnamed(found)
         for row in self.table("points"):
             if self.wide(row, "points", 9):
                 found.points[row.words[0]] = self.point(row)
@@ -161,6 +169,18 @@ class _Reader:
             words = f"expected at least {least} columns, found {len(row.words)}"
             self.told(row, section, words)
         return len(row.words) >= least
+
+    def misnamed(self, found: Mooring) -> None:
+        """Remark coefficients under names in the early order that are read in the late one."""
+        rows = self.sections.get("types", [])
+        if len(rows) <= HEAD_ROWS or len(rows[0].words) < 10:
+            return
+        named = rows[0].words[6:10]
+        if named[0].lower().startswith("ca") and len(rows[HEAD_ROWS].words) >= 10:
+            found.remarks.append(
+                f"coefficients are taken as Cd, Ca, CdAx, CaAx, as MoorDyn takes them, which the file "
+                f"calls {', '.join(named)}"
+            )
 
     def line_type(self, row: Row, found: Mooring) -> LineType:
         name, *numbers = row.words
@@ -208,7 +228,7 @@ class _Reader:
         value, *names = row.words
         key = names[0].lower() if names else ""
         if key in WATER and value.strip('"') not in ("0", ""):
-            found.left.append(f"{names[0]} = {value}: give a scene its current and waves")
+            found.left.append(f"{names[0]} = {value}: {WATER[key]}")
         number = _number(value)
         if number is not None:
             found.options[key] = number

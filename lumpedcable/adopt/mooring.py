@@ -24,7 +24,8 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     """
     writer = _Writer(mooring)
     parts = [*writer.bed(), *writer.materials(), *writer.bodies(), *writer.lines()]
-    remarks = [*(f"not taken over: {left}" for left in mooring.left), *writer.remarks]
+    remarks = [*(f"not taken over: {left}" for left in mooring.left)]
+    remarks += [*mooring.remarks, *writer.remarks]
     free = any(point.kind == "free" for point in mooring.points.values())
     blocks = [
         "\n".join(f"# {remark}" for remark in remarks),

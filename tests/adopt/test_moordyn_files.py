@@ -149,15 +149,28 @@ def test_what_three_lines_meet_at_weighs_a_gram_and_is_told(tmp_path):
     assert remarks[-1] == "point 3 has a mass of 1 g, since bodies have one"
 
 
+def test_coefficients_under_other_names_are_told(tmp_path):
+    text = LATE.replace("EI   Cd   Ca   CdAx  CaAx", "EI   Can  Cat  Cdn   Cdt")
+    scene, remarks = scene_of(tmp_path, text)
+    assert scene["lines"]["line1"]["drag"] == {"normal": 1.2, "tangential": 0.02}
+    assert remarks[0] == (
+        "coefficients are taken as Cd, Ca, CdAx, CaAx, as MoorDyn takes them, which the file calls "
+        "Can, Cat, Cdn, Cdt"
+    )
+
+
 def test_what_has_no_counterpart_is_told(tmp_path):
     text = LATE.replace("--- POINTS", "--- ROD TYPES\na b\n(m) (m)\ncan 1 2\n--- POINTS")
-    text = text.replace("1.0D6 ", "1e6|2e6 ").replace("0.001     dtM", "1  WaveKin\nx.txt WaterKin")
+    text = text.replace("1.0D6 ", "1e6|2e6 ").replace(
+        "0.001     dtM", "1  WaveKin\nx.txt WaterKin\ny.txt SeafloorFile"
+    )
     _, remarks = scene_of(tmp_path, text)
     told = [remark for remark in remarks if "not taken over" in remark]
-    assert told[:4] == [
+    assert told[:5] == [
         "not taken over: the dynamic part of EA of rope, 1e6|2e6",
-        "not taken over: WaveKin = 1: give a scene its current and waves",
+        "not taken over: WaveKin = 1: give a scene its waves",
         "not taken over: WaterKin = x.txt: give a scene its current and waves",
+        "not taken over: SeafloorFile = y.txt: give the bed a profile",
         "not taken over: 1 row of rod types",
     ]
 
