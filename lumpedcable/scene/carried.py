@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Tag
@@ -25,6 +24,7 @@ from lumpedcable.scene.quantities import (
     fault,
     found,
 )
+from lumpedcable.scene.records import table_problems
 
 _PLACE = 'a place [x, y, z] or a point of a body, "BODY.POINT"'
 
@@ -158,20 +158,7 @@ class Schedule(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield lists of unequal length and times that do not increase."""
-        if not self.time:
-            yield Problem(("time",), "expected at least one time, found none")
-        elif len(self.time) != len(self.tension):
-            yield Problem(
-                ("tension",),
-                f"expected {len(self.time)} tensions, one per time, found {len(self.tension)}",
-            )
-        for i, (before, after) in enumerate(pairwise(self.time)):
-            if after <= before:
-                yield Problem(
-                    ("time", i + 1),
-                    f"expected more than {before:g} s, the time before, found {after:g} s",
-                )
-                return
+        yield from table_problems("time", self.time, "time", "s", self.tension, "tension", 1)
 
 
 class Winch(Part):

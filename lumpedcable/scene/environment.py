@@ -23,6 +23,7 @@ from lumpedcable.scene.quantities import (
     PositiveTime,
     Velocity,
 )
+from lumpedcable.scene.records import table_problems
 
 
 class UniformCurrent(Part):
@@ -76,21 +77,7 @@ class TableCurrent(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield lists of unequal length and heights that do not increase."""
-        if len(self.z) < 2:
-            yield Problem(("z",), f"expected at least 2 heights, found {len(self.z)}")
-        elif len(self.velocity) != len(self.z):
-            yield Problem(
-                ("velocity",),
-                f"expected {len(self.z)} velocities, one per height, found {len(self.velocity)}",
-            )
-        for i in range(1, len(self.z)):
-            if self.z[i] <= self.z[i - 1]:
-                yield Problem(
-                    ("z", i),
-                    f"expected more than {self.z[i - 1]:g} m, the height before, from the bed up, found "
-                    f"{self.z[i]:g} m",
-                )
-                return
+        yield from table_problems("z", self.z, "height", "m", self.velocity, "velocity")
 
 
 CURRENTS: dict[str, type[Part]] = {
@@ -171,20 +158,7 @@ class Profile(Part):
 
     def problems(self) -> Iterator[Problem]:
         """Yield lists of unequal length and places that do not increase."""
-        if len(self.x) < 2:
-            yield Problem(("x",), f"expected at least 2 places, found {len(self.x)}")
-        elif len(self.depth) != len(self.x):
-            yield Problem(
-                ("depth",),
-                f"expected {len(self.x)} depths, one per place, found {len(self.depth)}",
-            )
-        for i in range(1, len(self.x)):
-            if self.x[i] <= self.x[i - 1]:
-                yield Problem(
-                    ("x", i),
-                    f"expected more than {self.x[i - 1]:g} m, the place before, found {self.x[i]:g} m",
-                )
-                return
+        yield from table_problems("x", self.x, "place", "m", self.depth, "depth")
 
     def at(self, x: float) -> float:
         """Return the depth in m at x on straight lines between the points: enough for checks."""

@@ -1,9 +1,11 @@
-"""What can be wrong with the times of a record."""
+"""What can be wrong with the times of a record, and with tables in two lists."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-__all__ = ["gap_fault", "times_fault"]
+from lumpedcable.scene.part import Problem
+
+__all__ = ["gap_fault", "table_problems", "times_fault"]
 
 # a record is torn where a step of time is so many times the usual one, be it irregular or even
 GAP, EVEN_GAP = 10.0, 1.5
@@ -37,3 +39,32 @@ def gap_fault(time: Sequence[float], rows: Sequence[Sequence[float]] = ()) -> st
                 f"between {before:g} s and {before + step:g} s"
             )
     return None
+
+
+def table_problems(
+    key: str, at: Sequence[float], each: str, unit: str, values: Sequence[object], found: str,
+    least: int = 2,
+) -> Iterator[Problem]:  # fmt: skip
+    """Yield lists of a table that are too short, of unequal length, or whose first does not increase.
+
+    Args:
+        key, at: the list that increases, under its key.
+        each, unit: what one of it is, such as "height", and its unit.
+        values: what stands beside each.
+        found: the key of these, one of them in words.
+        least: how many there are at least.
+    """
+    if len(at) < least:
+        wanted = f"one {each}" if least == 1 else f"{least} {each}s"
+        yield Problem((key,), f"expected at least {wanted}, found {len(at) or 'none'}")
+    elif len(values) != len(at):
+        several = found.removesuffix("y") + "ies" if found.endswith("y") else f"{found}s"
+        words = f"expected {len(at)} {several}, one per {each}, found {len(values)}"
+        yield Problem((found,), words)
+    for i, (before, after) in enumerate(pairwise(at)):
+        if after <= before:
+            words = (
+                f"expected more than {before:g} {unit}, the {each} before, found {after:g} {unit}"
+            )
+            yield Problem((key, i + 1), words)
+            return

@@ -130,7 +130,7 @@ MISTAKES = [
          'profile = "uniform", "power" or "table"', 'found "log"', at="current", text=BRIDLE),
     case("a current of heights that fall", POWER,
          'profile = "table", z = [0, -20], velocity = [[1, 0, 0], [0, 0, 0]]', "air.current.z.1",
-         "expected more than 0 m, the height before, from the bed up, found -20 m", at="current",
+         "expected more than 0 m, the height before, found -20 m", at="current",
          text=BRIDLE),
     case("a current of more heights than velocities", POWER,
          'profile = "table", z = [-20, 0, 5], velocity = [[1, 0, 0], [0, 0, 0]]', "air.current.velocity",
