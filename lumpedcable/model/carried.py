@@ -17,7 +17,7 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.model import AbstractMeasured, Model
 from lumpedcable.model.moved import path_of
 from lumpedcable.model.numbers import if_given, moving, number, vector
-from lumpedcable.model.places import place_measured
+from lumpedcable.model.places import Later, place_measured
 from lumpedcable.model.riders import Coupled, Rider
 from lumpedcable.model.sea import gauge, sea_surface
 from lumpedcable.model.ships import motion_of
@@ -302,23 +302,29 @@ def make_measures(
     scene: Scene, layout: Layout, coordinates: Coordinates
 ) -> dict[str, AbstractMeasured]:
     """The numbers that the scene asks for, by name."""
-    axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
-    return {
-        name: Measured(
-            part.body,
-            _measure(scene, part),
-            axes,
-            origin,
-            part.while_hauled,
-            _free_deck(scene, part),
-            _free_post(scene, part, coordinates),
-        )
-        if isinstance(part, BodyMeasure)
-        else gauge(scene, part)
-        if isinstance(part, ElevationMeasure)
-        else place_measured(layout, coordinates, part)
-        for name, part in scene.measures.items()
-    }
+    found: dict[str, AbstractMeasured] = {}
+    for name, part in scene.measures.items():
+        if isinstance(part, BodyMeasure):
+            found[name] = _measured(scene, part, coordinates)
+        elif isinstance(part, ElevationMeasure):
+            found[name] = gauge(scene, part)
+        else:
+            found[name] = place_measured(layout, coordinates, part)
+        if part.after is not None:
+            found[name] = Later(found[name], number(part.after))
+    return found
+
+
+def _measured(scene: Scene, part: BodyMeasure, coordinates: Coordinates) -> Measured:
+    return Measured(
+        part.body,
+        _measure(scene, part),
+        jnp.asarray(coordinates.axes, float),
+        jnp.asarray(coordinates.origin, float),
+        part.while_hauled,
+        _free_deck(scene, part),
+        _free_post(scene, part, coordinates),
+    )
 
 
 def _free_deck(scene: Scene, part: BodyMeasure) -> str | None:

@@ -18,7 +18,7 @@ from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.scene.measures import LineMeasure, MotionMeasure, PlaceKind
 
-__all__ = ["PlaceMeasured", "asks_for_moments", "place_measured", "segment_sizes"]
+__all__ = ["Later", "PlaceMeasured", "asks_for_moments", "place_measured", "segment_sizes"]
 
 
 class PlaceMeasured(AbstractMeasured):
@@ -100,8 +100,21 @@ class PlaceMeasured(AbstractMeasured):
         return sum(found[1:], found[0])
 
 
+class Later(AbstractMeasured):
+    """Another measure from the time `start` (s) on, NaN before."""
+
+    whole: AbstractMeasured
+    start: Float[Array, ""]
+
+    def value(self, model: Model, t, seen: Seen) -> Float[Array, ""]:
+        """The number at t (s)."""
+        return jnp.where(t >= self.start, self.whole.value(model, t, seen), jnp.nan)
+
+
 def asks_for_moments(measure: AbstractMeasured) -> bool:
     """Whether a measure needs the bending moments of lines."""
+    if isinstance(measure, Later):
+        return asks_for_moments(measure.whole)
     return isinstance(measure, PlaceMeasured) and measure.kind == "bending_moment"
 
 

@@ -152,7 +152,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     duration = output.duration if output else None
     yield from effect_problems(draft.lines, draft.bodies, draft.measures, draft.others, draft.named)
     yield from carried_problems(draft.lines, draft.bodies, draft.events, gravity, duration)
-    yield from measure_problems(draft.lines, draft.bodies, draft.measures, draft.named)
+    yield from measure_problems(draft.lines, draft.bodies, draft.measures, draft.named, duration)
     yield from stepping_problems(
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )

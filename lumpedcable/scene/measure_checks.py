@@ -28,13 +28,15 @@ Bodies = Mapping[str, Any]
 
 
 def measure_problems(
-    lines: Lines, bodies: Bodies, measures: Mapping[str, Any], parts: Set[str]
-) -> Iterator[Problem]:
+    lines: Lines, bodies: Bodies, measures: Mapping[str, Any], parts: Set[str],
+    duration: float | None,
+) -> Iterator[Problem]:  # fmt: skip
     """Yield what is wrong with measures.
 
     Args:
         lines, bodies, measures: by name, None where one could not be read.
         parts: the keys of all single parts that the scene has, readable or not.
+        duration: of a run, s; None where it is not known.
     """
     for name, measure in measures.items():
         path: Path = ("measures", name)
@@ -44,6 +46,12 @@ def measure_problems(
             )
         if measure is None:
             continue
+        if measure.after is not None and duration is not None and measure.after > duration:
+            yield Problem(
+                (*path, "after"),
+                f"expected a time before the end of the run, {format_quantity(duration, 's')}, "
+                f"found {format_quantity(measure.after, 's')}",
+            )
         if isinstance(measure, LineMeasure):
             yield from _place(lines, path, measure)
         elif isinstance(measure, BodyMeasure):

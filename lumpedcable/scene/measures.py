@@ -12,6 +12,7 @@ from lumpedcable.scene.part import Part, Problem, Text, choose, either, tag
 from lumpedcable.scene.quantities import (
     Length,
     NonNegativeForce,
+    NonNegativeTime,
     PositiveLength,
     PositiveSpeed,
     PositiveTorque,
@@ -65,6 +66,8 @@ class HeightMeasure(Part):
     """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
     while_hauled: bool = False
     """Counts only until the body has been hauled to its stop."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: Length | None = None
     """Least height in m that is safe. Absent: none."""
 
@@ -99,6 +102,8 @@ class SpeedMeasure(Part):
     """Horizontal distance in m from that point beyond which alone it counts. Absent: none."""
     while_hauled: bool = False
     """Counts only until the body has been hauled to its stop."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: PositiveSpeed | None = None
     """Largest speed in m/s that is safe. Absent: none."""
 
@@ -133,6 +138,7 @@ class LineMeasure(Part):
     UNIT: ClassVar[str]
     if TYPE_CHECKING:  # each has its own, where it stands best
         place: float | None
+        after: float | None
         limit: float | None
 
     @property
@@ -178,6 +184,8 @@ class TensionMeasure(LineMeasure):
     """The end ("rope.end"), or the line ("rope") at ``place``."""
     place: Length | None = None
     """Unstretched distance in m from the start of the line."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: NonNegativeForce | None = None
     """Largest tension in N that is safe. Absent: none."""
 
@@ -195,6 +203,8 @@ class BendingMeasure(LineMeasure):
     """The end ("pipe.end"), or the line ("pipe") at ``place``."""
     place: Length | None = None
     """Unstretched distance in m from the start of the line."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: PositiveTorque | None = None
     """Largest bending moment in N m that is safe. Absent: none."""
 
@@ -212,6 +222,8 @@ class LineSpeedMeasure(LineMeasure):
     """The end ("rope.end"), or the line ("rope") at ``place``."""
     place: Length | None = None
     """Unstretched distance in m from the start of the line."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: PositiveSpeed | None = None
     """Largest speed in m/s that is safe. Absent: none."""
 
@@ -261,6 +273,8 @@ class PositionMeasure(MotionMeasure):
     """Which coordinate."""
     extreme: Literal["largest", "least"] = "largest"
     """Which value the summary has."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: Length | None = None
     """Largest coordinate in m that is safe, or the least. Absent: none."""
 
@@ -282,6 +296,8 @@ class VelocityMeasure(MotionMeasure):
     """Component of the velocity. Absent: its size."""
     extreme: Literal["largest", "least"] = "largest"
     """Which value the summary has."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: Speed | None = None
     """Largest velocity in m/s that is safe, or the least. Absent: none."""
 
@@ -303,6 +319,8 @@ class DisplacementMeasure(MotionMeasure):
     """Component of the displacement. Absent: its size."""
     extreme: Literal["largest", "least"] = "largest"
     """Which value the summary has."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: Length | None = None
     """Largest displacement in m that is safe, or the least. Absent: none."""
 
@@ -314,6 +332,8 @@ class ElevationMeasure(Part):
     LEAST: ClassVar[bool] = False
     elevation: tuple[Length, Length]
     """Place x and y of the gauge in m."""
+    after: NonNegativeTime | None = None
+    """Time in s from which on it counts, such as when waves have grown. Absent: from the start."""
     limit: Length | None = None
     """Largest height in m over the water at rest that is safe. Absent: none."""
 

@@ -12,6 +12,7 @@ from lumpedcable.results import Variable
 from lumpedcable.scene import Scene
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
 from lumpedcable.scene.measures import PositionMeasure
+from lumpedcable.scene.units import format_quantity
 from lumpedcable.solve.observe import Sample
 
 if TYPE_CHECKING:
@@ -50,6 +51,8 @@ def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
     found = []
     for name, part in scene.measures.items():
         unit, text, best = part.UNIT, part.words, "least" if part.LEAST else "largest"
+        if part.after is not None:
+            text += f", from {format_quantity(part.after, 's')} on"
         attributes = {} if part.limit is None else {"limit": part.limit}
         found.append(
             Variable(f"summary/{name}", ("run",), "f8", unit, f"{best} {text}", attributes)

@@ -1,8 +1,11 @@
 """Tension and speed at places along lines: against exact statics and against the fields."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from lumpedcable import response
 from lumpedcable.results import open_result
 from lumpedcable.scene import SceneError, load_study
 from lumpedcable.study.run import run_study
@@ -168,6 +171,40 @@ def test_summaries_have_the_largest(tmp_path):
         assert not result.measures()
 
 
+LATE = """
+[measures.late]
+tension = "line@1.9 m"
+after = "8 ms"
+"""
+
+
+def test_a_measure_may_count_from_a_time_on(tmp_path):
+    target, outcome = ran(tmp_path, PARTED + LATE)
+    with open_result(target) as result:
+        time, found = result.time, {k: table[0] for k, (table, _) in result.measures().items()}
+        told = result.measures()["late"][1]
+    counts = time >= 8e-3
+    assert 0 < counts.sum() < time.size
+    np.testing.assert_array_equal(found["late"][counts], found["near"][counts])
+    assert np.isnan(found["late"][~counts]).all()
+    assert outcome.measures["late"] == found["near"][counts].max()
+    assert outcome.measures["late"] < outcome.measures["near"]
+    assert told["long_name"] == "tension at line@1.9 m, from 8 ms on"
+    _, kept = ran(tmp_path, PARTED + LATE, 'output.keep="summaries"')
+    assert kept.measures["late"] == pytest.approx(outcome.measures["late"], rel=1e-12)
+
+
+def test_what_counts_from_a_time_on_has_the_derivative_of_its_part(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(PARTED + LATE)
+    late = response(scene, ["pretension"], "max late")
+    value, slope = jax.value_and_grad(late)(jnp.array([10e3]))
+    # what waves of Hooke's law leave is in proportion to the pretension
+    assert float(slope[0]) == pytest.approx(float(value) / 10e3, rel=1e-3)
+    _, outcome = ran(tmp_path, PARTED + LATE)
+    assert float(value) == pytest.approx(outcome.measures["late"], rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "key", "words"),
     [
@@ -177,6 +214,8 @@ def test_summaries_have_the_largest(tmp_path):
         ('"line"\nplace = "3.3 m"', '"line.middle"', "measures.tension.tension",
          "expected a place on a line"),
         ("3.3 m", "3.3 kg", "measures.tension.place", "expected a length"),
+        ('place = "3.3 m"', 'place = "3.3 m"\nafter = "1 s"', "measures.tension.after",
+         "expected a time before the end of the run, 20 ms, found 1 s"),
         ('tension = "line"\n', 'tensoin = "line"\n', "measures.tension",
          "expected a table with height, climb, tension, bending_moment, speed, position, velocity, "
          "displacement or elevation"),
