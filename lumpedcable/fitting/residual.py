@@ -22,6 +22,7 @@ from lumpedcable.solve.integrate import begin, interval
 from lumpedcable.solve.observe import Sample, sample, signs
 from lumpedcable.solve.plan import Numbers, Progress
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
+from lumpedcable.solve.stop import time_of
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import RUN_ONCE
@@ -199,7 +200,7 @@ def history(
         return values, jnp.stack([found[sign] for sign in shown])
 
     def look_at(run: Progress, k):
-        t = (own(k) + 1) * numbers.every
+        t = time_of(model, plan, run, (own(k) + 1) * numbers.every)
         return seen(run, sample(model, t, run.y, plan.quantities, dt, run.stuck))
 
     begun, first = begin(model, plan, numbers)

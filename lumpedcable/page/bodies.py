@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ def moved_bodies(
     ships: Mapping[str, tuple[NDArray[Any], NDArray[Any]]],
     runs: NDArray[Any],
     times: NDArray[Any],
-    scene: Mapping[str, Any],
+    scenes: Sequence[Mapping[str, Any]],
     pack: Pack,
 ) -> list[dict[str, Any]]:
     """The bodies that a file follows, and the ships that are moved.
@@ -44,12 +44,13 @@ def moved_bodies(
         ships: place (m) and attitude (rad) of others at all its times, (run, time, 3).
         runs: the runs shown.
         times: indices of the saved times shown.
-        scene: tables of the scene in SI numbers.
+        scenes: tables of the scene of each run in SI numbers.
         pack: takes the arrays: x, y, z of (run, frame) in m, and w, x, y, z of the attitude.
 
     Returns:
-        One table per solid: name, size (length, breadth, height in m) or None, the points of a ship
-        (m, in its axes), and its arrays. Cargo that swings is a solid of its own under its trolley.
+        One table per solid: name, size (length, breadth, height in m) or None and the points of a ship
+        (m, in its axes), each by run, and its arrays. Cargo that swings is a solid of its own under its
+        trolley.
     """
     ways = {
         name: tuple(
@@ -59,10 +60,11 @@ def moved_bodies(
         for name in result.bodies
     }
     ways |= {name: (place[:, times], angles[:, times]) for name, (place, angles) in ships.items()}
-    return [
-        _solid(name, told, places, angles, pack)
-        for name, told, places, angles in solids_of(ways, scene)
+    drawn = [
+        list(solids_of({name: tuple(way[k] for way in both) for name, both in ways.items()}, scene))
+        for k, scene in enumerate(scenes)
     ]
+    return [_solid(list(each), pack) for each in zip(*drawn, strict=True)]
 
 
 def solids_of(
@@ -96,15 +98,16 @@ def size_of(told: Mapping[str, Any]) -> list[Any] | None:
 
 
 def _solid(
-    name: str, told: Mapping[str, Any], places: NDArray[Any], angles: NDArray[Any], pack: Pack
+    runs: list[tuple[str, Mapping[str, Any], NDArray[Any], NDArray[Any]]], pack: Pack
 ) -> dict[str, Any]:
-    """A solid of (run, frame, 3) places and angles, with what the scene tells of it."""
-    turns = _continuous(quaternion(angles))
+    """A solid of (frame, 3) places and angles in each run, with what its scene tells of it."""
+    names, told, places, angles = zip(*runs, strict=True)
+    turns = _continuous(quaternion(np.array(angles)))
     return {
-        "name": name,
-        "size": size_of(told),
-        "points": posts_of(told),
-        "position": [pack.field(part) for part in np.moveaxis(places, -1, 0)],
+        "name": names[0],
+        "size": [size_of(one) for one in told],
+        "points": [posts_of(one) for one in told],
+        "position": [pack.field(part) for part in np.moveaxis(np.array(places), -1, 0)],
         "attitude": [pack.field(part) for part in np.moveaxis(turns, -1, 0)],
     }
 

@@ -16,8 +16,10 @@ from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.page.surroundings import surroundings
 from lumpedcable.results.ground import tables
 from lumpedcable.scene import Body, Scene, Study
+from lumpedcable.scene.checks import Draft, problems
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.quantities import Quantity
+from lumpedcable.scene.surfaces import surfaces
 from lumpedcable.scene.tree import Spot, numeric, spot_at
 from lumpedcable.scene.writer import to_toml
 from lumpedcable.study.moved import Moved, moved_ships, straight_lines
@@ -43,21 +45,27 @@ def elastic_model(study: Study, run: int = 0) -> Model:
     kinds = _kinds(study, resting.scene)
     controls = _controls(resting.scene, kinds)
 
-    def changed(values: dict[str, float]) -> dict[str, float]:
+    def changed(values: dict[str, float]) -> Scene:
         numbers = resting.scene.numbers()
-        return {k: _checked(k, v, kinds[k]) for k, v in values.items() if v != numbers[k]}
+        asked = {k: _checked(k, v, kinds[k]) for k, v in values.items() if v != numbers[k]}
+        first, *others = _surfaces(resting.scene) or [""]
+        asked |= {key: asked[first] for key in others if first in asked}
+        scene = resting.scene.with_numbers(asked)
+        if asked and (wrong := next(problems(Draft.of(scene)), None)) is not None:
+            raise FaultError(f"{'.'.join(map(str, wrong.path))}: {wrong.message}")
+        return scene
 
     def solve(values: dict[str, float]) -> dict[str, Any]:
-        numbers = changed(values)
+        scene = changed(values)
         try:
-            lines, bodies = resting.solve(numbers)
+            lines, bodies = resting.solve(scene.numbers())
         except UnrestError as error:
             raise FaultError(str(error)) from error
-        scene = resting.scene.with_numbers(numbers)
         begins = np.zeros(1)
         ships = moved_ships(scene, begins)
         riders = {name: at[None] for name, at in bodies.items()}
-        for name, cable in straight_lines(scene, ships, riders, begins).items():
+        free = {name: Moved(at, _attitude(scene, name)[None]) for name, at in riders.items()}
+        for name, cable in straight_lines(scene, free | ships, riders, begins).items():
             tension = np.full(2, cable.tension)
             lines[name] = RestingLine(cable.position[0], tension, 0.0 * tension, tension)
         order = [_line_of(scene, name) for name in lines]
@@ -67,20 +75,27 @@ def elastic_model(study: Study, run: int = 0) -> Model:
             "points": _bodies(scene, lines, bodies) + _ships(scene, ships),
             "numbers": [row for name, line in lines.items() for row in _numbers(name, line)],
             "equations": [],
-            **_around(scene),
+            "surroundings": surroundings(tables(to_toml(scene))),
         }
 
     def toml(values: dict[str, float]) -> str:
-        return to_toml(resting.scene.with_numbers(changed(values)))
+        return to_toml(changed(values))
 
     return Model("scene", "This scene, elastic", controls, solve, toml)
 
 
-def _around(scene: Scene) -> dict[str, Any]:
-    """Bed and surface of a scene that has a bed, which the sliders move."""
-    if scene.seabed is None:
-        return {}
-    return {"surroundings": surroundings(tables(to_toml(scene)))}
+def _surfaces(scene: Scene) -> list[str]:
+    """The keys that tell of the water's surface, which has one height: the first has a slider."""
+    told = surfaces(scene.bodies, scene.water, scene.sea)
+    keys = (".".join(map(str, path)) for path, _ in told)
+    return sorted(keys, key=lambda key: bool(_MOVING.search(key)))
+
+
+def _attitude(scene: Scene, name: str) -> NDArray[np.float64]:
+    """Roll, pitch and yaw (rad) of a body as the scene has them."""
+    body = scene.bodies[name]
+    turn = body.attitude if isinstance(body, Body) else None
+    return np.asarray(turn or (0.0, 0.0, 0.0), float)
 
 
 def _kinds(study: Study, scene: Scene) -> dict[str, Quantity]:
@@ -100,6 +115,7 @@ def _controls(scene: Scene, kinds: dict[str, Quantity]) -> list[Control]:
     flows = scene.fluid is not None and scene.fluid.current is not None
     size = max((line.length for line in scene.lines.values()), default=1.0)
     found, chosen = [], {target.change for target in scene.targets.values()}
+    chosen |= set(_surfaces(scene)[1:])
     for key, value in scene.numbers().items():
         if key in chosen or key not in kinds or _MOVING.search(key) or _LONG.search(key):
             continue
@@ -166,9 +182,7 @@ def _bodies(
     for name, at in places.items():
         body = scene.bodies[name]
         size = None if body.size is None else list(body.size)
-        turn, depth = (0.0, 0.0, 0.0), getattr(body, "depth", None)
-        if isinstance(body, Body):
-            turn = body.attitude or turn
+        turn, depth = _attitude(scene, name), getattr(body, "depth", None)
         if depth is not None:  # what hangs under its trolley
             found[f"trolley of {name}"] = {"name": f"trolley of {name}", "at": at.tolist()}
             at = at - np.array([0.0, 0.0, depth])

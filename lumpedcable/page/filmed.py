@@ -42,7 +42,7 @@ class Beside(NamedTuple):
 
 def beside_lines(result: ResultFile, run: int) -> Beside:
     """Ideal cables, ships, bodies and waves of a run, at the times with fields."""
-    scene = result.scene
+    scene = result.scene_of(run)
     more = Unrecorded(result, np.array([run]), scene)
     ways = {
         name: (result.body(name, "position", run), result.body(name, "attitude", run))

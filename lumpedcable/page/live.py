@@ -14,6 +14,7 @@ from lumpedcable.page.stages import stage_models
 from lumpedcable.page.surroundings import surroundings
 from lumpedcable.results.ground import tables
 from lumpedcable.scene import Study
+from lumpedcable.scene.writer import to_toml
 
 __all__ = ["live_page"]
 
@@ -44,7 +45,7 @@ def live_page(study: Study, run: int = 0) -> tuple[str, dict[str, Answer]]:
         "models": [model.head() for model in models.values()],
         # the scene itself, unless a stage has its numbers and has them at once
         "first": "scene" if highline is None else highline.stage or "scene",
-        "surroundings": surroundings(tables(study.effective_text)),
+        "surroundings": surroundings(tables(to_toml(scene))),
     }
 
     def solve(asked: Any) -> dict[str, Any]:

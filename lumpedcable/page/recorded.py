@@ -122,13 +122,13 @@ class _Recorder:
     def payload(self) -> Payload:
         result = self.result
         lines = [self._line(name) for name in self.names]
-        scene = self.scene
-        around = surroundings(scene)
+        scenes = [result.scene_of(int(run)) for run in self.runs]
+        around = [surroundings(scene) for scene in scenes]
         times = self.times[self.frames]
         ships = self.unrecorded.ships
-        bodies = moved_bodies(result, ships, self.runs, times, scene, self.pack)
+        bodies = moved_bodies(result, ships, self.runs, times, scenes, self.pack)
         moved = {body["name"] for body in bodies}
-        around["points"] = points_apart(around["points"], self.names, moved)
+        points = points_apart(around[0]["points"], self.names, moved)
         time = result.time[self.times]
         factor, unit = scale(float(result.time[-1]), "s")
         head = {
@@ -147,7 +147,8 @@ class _Recorder:
             "lines": lines,
             "histories": self._histories(lines),
             "outputs": self._outputs(),
-            "surroundings": around | {"waves": self._waves()},
+            "surroundings": [one | {"points": points} for one in around],
+            "waves": self._waves(),
             "bodies": bodies,
         }
         return Payload(head, self.pack)

@@ -84,9 +84,12 @@ class ResultFile:
             *way, last = axis.key.split(".")
             table: Any = scene
             for key in way:
-                table = table.get(key) if isinstance(table, dict) else None
+                table = _inside(table, key)
+            value = axis.values[run].item()
             if isinstance(table, dict):
-                table[last] = axis.values[run].item()
+                table[last] = value
+            elif _inside(table, last) is not None:
+                table[int(last)] = value
         return scene
 
     @cached_property
@@ -373,3 +376,10 @@ def _raised_by_h5py(trace: TracebackType | None) -> bool:
 
 def _summary_path(end: str, name: str) -> str:
     return f"summary/{name}" if end == "run" else f"summary/{end}/{name}"
+
+
+def _inside(table: Any, key: str) -> Any:
+    """What a table of a scene has under a key, or a list in a place such as "2"; None for nothing."""
+    if isinstance(table, list) and key.isdecimal() and int(key) < len(table):
+        return table[int(key)]
+    return table.get(key) if isinstance(table, dict) else None

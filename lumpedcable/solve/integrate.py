@@ -32,7 +32,7 @@ from lumpedcable.solve.observe import Sample, sample, tips, watch, watched, watc
 from lumpedcable.solve.plan import Numbers, Plan, Progress, peaks_of
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
-from lumpedcable.solve.stop import halted, held, rests
+from lumpedcable.solve.stop import halted, held, rests, time_of
 from lumpedcable.solve.trips import tripped, trips
 from lumpedcable.solve.upright import upright, uprightest
 from lumpedcable.solve.watching import Watching
@@ -266,11 +266,12 @@ def advance(
         whole = model
         if isinstance(run.solver_state, HalfStep):
             whole = model.with_low(run.solver_state.low)
-        found = sample(whole, t, run.y, plan.quantities, dt, run.stuck)
+        now = time_of(model, plan, run, t)
+        found = sample(whole, now, run.y, plan.quantities, dt, run.stuck)
         largest = so_far(model, found.largest, peaks_of(plan, run), plan.borne)
         largest |= watched(run.seen)
         more = {"largest": largest, "upright": run.upright}
-        more["tips"] = tips(model, t, run.y, plan.tips)
+        more["tips"] = tips(model, now, run.y, plan.tips)
         found = found._replace(stopped=rests(model, plan, run), lost=run.lost, **more)
         return found if keep is None else keep(found)
 

@@ -9,7 +9,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.state import State
 from lumpedcable.solve.plan import Plan, Progress
 
-__all__ = ["halted", "held", "rests"]
+__all__ = ["halted", "held", "rests", "time_of"]
 
 HALF_STEPS = ("leapfrog", "constrained")  # they keep velocities in the middle of steps
 ROUNDING = 1e3  # times eps: a share of the first speed that is none
@@ -49,6 +49,14 @@ def rests(model: Model, plan: Plan, run: Progress) -> Bool[Array, ""]:
     speed = jnp.dot(run.y.velocity[body_key(plan.stop)], along)
     still = plan.sloped | (speed <= _nothing(along))
     return (~jnp.isnan(run.stopped) & still) | run.lost
+
+
+def time_of(model: Model, plan: Plan, run: Progress, t: Float[Array, ""]) -> Float[Array, ""]:
+    """When a run is in the state that it has at the output time t (s): at most when it has stopped."""
+    if plan.stop is None:
+        return t
+    ended = rests(model, plan, run) & ~jnp.isnan(run.stopped)
+    return jnp.where(ended, jnp.minimum(t, jnp.where(ended, run.stopped, t)), t)
 
 
 def _nothing(along: Float[Array, " m"]) -> Float[Array, ""]:

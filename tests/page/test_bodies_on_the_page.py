@@ -81,7 +81,7 @@ def test_a_body_is_where_the_file_says(file):
     head = recorded(file)
     block = head.pack.text()
     (ship,) = head["bodies"]
-    assert (ship["name"], ship["size"]) == ("ship", [20.0, 8.0, 4.0])
+    assert (ship["name"], ship["size"]) == ("ship", [[20.0, 8.0, 4.0]])
     x = unpacked(block, ship["position"][0])
     assert x == pytest.approx(TIMES[None], abs=1e-4)
     q = np.stack([unpacked(block, part)[0] for part in ship["attitude"]], axis=-1)
@@ -108,10 +108,10 @@ def test_it_is_read_out_as_far_as_it_moves(file):
 
 def test_a_point_is_at_its_line_and_a_hull_tells_of_the_surface(file):
     head = recorded(file)
-    assert head["surroundings"]["points"] == [
+    assert head["surroundings"][0]["points"] == [
         {"name": "buoy", "mass": 2.0, "line": "rope", "at_end": True}
     ]
-    assert head["surroundings"]["surface"] == 1.5
+    assert head["surroundings"][0]["surface"] == 1.5
     floats = {"water": {}, "bodies": {"ship": {"hull": {}}}}
     assert surroundings(floats)["surface"] == 0.0
 
@@ -151,7 +151,7 @@ breaks = "leader.start"
             writer.write(f"lines/{name}/position", place + 10.0 * k)
             writer.write(f"lines/{name}/tension", np.ones((2, 5, 2)))
         writer.finish()
-    assert [p["line"] for p in recorded(path)["surroundings"]["points"]] == ["rope-2"]
+    assert [p["line"] for p in recorded(path)["surroundings"][0]["points"]] == ["rope-2"]
     with SoundFile.open(path) as result, style.styled():
         for run, last in ((0, 2), (1, 1)):
             film = animation._Film(result, run, 1.0, beside_lines(result, run))
@@ -232,7 +232,7 @@ def test_ships_that_are_moved_and_ideal_cables_are_worked_out(transfer):
     assert way(ship) == pytest.approx(np.stack([still, still, 1.0 + heave], axis=-1), abs=1e-3)
     q = np.stack([unpacked(block, part)[0] for part in ship["attitude"]], axis=-1)
     assert 2.0 * np.arcsin(q[:, 1]) == pytest.approx(roll, abs=1e-3)
-    assert (ship["size"], ship["points"]) == ([40.0, 12.0, 8.0], [[0.0, 0.0, 15.0]])
+    assert (ship["size"], ship["points"]) == ([[40.0, 12.0, 8.0]], [[[0.0, 0.0, 15.0]]])
     # a roll tips the post towards -y; the cable is straight from it to the trolley and the winch
     (line,) = head["lines"]
     post = np.stack([still, -15.0 * np.sin(roll), 1.0 + heave + 15.0 * np.cos(roll)], axis=-1)

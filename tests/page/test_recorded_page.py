@@ -209,7 +209,7 @@ def test_a_large_file_is_thinned(file, monkeypatch):
 )
 def test_surface_and_bed_are_the_scene_s(tmp_path, scene, surface, bed):
     path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, scene=scene)
-    around = recorded(path)["surroundings"]
+    around = recorded(path)["surroundings"][0]
     assert (around["surface"], around["bed"]) == (surface, bed)
 
 
@@ -217,7 +217,7 @@ def test_a_bed_with_a_profile_is_a_curve(tmp_path):
     x, depth = [0.0, 10.0, 20.0, 40.0], [1.0, 2.0, 8.0, 10.0]
     scene = f"[seabed]\nheight = -3\nprofile = {{ x = {x}, depth = {depth} }}"
     path = synthetic_result.snapback(tmp_path / "r.h5", segments=4, scene=scene)
-    bed = recorded(path)["surroundings"]["bed"]
+    bed = recorded(path)["surroundings"][0]["bed"]
     places, heights = np.array(bed["x"]), np.array(bed["z"])
     assert heights[np.isin(places, x)] == pytest.approx(-3.0 - np.array(depth), abs=1e-12)
     # it falls from point to point, and as the first and the last two beyond them

@@ -48,16 +48,16 @@ def waves():
 
 def test_a_page_holds_the_waves_of_its_runs(file, waves):
     head = recorded(file)
-    told = head["surroundings"]["waves"]
+    told = head["waves"]
     table = unpacked(head.pack.text(), told["data"])
     assert table[0] == pytest.approx(np.array(waves[:4]), rel=1e-6)
     assert told["runs"] == [{"direction": 1.2, "level": 0.0, "ramp": 0.0}]
-    assert head["surroundings"]["surface"] == 0.0
+    assert head["surroundings"][0]["surface"] == 0.0
 
 
 def test_a_page_without_waves_has_none(tmp_path):
     head = recorded(transfer_file(tmp_path, TRANSFER))
-    assert head["surroundings"]["waves"] is None
+    assert head["waves"] is None
 
 
 def test_a_film_shows_the_surface_across_the_picture(file, waves):

@@ -1,9 +1,11 @@
 """Heights over waves and wave gauges, against the one sine that such a sea is."""
 
 import h5py
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from lumpedcable import response
 from lumpedcable.scene import SceneError, load_study
 from lumpedcable.study.moved import waves_of
 from lumpedcable.study.run import run_study
@@ -52,11 +54,12 @@ def results(tmp_path, text, *overrides):
     scene = tmp_path / "scene.toml"
     scene.write_text(text)
     study = load_study(scene, list(overrides))
-    run_study(study, tmp_path / "result.h5")
+    outcomes = run_study(study, tmp_path / "result.h5")
     with h5py.File(tmp_path / "result.h5") as file:
-        found = {k: file[k][()] for k in ("time", "bodies/cargo/position")}
+        found = {k: file[k][()] for k in ("time", "bodies/cargo/position") if k in file}
         found |= {f"measures/{k}": v[()] for k, v in file["measures"].items()}
         found |= {f"summary/{k}": file[f"summary/{k}"][()] for k in file["measures"]}
+    found["stop"] = outcomes[0].stop_time
     return study, found
 
 
@@ -115,6 +118,58 @@ def test_single_precision_has_the_waves_too(tmp_path):
         np.testing.assert_allclose(
             single[f"measures/{name}"], double[f"measures/{name}"], atol=2e-4
         )
+
+
+STOPPED = """
+gravity = 9.81
+[water]
+density = 1025
+[sea]
+height = 1
+period = 5
+components = 1
+[materials.wire]
+law = "linear"
+EA = "300 kN"
+[bodies.block]
+mass = 1000
+position = [0, 0, 5]
+size = [2, 2, 2]
+free = ["x"]
+velocity = [2, 0, 0]
+control = { damping = [400, 0, 0], stiffness = [300, 0, 0] }
+[lines.rope]
+material = "wire"
+length = 21
+segments = 6
+mass = 1
+diameter = 0.02
+start = { fixed = [-20, 0, 5] }
+end = "block"
+[measures.gauge]
+elevation = [3, 0]
+[output]
+duration = 6
+every = 0.1
+stop = "block"
+"""
+
+
+def test_what_has_stopped_hears_of_no_later_waves(tmp_path):
+    _, alone = results(tmp_path, STOPPED)
+    _, both = results(tmp_path, STOPPED, "block.mass=[1000, 60000]")
+    gauge = alone["measures/gauge"][0]
+    stop = alone["stop"]
+    assert 0.5 < stop < 2.0
+    after = alone["time"] >= stop
+    assert np.ptp(gauge[after]) == 0.0
+    np.testing.assert_allclose(both["measures/gauge"][0], gauge, rtol=1e-12)
+    # as high as at that instant; the one before it is another
+    assert np.ptp(both["measures/gauge"][1][after]) > 0.1
+    start, end = gauge[~after][-1], both["measures/gauge"][1][after][0]
+    assert min(start, end) <= gauge[after][0] <= max(start, end)
+    value = response(tmp_path / "scene.toml", ["lines.rope.mass"], "max gauge")(jnp.array([1.0]))
+    assert float(value) == pytest.approx(alone["summary/gauge"][0], rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ class Recorded {
     this.head = head;
     this.shell = new Shell(page, head);
     this.scenery = new Scenery(head, block, this.shell.stage);
-    this.sea = head.surroundings.waves && new Sea(head.surroundings.waves, block);
+    this.sea = head.waves && new Sea(head.waves, block);
     this.histories = head.histories.map((h) => ({ ...h, table: new Table(block, h.data),
       ends: h.extremes && new Table(block, h.extremes) }));
     const asked = new URLSearchParams(location.hash.slice(1));
@@ -36,8 +36,7 @@ class Recorded {
       top: head.time.factor * this.scenery.time.at(-1) }, () => this.moved());
     this.shell.stage.draw = () => this.drawScene();
     this.shell.onTheme.push(() => this.moved());
-    this.shell.stage.setRoom(this.scenery.box(head.runs.map((_, k) => k)), head.surroundings,
-      this.sea);
+    this.box = this.scenery.box(head.runs.map((_, k) => k));
     this.pick();
     this.shell.stage.look(asked.get("view"));
     const at = Number(asked.get("t"));
@@ -103,7 +102,10 @@ class Recorded {
 
   pick() {
     const run = this.head.runs[this.run];
-    this.scenery.build(this.other);
+    const around = this.head.surroundings[this.run], told = JSON.stringify(around);
+    if (told !== this.around) this.shell.stage.setRoom(this.box, around, this.sea);
+    this.around = told;
+    this.scenery.build(this.run, this.other);
     for (const tube of this.shell.stage.tubes.values()) tube.dots.visible = this.shell.nodesBox.checked;
     this.range = this.scenery.range(this.run);
     const scale = this.scenery.lines.map((line) => line.scales.tension).find(Boolean);

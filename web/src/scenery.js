@@ -8,7 +8,7 @@ import { isDark } from "./shell.js";
 export class Scenery {
   constructor(head, block, stage) {
     this.stage = stage;
-    this.head = head;
+    this.tied = head.surroundings[0].points;
     const table = (how) => (how ? new Table(block, how) : null);
     this.time = table(head.time.data).row();
     this.frames = head.frames.map((k) => this.time[k]);
@@ -32,7 +32,7 @@ export class Scenery {
         for (let frame = 0; frame < this.frames.length; frame++) {
           const axes = rotation(body.attitude?.map((t) => t.at(run, frame)));
           body.position.forEach((t, k) => {
-            const at = t.at(run, frame), [a, b] = extent(body, axes[k]);
+            const at = t.at(run, frame), [a, b] = extent(body.size[run], body.points[run], axes[k]);
             reach(k, [at + a, at + b]);
           });
         }
@@ -41,7 +41,7 @@ export class Scenery {
     return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [1, 1, 1] };
   }
 
-  build(other) {
+  build(run, other) {
     const { stage } = this;
     stage.clear();
     for (const which of other == null ? ["main"] : ["main", "other"]) {
@@ -51,8 +51,9 @@ export class Scenery {
         stage.tube(`${which}/${line.name}`, count, line.diameter / 2, main ? 2.6 : 4.6, !main);
       }
       const ink = which === "main" ? "--body-edge" : "--second";
-      for (const body of this.bodies) stage.solid(`${which}/${body.name}`, body.size, body.points, ink);
-      for (const point of this.head.surroundings.points) stage.solid(`${which}/${point.name}`, null, [], ink);
+      const own = which === "main" ? run : other;
+      for (const { name, size, points } of this.bodies) stage.solid(`${which}/${name}`, size[own], points[own], ink);
+      for (const point of this.tied) stage.solid(`${which}/${point.name}`, null, [], ink);
     }
   }
 
@@ -89,7 +90,7 @@ export class Scenery {
       const ends = [points.slice(0, 3), points.slice(-3)];
       for (let k = 2; k < points.length; k += 3) points[k] *= rise;
       this.stage.tubes.get(key).update(points, rgb, this.stage.camera, (x, y, z) => this.stage.pixelAt(x, y, z));
-      for (const point of this.head.surroundings.points) {
+      for (const point of this.tied) {
         if (point.line === line.name) this.stage.place(`${which}/${point.name}`, [...ends[point.at_end ? 1 : 0]]);
       }
     }
@@ -128,7 +129,7 @@ export class Scenery {
 }
 
 // how far a box and its posts reach from its place along an axis, whose parts along its own axes are given
-function extent({ size, points = [] }, axis) {
+function extent(size, points, axis) {
   const half = axis.reduce((sum, share, j) => sum + (Math.abs(share) * (size?.[j] ?? 0)) / 2, 0);
   const posts = points.map((at) => axis.reduce((sum, share, j) => sum + share * at[j], 0));
   return [Math.min(-half, ...posts), Math.max(half, ...posts)];
