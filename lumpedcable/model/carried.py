@@ -37,6 +37,7 @@ from lumpedcable.scene.carried import CarriedBody, Contact, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
 from lumpedcable.scene.lines import joined_to
 from lumpedcable.scene.measures import (
+    SEA,
     BodyMeasure,
     ElevationMeasure,
     HeightMeasure,
@@ -348,7 +349,7 @@ def _measure(scene: Scene, part: BodyMeasure) -> AbstractMeasure:
         return measures.ClimbMeasure(near=near)
     if part.over is None:
         return measures.HeightMeasure(level=number(part.level), near=near)
-    if scene.over_waves(part):
+    if part.over == SEA:
         return measures.ClearanceMeasure(
             level=number(part.level), surface=sea_surface(scene), near=near
         )

@@ -83,9 +83,14 @@ def _over(
 ) -> Iterator[Problem]:
     """Yield a deck that is not one, or above the posts on it."""
     assert measure.over is not None
-    if measure.over == SEA and SEA not in bodies:
+    if measure.over == SEA:
         if SEA not in parts:
             yield Problem((*path, "over"), "expected [sea], whose waves it is over, found none")
+        elif SEA in bodies:
+            yield Problem(
+                ("bodies", SEA), f'expected another name where a height is over = "{SEA}", the waves, '
+                f'found "{SEA}"'
+            )  # fmt: skip
         return
     ships = [
         n

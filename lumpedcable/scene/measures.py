@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 SEA = "sea"
-"""What a height is over that is over the waves, where no body has that name."""
+"""What a height is over that is over the waves."""
 
 PlaceKind = Literal["tension", "bending_moment", "speed", "position", "velocity", "displacement"]
 """What is measured at a place of a line."""
@@ -80,7 +80,8 @@ class HeightMeasure(Part):
     def words(self) -> str:
         """What it is."""
         over = {None: "", SEA: " over the waves"}.get(self.over, f" over the deck of {self.over}")
-        return f"height of {self.height}{over}"
+        level = "" if self.level == 0.0 else f" less {format_quantity(self.level, 'm')}"
+        return f"height of {self.height}{over}{level if self.over == SEA else ''}"
 
     def problems(self) -> Iterator[Problem]:
         """Yield a fault where a distance has nothing that it counts from, or the reverse."""

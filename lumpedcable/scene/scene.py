@@ -14,7 +14,7 @@ from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import Line, tie_of
 from lumpedcable.scene.materials import Material
-from lumpedcable.scene.measures import SEA, HeightMeasure, Measure
+from lumpedcable.scene.measures import Measure
 from lumpedcable.scene.moved import AnyBody, MovedBody
 from lumpedcable.scene.part import Name, Part, Text, children
 from lumpedcable.scene.quantities import Acceleration, Count
@@ -77,10 +77,6 @@ class Scene(Part):
     def sea_level(self) -> float:
         """Height z in m of the water's surface at rest; 0 where nothing tells of it."""
         return next((z for _, z in surfaces(self.bodies, self.water, self.sea)), 0.0)
-
-    def over_waves(self, measure: HeightMeasure) -> bool:
-        """Return whether a height is over the waves of the sea."""
-        return measure.over == SEA and SEA not in self.bodies
 
     def point_of(self, end: Any) -> tuple[MovedBody, tuple[float, float, float]] | None:
         """Return the moved body that an end names a point of, "ship.post", and that point in m."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import isclose
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
@@ -11,6 +12,8 @@ from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.units import format_quantity
 
 __all__ = ["surface_problems", "surfaces"]
+
+SAME = 1e-9  # relative, and in m: what conversions of units leave
 
 
 def surfaces(
@@ -34,7 +37,7 @@ def surface_problems(
     told = list(surfaces(bodies, water, sea))
     for path, height in told[1:]:
         first = told[0]
-        if height != first[1]:
+        if not isclose(height, first[1], rel_tol=SAME, abs_tol=SAME):
             yield Problem(
                 path,
                 f"expected {format_quantity(first[1], 'm')}, the height of the water's surface in "

@@ -11,7 +11,12 @@ from lumpedcable.model.couple import winch_name
 from lumpedcable.results import Variable
 from lumpedcable.scene import Scene
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
-from lumpedcable.scene.measures import PositionMeasure
+from lumpedcable.scene.measures import (
+    ElevationMeasure,
+    Measure,
+    MotionMeasure,
+    PositionMeasure,
+)
 from lumpedcable.scene.units import format_quantity
 from lumpedcable.solve.observe import Sample
 
@@ -55,7 +60,14 @@ def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
             text += f", from {format_quantity(part.after, 's')} on"
         attributes = {} if part.limit is None else {"limit": part.limit}
         found.append(
-            Variable(f"summary/{name}", ("run",), "f8", unit, f"{best} {text}", attributes)
+            Variable(
+                f"summary/{name}",
+                ("run",),
+                "f8",
+                unit,
+                f"{best} {text}",
+                {"extreme": best} | attributes,
+            )
         )
         if histories:
             path = f"measures/{name}"
@@ -93,9 +105,9 @@ def missed_extremes(
 ) -> list[str]:
     """Of each run which extremes with a limit may lie between two of the times (runs, times), in words.
 
-    An extreme beside which the next value before or after differs by more than a tenth of it, of a
-    coordinate by more than a tenth of the range that it goes through: what is resolved changes less
-    from one output time to the next.
+    An extreme beside which the next value before or after differs by more than a tenth of it, of what
+    may be on either side of 0 by more than a tenth of the range that it goes through: what is resolved
+    changes less from one output time to the next.
     """
     found: list[list[str]] = [[] for _ in range(runs)]
     for name, history in histories.items():
@@ -108,7 +120,7 @@ def missed_extremes(
             np.take_along_axis(history, np.clip(at + way, 0, last), axis=1) for way in (0, -1, 1)
         )
         whole = np.abs(own)
-        if isinstance(part, PositionMeasure):  # how large it is tells nothing
+        if _has_sign(part):  # how large it is tells nothing
             low, high = (np.where(np.isfinite(history), history, s * np.inf) for s in (1, -1))
             whole = high.max(axis=1, keepdims=True) - low.min(axis=1, keepdims=True)
         # not as near as that also where one is NaN, beside what alone counts
@@ -118,6 +130,13 @@ def missed_extremes(
             found[run].append(name)
     words = "the extreme of {} may lie between output times: lower output.every"
     return [words.format(", ".join(names)) if names else "" for names in found]
+
+
+def _has_sign(part: Measure) -> bool:
+    """Whether a measure may be on either side of 0: places, waves, and components of a motion."""
+    return isinstance(part, PositionMeasure | ElevationMeasure) or (
+        isinstance(part, MotionMeasure) and part.component is not None
+    )
 
 
 def rider_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:

@@ -22,7 +22,7 @@ from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.view import style
-from lumpedcable.view.ground import WATER, draw_ground
+from lumpedcable.view.ground import WATER, draw_ground, make_room
 from lumpedcable.view.sampling import extent, side_view
 
 __all__ = ["MOVIES", "animate_result"]
@@ -182,14 +182,18 @@ class _Film:
         wide, high = extent(x), extent(z)
         top.set_xlim(style.limits(x, scene=high))
         top.set_ylim(style.limits(z, margin=0.15, scene=wide))
-        seen = draw_ground(top, self.result, self.run, (self.across, self.up))
-        # from where the picture ends below up to the waves, halfway between what is nearest and farthest
-        wavy = self.water is not None and WATER in seen
+        draw_ground(top, self.result, self.run, (self.across, self.up))
+        # waves halfway between what is nearest and farthest
         self.places = np.tile(
             0.5 * (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)), (SEEN, 1)
         )
         left, right = top.get_xlim()
         self.places[:, self.across] = np.linspace(left, right, SEEN)
+        wavy = self.water is not None and self.up == 2
+        if self.water is not None and wavy:
+            some = self.times[:: max(1, len(self.times) // SEEN)]
+            heights = np.array([self.water(float(t), self.places) for t in some])
+            wavy = make_room(top, float(heights.min()), float(heights.max()))
         true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
         if true:
             top.set_aspect("equal", adjustable="box")

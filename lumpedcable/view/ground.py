@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection
 from lumpedcable.results.ground import Bed, ground_of
 from lumpedcable.results.reader import ResultFile
 
-__all__ = ["draw_ground", "ground_note"]
+__all__ = ["WATER", "draw_ground", "ground_note", "make_room"]
 
 BED, WATER = "#8A6F52", "#56B4E9"
 # shares of its height: how far off a level may be for a picture to be made higher, and the margin then
@@ -52,13 +52,20 @@ def ground_note(seen: set[str]) -> str:
 
 def _level(ax: Axes, level: float, colour: str) -> bool:
     """Draw a height (m) that is near enough."""
-    low, high = ax.get_ylim()
-    room, edge = NEAR * (high - low), EDGE * (high - low)
-    if not low - room < level < high + room:
+    if not make_room(ax, level, level):
         return False
     ax.axhline(level, color=colour, linewidth=1.2, zorder=0.8)
+    return True
+
+
+def make_room(ax: Axes, lowest: float, highest: float) -> bool:
+    """Make a picture higher for what lies between two heights (m), if that is near; whether it is."""
+    low, high = ax.get_ylim()
+    room, edge = NEAR * (high - low), EDGE * (high - low)
+    if not (low - room < highest and lowest < high + room):
+        return False
     # limits that are held would be a complaint where both axes have one scale
-    ax.set_ylim(min(low, level - edge), max(high, level + edge), auto=None)
+    ax.set_ylim(min(low, lowest - edge), max(high, highest + edge), auto=None)
     return True
 
 

@@ -19,6 +19,7 @@ from lumpedcable.results.human import scale
 from lumpedcable.results.reader import Axis, ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import file_tag
+from lumpedcable.view.measures import measured
 
 Array = NDArray[Any]
 
@@ -55,11 +56,14 @@ def map_figures(result: ResultFile) -> Iterator[tuple[str, Any]]:
     axes = [axis for axis in result.axes if len(np.unique(axis.values)) >= FEWEST]
     if len(axes) < 2 or not _fills(axes):
         return
+    own = measured(result)
     for end, numbers in result.summary().items():
+        shown = SHOWN | own if end == "run" else SHOWN
         for quantity, values in numbers.items():
-            if quantity in SHOWN and np.isfinite(values).any():
-                which = "" if end == "run" or len(result.ends) < 2 else f"_{file_tag(end)}"
-                yield f"map_{quantity}{which}", partial(map_figure, result, end, quantity, axes)
+            if quantity in shown and np.isfinite(values).any():
+                whose = "" if end == "run" or len(result.ends) < 2 else f"_{file_tag(end)}"
+                draw = partial(map_figure, result, end, quantity, axes, shown[quantity])
+                yield f"map_{file_tag(quantity)}{whose}", draw
 
 
 def _fills(axes: list[Axis]) -> bool:
@@ -71,8 +75,8 @@ def _fills(axes: list[Axis]) -> bool:
     )
 
 
-def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis]) -> Figure:
-    """A map for each pair of swept numbers; a cell shows the largest or earliest of its runs."""
+def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], which: str) -> Figure:
+    """A map for each pair of swept numbers; a cell shows the largest, least or earliest of its runs."""
     told = result.summary_attributes(end, quantity)
     values = result.summary()[end][quantity]
     unit = str(told.get("units", "1"))
@@ -82,7 +86,7 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis]) ->
     whose = "" if end == "run" else f"{end}: "
     heading = "\n".join(filter(None, [title, f"{whose}{told.get('long_name', quantity)}"]))
     figure, panels = style.panel_figure([""] * len(pairs), heading, height=2.2)
-    tables = [_table(_along(a), _along(b), values * factor, SHOWN[quantity]) for a, b in pairs]
+    tables = [_table(_along(a), _along(b), values * factor, which) for a, b in pairs]
     known = np.concatenate([table[np.isfinite(table)] for table in tables])
     colours = Normalize(float(known.min()), float(known.max()))
     for ax, (a, b), table in zip(panels, pairs, tables, strict=True):
@@ -93,7 +97,7 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis]) ->
     words = quantity.replace("_", " ")
     bar.set_label(style.with_unit(words, shown))
     failed = sum(word != "ok" for word in result.status)
-    note = f"Each cell: the {SHOWN[quantity]} of the runs in it, over all other swept numbers."
+    note = f"Each cell: the {which} of the runs in it, over all other swept numbers."
     note += _of_white(result, pairs, tables)
     if failed:
         note += f" {failed} of {result.runs} runs went wrong; what they came to before counts."
@@ -142,7 +146,7 @@ def _along(axis: Axis) -> Along:
 
 def _table(x: Along, y: Along, values: Array, which: str) -> Array:
     """The chosen value of each cell, shape (y, x), NaN where no run has one."""
-    best = np.fmin if which == "earliest" else np.fmax
+    best = np.fmax if which == "largest" else np.fmin
     table = np.full((len(y.edges) - 1, len(x.edges) - 1), np.nan)
     best.at(table, (y.cells, x.cells), values)
     return table

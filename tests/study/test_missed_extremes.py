@@ -9,6 +9,7 @@ import pytest
 from engine_runs import study_of
 
 from lumpedcable.results import describe
+from lumpedcable.scene.measures import ElevationMeasure
 from lumpedcable.study.carried import missed_extremes
 from lumpedcable.study.report import results_table
 from lumpedcable.study.run import run_study
@@ -40,6 +41,18 @@ def test_an_extreme_that_stands_out_is_told(history, least, told):
     table = {"pull": np.array([history])}
     assert missed_extremes(scene(least), table, 1) == [WORDS.format("pull") if told else ""]
     assert missed_extremes(scene(least, limit=None), table, 1) == [""]
+
+
+def test_what_has_a_sign_is_judged_by_its_range():
+    gauge = ElevationMeasure(elevation=(0.0, 0.0), limit=1.0)
+    # a sine that a hundred outputs a period resolve, all of it below 0 but for a tip
+    sine = np.sin(np.arange(100) * 2 * np.pi / 100) - 0.9999
+    one = SimpleNamespace(measures={"pull": gauge})
+    assert sine.max() == pytest.approx(1e-4)
+    assert abs(sine[24]) > 10 * sine.max()
+    assert missed_extremes(one, {"pull": sine[None]}, 1) == [""]
+    snap = np.where(np.arange(100) == 25, 0.5, sine)
+    assert missed_extremes(one, {"pull": snap[None]}, 1) == [WORDS.format("pull")]
 
 
 # an end is pulled to and fro 25 times a second

@@ -88,3 +88,22 @@ def test_what_cannot_be_filmed_is_told(file, tmp_path):
         assert f"expected a film of some length, of 3600 s at most, found {float(long):g} s" in said
     blind = synthetic_result.snapback(tmp_path / "b.h5", segments=4, fields=("position",))
     assert "no positions with tensions" in refused(tmp_path, "animate", blind)
+
+
+def test_waves_that_reach_into_a_film_are_not_cut_off(file):
+    # of 0.6 m about a level over all that the lines take up
+    def water(t, places):
+        return 1.0 + 0.6 * np.sin(places[:, 0] - 40.0 * t)
+
+    with SoundFile.open(file) as result, style.styled():
+        film = animation._Film(result, 4, 10.0, ({}, (), (), water))
+        high = film.top.get_ylim()[1]
+        assert high > 1.55
+        film.show(3)
+        (outline,) = film.sea.get_paths()
+        exact = water(film.saved[3], film.places)
+        assert outline.vertices[1:-2, 1] == pytest.approx(exact, abs=1e-5)
+        # what is far above the picture is not in it
+        film = animation._Film(result, 4, 10.0, ({}, (), (), lambda t, p: water(t, p) + 1e3))
+        assert film.sea is None
+        assert film.top.get_ylim()[1] < high

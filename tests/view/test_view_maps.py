@@ -25,6 +25,13 @@ def study(path, tensions, times, drags):
             ),
             Variable("summary/rope.end/peak_end_speed", ("run",), units="m/s", long_name="speed"),
             Variable("summary/rope.end/front_arrival", ("run",), units="s", long_name="arrival"),
+            Variable(
+                "summary/gap",
+                ("run",),
+                units="m",
+                long_name="least gap",
+                attributes={"extreme": "least"},
+            ),
         ],
         coordinates=sweep_coordinates(
             list(zip(KEYS, ("N", "s", ""), (tensions, times, drags), strict=True))
@@ -33,6 +40,7 @@ def study(path, tensions, times, drags):
         writer.write("status", np.zeros(len(speed), int))
         writer.write("summary/rope.end/peak_end_speed", speed)
         writer.write("summary/rope.end/front_arrival", -speed)
+        writer.write("summary/gap", speed + 1.0)
     return path
 
 
@@ -59,7 +67,7 @@ def test_a_cell_is_the_largest_or_earliest_of_its_runs(tmp_path):
     shuffled = np.random.default_rng(1).permutation(36)
     path = study(tmp_path / "a.h5", *(g[shuffled] for g in grid))
     found = maps(path)
-    assert set(found) == {"map_peak_end_speed", "map_front_arrival"}
+    assert set(found) == {"map_peak_end_speed", "map_front_arrival", "map_gap"}
     speed = found["map_peak_end_speed"]
     assert [(x, y) for x, y, _, _ in speed] == [
         ("pretension (kN)", "break time (ms)"),
@@ -68,6 +76,10 @@ def test_a_cell_is_the_largest_or_earliest_of_its_runs(tmp_path):
     ]
     np.testing.assert_allclose(speed[0][2], [[t + s for t in (1, 2, 3)] for s in TIMES])
     np.testing.assert_allclose(speed[2][2], [[3 + s - d for s in TIMES] for d in DRAGS])
+    # of a measure the least, which has no history here: that of the most drag
+    np.testing.assert_allclose(
+        found["map_gap"][0][2], [[t + s - 3.0 + 1.0 for t in (1, 2, 3)] for s in TIMES]
+    )
     # seconds here, milliseconds there; the earliest of minus the speeds is minus the largest
     early = found["map_front_arrival"][0][2]
     np.testing.assert_allclose(early, -speed[0][2] * (early[0, 0] / -speed[0][2][0, 0]))
@@ -138,7 +150,9 @@ def test_few_values_make_no_map_and_maps_are_files(tmp_path):
         assert list(map_figures(result)) == []
     grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
     made = plot_result(study(tmp_path / "a.h5", *grid), tmp_path)
-    assert [p.name for p in made] == ["map_front_arrival.png", "map_peak_end_speed.png"]
+    # and of a measure, which has no history here, its bars
+    maps = ["map_gap.png", "map_front_arrival.png", "map_peak_end_speed.png"]
+    assert [p.name for p in made] == [*maps, "bars_gap.png"]
 
 
 def test_how_far_a_body_came_is_a_map_of_enough_draws(tmp_path):

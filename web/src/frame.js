@@ -91,7 +91,7 @@ export class Frame {
 
   // the surface with its border and with lines along its crests and across them
   waves(ends) {
-    const { sea } = this, [nx, ny] = [0, 1].map((k) => sea.cells(ends[2 * k + 1] - ends[2 * k], k));
+    const [nx, ny] = this.sea.cells([ends[1] - ends[0], ends[3] - ends[2]]);
     const x = [], y = [], faces = [], border = [], rows = [];
     for (let j = 0; j <= ny; j++) for (let i = 0; i <= nx; i++) {
       const at = j * (nx + 1) + i;

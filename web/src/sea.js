@@ -3,7 +3,9 @@
 import { Table } from "./data.js";
 
 const CELLS = 24; // of the longest waves' length, as the surface is drawn
-const MOST = 160; // cells along a side of the picture
+const LEAST = 2; // cells that a wave has at least, or it is left out: it would look longer
+const MOST = 40_000; // places of the surface
+const WORK = 4e6; // sines at places along the waves in one picture
 
 const way = (direction) => [Math.cos(direction), Math.sin(direction)];
 
@@ -19,14 +21,31 @@ export class Sea {
     Object.assign(this, { run, time });
   }
 
-  // how many cells a side (m) of the picture has, along x or y, so that the waves of any run are seen
-  cells(side, axis) {
-    const wanted = this.runs.map(({ direction }, run) => {
-      const [amplitude, , number] = this.sines[run];
-      const longest = number[amplitude.indexOf(Math.max(...amplitude))];
-      return (CELLS * side * longest * Math.abs(way(direction)[axis])) / (2 * Math.PI);
+  // how many cells the sides (m) of the picture have along x and y, so that the waves of any run are seen
+  cells(sides) {
+    let counts = sides.map((side, axis) => {
+      const wanted = this.runs.map(({ direction }, run) => {
+        const [amplitude, , number] = this.sines[run];
+        const longest = number[amplitude.indexOf(Math.max(...amplitude))];
+        return (CELLS * side * longest * Math.abs(way(direction)[axis])) / (2 * Math.PI);
+      });
+      return Math.max(Math.ceil(Math.max(...wanted) - 1e-6), 1);
     });
-    return Math.min(Math.max(Math.ceil(Math.max(...wanted) - 1e-6), 1), MOST);
+    const room = Math.sqrt(MOST / counts.reduce((product, count) => product * count, 1));
+    if (room < 1) {
+      const along = counts.indexOf(Math.max(...counts)), across = 1 - along;
+      const fewer = Math.max(Math.floor(counts[across] * room), 1);
+      counts = counts.map((count, axis) => (axis === across ? fewer : Math.min(count, Math.floor(MOST / fewer))));
+    }
+    this.finest = sides.map((side, axis) => side / counts[axis]);
+    return counts;
+  }
+
+  // which sines the cells can show
+  shown(run) {
+    const along = way(this.runs[run].direction);
+    return Array.from(this.sines[run][2].keys()).filter((n) => along.every((share, axis) =>
+      LEAST * this.finest[axis] * this.sines[run][2][n] * Math.abs(share) <= 2 * Math.PI));
   }
 
   // heights (m) at places x, y (m), two arrays as long: by angles that are known along a row of places
@@ -35,10 +54,14 @@ export class Sea {
     const [cx, cy] = way(direction), { time } = this;
     const share = time < ramp ? Math.sin((Math.PI * time) / (2 * ramp)) ** 2 : 1;
     const along = Float64Array.from(x, (value, k) => cx * value + cy * y[k]);
-    const low = Math.min(...along), span = Math.max(...along) - low;
-    const count = span > 0 ? 4 * MOST : 1, step = span / Math.max(count - 1, 1);
+    const [low, high] = along.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+    const span = high - low;
+    const shown = this.shown(this.run), shortest = Math.max(...shown.map((n) => number[n]), 0);
+    const wanted = Math.ceil((CELLS * span * shortest) / (2 * Math.PI)) + 2;
+    const count = span > 0 ? Math.ceil(Math.min(wanted, Math.max(WORK / (shown.length + 1), 400))) : 1;
+    const step = span / Math.max(count - 1, 1);
     const row = new Float64Array(count);
-    for (let n = 0; n < amplitude.length; n++) {
+    for (const n of shown) {
       const first = omega[n] * time + phase[n] - number[n] * low, turn = -number[n] * step;
       let c = amplitude[n] * Math.cos(first), s = amplitude[n] * Math.sin(first);
       const ct = Math.cos(turn), st = Math.sin(turn);
