@@ -46,6 +46,7 @@ LEFT_OUT = (
 )
 # what stays behind
 MADE = {
+    "moordyn.md": ["spread-mooring.toml", "spread.h5"],
     "README.md": ["snapback", "snapback.h5"],
     "fitting.md": ["nylon-both", "snapback"],
     "highline.md": ["delivery", "delivery.h5"],
