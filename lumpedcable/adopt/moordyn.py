@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 
 from lumpedcable.scene.errors import Fault, SceneError
@@ -194,6 +195,9 @@ class _Reader:
             if bar:
                 found.left.append(f"the dynamic part of {key} of {name}, {word}")
             values[key] = self.number(row, f"{key} of {name}", first)
+            if key in ("mass", "EA") and values[key] <= 0.0 and _number(first) is not None:
+                words = f"expected a positive number, found {first}"
+                self.told(row, f"{key} of {name}", words)
         return LineType(name, **values)
 
     def point(self, row: Row) -> Point:
@@ -221,7 +225,13 @@ class _Reader:
                 words = f"expected the number of a point, found {point!r}"
                 self.told(row, f"line {name}", f"{words}: bodies and rods have no counterpart")
         count = self.number(row, f"segments of line {name}", segments)
+        if _number(segments) is not None and (count < 1.0 or count % 1.0):
+            words = f"expected a whole number from 1 on, found {segments}"
+            self.told(row, f"segments of line {name}", words)
         metres = self.number(row, f"length of line {name}", length)
+        if _number(length) is not None and not 0.0 < metres < inf:
+            words = f"expected a positive length (m), found {length}"
+            self.told(row, f"length of line {name}", words)
         return MooringLine(kind, start, end, metres, int(count))
 
     def option(self, row: Row, found: Mooring) -> None:

@@ -183,6 +183,10 @@ def test_what_has_no_counterpart_is_told(tmp_path):
         ("1   Fixed ", "1   Body1 ", 10, "expected a point that is fixed, coupled, free, found 'Body1'"),
         ("4.0e7 ", "stress.txt ", 6, "EA of wire: expected a number, found 'stress.txt'"),
         ("2   rope  2  3  30       12      -", "2   rope  2  3  30", 18, "at least 6 columns, found 5"),
+        ("30       6  ", "30       0  ", 17, "line 1: expected a whole number from 1 on, found 0"),
+        ("30       6  ", "30       6.5", 17, "expected a whole number from 1 on, found 6.5"),
+        ("30       6  ", "-3       6  ", 17, "line 1: expected a positive length (m), found -3"),
+        ("1.0D6", "0    ", 5, "EA of rope: expected a positive number, found 0"),
         ("50        WtrDpth", "bed.txt   WtrDpth", 25, "WtrDpth: expected a depth (m), found 'bed.txt'"),
     ],
 )  # fmt: skip
