@@ -32,20 +32,29 @@ def motion_of(scene: Scene, body: MovedBody) -> AbstractBodyMotion:
 
     In a scene at rest it is none: the body is at its mean place.
     """
-    return _law(scene, body.motion, body.position)
+    return _law(scene, body.motion, vector(body.position))
 
 
-def waves_of(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | None:
-    """What waves push a free body of the scene with; None where nothing does."""
+def waves_of(
+    scene: Scene, body: Body, coordinates: Coordinates, settled: Float[Array, " m"] | None = None
+) -> WaveForce | None:
+    """What waves push a free body of the scene with; None where nothing does.
+
+    They pass where it starts, which is where it has `settled`, its coordinates (m, rad), if it has.
+    """
     part = body.waves
     if part is None:
         return None
     assert body.position is not None  # the scene was checked
-    yaw = number(0.0 if body.attitude is None else body.attitude[2])
+    place, yaw = vector(body.position), number(0.0 if body.attitude is None else body.attitude[2])
+    if settled is not None:
+        d = coordinates.dimensions
+        place = jnp.asarray(coordinates.origin) + jnp.asarray(coordinates.axes) @ settled[:d]
+        yaw = settled[5] if settled.size == 6 else yaw
     if isinstance(part, PressureWaves):
-        law = _pressed(scene, body, yaw)
+        law = _pressed(scene, body, place, yaw)
     else:
-        law = _law(scene, part.model_copy(update={"ramp": None}), body.position)
+        law = _law(scene, part.model_copy(update={"ramp": None}), place)
     ramp = if_given(part.ramp)
     heading = rotation(jnp.stack([jnp.zeros(()), jnp.zeros(()), yaw]))
     along = jnp.asarray(coordinates.axes, float).T @ heading
@@ -56,8 +65,10 @@ def waves_of(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | 
     return WaveForce(law, spread, ramp)
 
 
-def _pressed(scene: Scene, body: Body, yaw: Float[Array, ""]) -> AbstractBodyMotion:
-    """Forces of the pressure in the scene's waves on the box of a hull that heads along `yaw` (rad)."""
+def _pressed(
+    scene: Scene, body: Body, place: Float[Array, " 3"], yaw: Float[Array, ""]
+) -> AbstractBodyMotion:
+    """Forces of the pressure in the scene's waves on the box of a hull at a place (m), headed `yaw`."""
     assert scene.sea is not None
     assert scene.fluid is not None
     assert scene.gravity is not None
@@ -69,20 +80,21 @@ def _pressed(scene: Scene, body: Body, yaw: Float[Array, ""]) -> AbstractBodyMot
         number(length), number(breadth), draught, number(body.above_keel(density)) - draught,
         number(density) * number(scene.gravity), heading,
     )  # fmt: skip
-    phase = sea.phase - sea.number * _way(scene, body.position)
+    phase = sea.phase - sea.number * _way(scene, place)
     return ships.SeaBody(sea.omega, sea.amplitude, phase, *box.response(sea))
 
 
-def _way(scene: Scene, position) -> Float[Array, ""]:
+def _way(scene: Scene, place: Float[Array, " 3"]) -> Float[Array, ""]:
     """How far a place (m) is along the waves' direction (m)."""
     assert scene.sea is not None  # the scene was checked
-    place, direction = vector(position), number(scene.sea.direction)
+    direction = number(scene.sea.direction)
     return place[0] * jnp.cos(direction) + place[1] * jnp.sin(direction)
 
 
 def _law(
-    scene: Scene, motion: HarmonicBody | HarmonicWaves | RecordedBody | SeaBody, position
-) -> AbstractBodyMotion:
+    scene: Scene, motion: HarmonicBody | HarmonicWaves | RecordedBody | SeaBody,
+    place: Float[Array, " 3"],
+) -> AbstractBodyMotion:  # fmt: skip
     """Six numbers over time: motions of a body at a place (m), or forces on it."""
     share = moving(scene)
     if isinstance(motion, HarmonicBody | HarmonicWaves):
@@ -103,7 +115,7 @@ def _law(
         for name in motion.names()
     }
     return ships.SeaBody.of(
-        sea_state(scene), _way(scene, position), vector(motion.omega), response,
+        sea_state(scene), _way(scene, place), vector(motion.omega), response,
         if_given(motion.ramp),
     )  # fmt: skip
 

@@ -10,8 +10,10 @@ A box stands on its edge in balance, and a pendulum on its head. So where a way 
 below what makes every step one downhill, and a state of rest there is left along that way: see `Lie`.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -23,9 +25,12 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import make_net
+from lumpedcable.model.ships import waves_of
 from lumpedcable.physics.bearing import BedBearing
 from lumpedcable.physics.vectors import size
+from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.scene import Scene
+from lumpedcable.scene.bodies import Body
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.start import Places, start_of
 from lumpedcable.solve.statics import (
@@ -165,8 +170,21 @@ def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     miss, rest = finished(lambda x: at(scene, x, nodes), x, slope, jnp.ones_like(x))
     left = jnp.max(jnp.abs(miss))
     return rest._replace(
-        imbalance=jnp.maximum(rest.imbalance, left), converged=rest.converged & (left <= goal)
+        model=_met_by_waves(scene, coordinates, rest.model, names),
+        imbalance=jnp.maximum(rest.imbalance, left),
+        converged=rest.converged & (left <= goal),
     )
+
+
+def _met_by_waves(scene: Scene, coordinates: Coordinates, model: Model, names: list[str]) -> Model:
+    """The model with waves that push bodies where these have settled, on the course that they have."""
+    bodies = dict(model.bodies)
+    for name in names:
+        own, part = _body(model, name), scene.bodies[name]
+        if isinstance(own.waves, WaveForce) and isinstance(part, Body):
+            waves = waves_of(scene, part, coordinates, own.reference)
+            bodies[name] = replace(own, waves=waves)
+    return eqx.tree_at(lambda m: m.bodies, model, bodies)
 
 
 def _body(model: Model, name: str) -> RigidBody:

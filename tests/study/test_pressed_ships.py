@@ -99,6 +99,36 @@ def test_it_heaves_as_an_oscillator_that_the_pressure_pushes(tmp_path):
     assert np.abs(heave - exact).max() < 3e-3 * np.ptp(exact)
 
 
+def test_waves_meet_a_ship_where_it_has_settled(tmp_path):
+    # 60 kN of thrust on a mooring of 1 kN/m: 60 m ahead of where it is looked for
+    text = scene().replace(
+        "control = { ", "control = { force = [60e3, 0, 0], stiffness = [1e3, 0, 0], "
+    )
+    time, wave, place, _ = ran(tmp_path, text.replace("hull = {", "settle = true\nhull = {"))
+    assert place[0, 0] == pytest.approx(90.0, abs=0.1)
+    omega = 2.0 * np.pi / 7.0
+    k = omega**2 / 9.80665
+    basis = np.stack([np.cos(omega * time), -np.sin(omega * time)], axis=1)
+    c, s = np.linalg.lstsq(basis, wave, rcond=None)[0]
+    force = pressed(k, KEEL - DRAUGHT)[2] * (c + 1j * s) * np.exp(-1j * k * place[0, 0])
+    exact = pushed(time, HEAVE, abs(force), omega, np.angle(force))
+    assert np.abs(place[:, 2] - place[0, 2] - exact).max() < 0.01 * np.ptp(exact)
+
+
+@pytest.mark.slow
+def test_high_waves_from_ahead_and_aside_turn_a_ship_no_more_than_in_proportion(tmp_path):
+    # moments about its own axes, which tilt, would turn it eight times as far at 2 m
+    text = scene("0.6").replace(
+        "[measures.wave]", '[sweep]\n"sea.height" = [0.01, 2.0]\n[measures.wave]'
+    )
+    (tmp_path / "ship.toml").write_text(text)
+    run_study(load_study(tmp_path / "ship.toml"), tmp_path / "r.h5")
+    with h5py.File(tmp_path / "r.h5") as file:
+        low, high = file["bodies/ship/attitude"][..., 2]
+    assert np.abs(high).max() > 0.02
+    np.testing.assert_allclose(high, 200.0 * low, atol=0.1 * np.abs(high).max())
+
+
 def pressed(k, above):
     """The six of a box with its centre so high over the water (m), heading along the waves."""
     return summed(k, None, 0.0, (SIZE[0], SIZE[1], DRAUGHT, above), RHO * G)
