@@ -7,9 +7,9 @@ how many there are. Source: MoorDyn documentation, "Input Files" (moordyn.readth
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
-from math import inf
+from math import isfinite
 from pathlib import Path
 
 from lumpedcable.scene.errors import Fault, SceneError
@@ -38,6 +38,7 @@ FREE = ("connect", "con", "free", "point")
 KINDS = (
     dict.fromkeys(FIXED, "fixed") | dict.fromkeys(COUPLED, "coupled") | dict.fromkeys(FREE, "free")
 )
+POSITIVE = ("rho", "rhow", "wtrdnsty", "wtrdens", "g", "gravity", "kbot", "kb")
 # options whose place in a scene is another one, by what to do about it
 WATER = {
     "wavekin": "give a scene its waves",
@@ -120,7 +121,7 @@ def read_moordyn(path: Path) -> Mooring:
         SceneError: it cannot be read, is none, or holds what has no counterpart in a scene.
     """
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
+        text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise SceneError(
             [Fault(str(path), None, "", f"cannot be read: {error.strerror}")]
@@ -136,20 +137,24 @@ class _Reader:
     def mooring(self) -> Mooring:
         found = Mooring()
         for section in ("types", "points", "lines"):
-            if not self.sections.get(section):
+            if next(self.table(section), None) is None:
                 self.told(None, section, f"expected a table of {section}, found none")
+        early = len(self.head("types")) < 10
         for row in self.table("types"):
-            if self.wide(row, "types", 9):
-                kind = self.line_type(row, found)
-                found.types[kind.name] = kind
+            if self.wide(row, "types", 9 if early else 10) and self.new(row, found.types):
+                found.types[row.words[0]] = self.line_type(row, early, found)
         self.misnamed(found)
+        early = len(self.head("points")) >= 12
         for row in self.table("points"):
-            if self.wide(row, "points", 9):
-                found.points[row.words[0]] = self.point(row)
-        early = _is_early(self.sections.get("lines", []))
+            if self.wide(row, "points", 12 if early else 9) and self.new(row, found.points):
+                found.points[row.words[0]] = self.point(row, early)
+        early = self.head("lines")[2:3] and self.head("lines")[2].lower().startswith(
+            ("unstr", "len")
+        )
         for row in self.table("lines"):
-            if self.wide(row, "lines", 6):
-                found.lines[f"line{row.words[0]}"] = self.line(row, early, found)
+            known = {name.removeprefix("line") for name in found.lines}
+            if self.wide(row, "lines", 6) and self.new(row, known):
+                found.lines[f"line{row.words[0]}"] = self.line(row, bool(early), found)
         for row in self.sections.get("options", []):
             self.option(row, found)
         for section in LEFT:
@@ -165,6 +170,24 @@ class _Reader:
     def table(self, section: str) -> Iterator[Row]:
         yield from self.sections.get(section, [])[HEAD_ROWS:]
 
+    def head(self, section: str) -> list[str]:
+        """The names of the columns."""
+        rows = self.sections.get(section, [])
+        if len(rows) >= HEAD_ROWS and not any("(" in word for word in rows[1].words):
+            self.told(rows[1], section, "expected a row of units, such as (-), under that of names")
+        return rows[0].words if rows else []
+
+    def new(self, row: Row, known: Container[str]) -> bool:
+        """Whether a row has a name of its own, one that a scene can have."""
+        name = row.words[0]
+        if name in known:
+            self.told(row, name, f"expected a name of its own, found {name!r} again")
+        elif not re.fullmatch(r"[\w-]+", name, re.ASCII):
+            self.told(row, name, f"expected letters, digits, _ and -, found {name!r}")
+        else:
+            return True
+        return False
+
     def wide(self, row: Row, section: str, least: int) -> bool:
         if len(row.words) < least:
             words = f"expected at least {least} columns, found {len(row.words)}"
@@ -173,20 +196,16 @@ class _Reader:
 
     def misnamed(self, found: Mooring) -> None:
         """Remark coefficients under names in the early order that are read in the late one."""
-        rows = self.sections.get("types", [])
-        if len(rows) <= HEAD_ROWS or len(rows[0].words) < 10:
-            return
-        named = rows[0].words[6:10]
-        if named[0].lower().startswith("ca") and len(rows[HEAD_ROWS].words) >= 10:
+        named = self.head("types")[6:10]
+        if len(named) == 4 and named[0].lower().startswith("ca"):
             found.remarks.append(
                 f"coefficients are taken as Cd, Ca, CdAx, CaAx, as MoorDyn takes them, which the file "
                 f"calls {', '.join(named)}"
             )
 
-    def line_type(self, row: Row, found: Mooring) -> LineType:
+    def line_type(self, row: Row, early: bool, found: Mooring) -> LineType:
         name, *numbers = row.words
         # the early layout has no EI, and the coefficients in another order
-        early = len(row.words) == 9
         keys = ("diameter", "mass", "EA", "BA")
         keys += ("Ca", "CaAx", "Cd", "CdAx") if early else ("EI", "Cd", "Ca", "CdAx", "CaAx")
         values = {"EI": 0.0}
@@ -198,20 +217,25 @@ class _Reader:
             if key in ("mass", "EA") and values[key] <= 0.0 and _number(first) is not None:
                 words = f"expected a positive number, found {first}"
                 self.told(row, f"{key} of {name}", words)
+            if key not in ("mass", "EA", "BA") and values[key] < 0.0:
+                words = f"expected a number from 0 on, found {first}"
+                self.told(row, f"{key} of {name}", words)
         return LineType(name, **values)
 
-    def point(self, row: Row) -> Point:
+    def point(self, row: Row, early: bool) -> Point:
         name, kind, *numbers = row.words
         if kind.lower() not in KINDS:
             known = ", ".join(("fixed", "coupled", "free"))
             words = f"expected a point that is {known}, found {kind!r}"
             self.told(row, f"point {name}", f"{words}: bodies and rods have no counterpart")
-        if len(numbers) >= 10:  # the early layout has forces
+        if early:  # with forces
             forces = [self.number(row, f"force of point {name}", word) for word in numbers[5:8]]
             if any(forces):
                 self.told(row, f"point {name}", "expected no steady force on a point, found one")
             del numbers[5:8]
         x, y, z, *rest = (self.number(row, f"point {name}", word) for word in numbers[:7])
+        if min(rest) < 0.0:
+            self.told(row, f"point {name}", "expected mass, volume, CdA and Ca from 0 on")
         return Point(KINDS.get(kind.lower(), "free"), (x, y, z), *rest)
 
     def line(self, row: Row, early: bool, found: Mooring) -> MooringLine:
@@ -220,7 +244,11 @@ class _Reader:
         if kind not in found.types:
             known = ", ".join(found.types)
             self.told(row, f"line {name}", f"expected a line type ({known}), found {kind!r}")
-        for point in (start, end):
+        ends = [re.sub(r"(?i)^p(oint)?(?=\d)", "", point) for point in (start, end)]
+        start, end = ends
+        if start == end:
+            self.told(row, f"line {name}", f"expected two points, found {start} twice")
+        for point in ends:
             if point not in found.points:
                 words = f"expected the number of a point, found {point!r}"
                 self.told(row, f"line {name}", f"{words}: bodies and rods have no counterpart")
@@ -229,7 +257,7 @@ class _Reader:
             words = f"expected a whole number from 1 on, found {segments}"
             self.told(row, f"segments of line {name}", words)
         metres = self.number(row, f"length of line {name}", length)
-        if _number(length) is not None and not 0.0 < metres < inf:
+        if _number(length) is not None and metres <= 0.0:
             words = f"expected a positive length (m), found {length}"
             self.told(row, f"length of line {name}", words)
         return MooringLine(kind, start, end, metres, int(count))
@@ -237,13 +265,17 @@ class _Reader:
     def option(self, row: Row, found: Mooring) -> None:
         value, *names = row.words
         key = names[0].lower() if names else ""
-        if key in WATER and value.strip('"') not in ("0", ""):
+        if key in WATER and value.strip('"') and _number(value) != 0.0:
             found.left.append(f"{names[0]} = {value}: {WATER[key]}")
         number = _number(value)
         if number is not None:
             found.options[key] = number
         elif key == "wtrdpth":
             self.told(row, names[0], f"expected a depth (m), found {value!r}")
+        elif names and _number(names[0]) is not None:
+            self.told(row, value, f"expected a value before its name, found {names[0]} behind it")
+        if key in POSITIVE and number is not None and number <= 0.0:
+            self.told(row, names[0], f"expected a positive number, found {value}")
 
     # --- numbers ----------------------------------------------------------------------------------
 
@@ -259,13 +291,18 @@ class _Reader:
 
 def _sections(text: str) -> Iterator[tuple[str, list[Row]]]:
     """Yield each section that is known by name, with all of its rows."""
-    name, rows = "", list[Row]()
+    name, rows, before, heads = "", list[Row](), dict[str, list[Row]](), 0
     for number, line in enumerate(text.splitlines(), 1):
         if line.lstrip().startswith("--"):
+            before[name] = rows
             yield name, rows
-            rows = []
             fits = (key for key, header in HEADERS.items() if re.search(header, line.upper()))
             name = next(fits, "")
+            # what has been told before goes on, without another head
+            rows = list(before.get(name, []))
+            heads = HEAD_ROWS if rows and name != "options" else 0
+        elif heads and line.strip():
+            heads -= 1
         elif name and (words := _words(line, len(rows) < HEAD_ROWS and name != "options")):
             rows.append(Row(number, words))
     yield name, rows
@@ -276,17 +313,9 @@ def _words(line: str, head: bool) -> list[str]:
     return (line if head else re.split(r"[!#%]", line, maxsplit=1)[0]).split()
 
 
-def _is_early(rows: list[Row]) -> bool:
-    """Whether the table of lines has lengths before points."""
-    return (
-        bool(rows)
-        and len(rows[0].words) > 2
-        and rows[0].words[2].lower().startswith(("unstr", "len"))
-    )
-
-
 def _number(word: str) -> float | None:
     try:
-        return float(re.sub("[dD]", "e", word))
+        found = float(re.sub("[dD]", "e", word))
     except ValueError:
         return None
+    return found if isfinite(found) else None

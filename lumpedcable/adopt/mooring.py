@@ -28,7 +28,7 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     remarks += [*mooring.remarks, *writer.remarks]
     free = any(point.kind == "free" for point in mooring.points.values())
     blocks = [
-        "\n".join(f"# {remark}" for remark in remarks),
+        "\n".join(f"# {_printable(remark)}" for remark in remarks),
         f"title = {value_text(title)}\ngravity = {value_text(mooring.option(GRAVITY, 'g', 'gravity'))}",
         _table("water", density=mooring.option(DENSITY, "rho", "rhow", "wtrdnsty", "wtrdens")),
         *parts,
@@ -46,11 +46,21 @@ class _Writer:
         self.damping = {name: _damping(mooring, line) for name, line in mooring.lines.items()}
         self.made = _materials(mooring, self.damping)
         self.joined = self._joined()
+        for name, point in mooring.points.items():
+            if point.kind == "free" and (point.CdA or (point.Ca and point.volume)):
+                self.remarks.append(
+                    f"not taken over: CdA and Ca of point {name}; a rigid body has drag and added mass"
+                )
+        if any(point.place[2] > 0.0 for point in mooring.points.values()):
+            self.remarks.append(
+                "lines are as buoyant over the surface, z = 0, as under it: water is everywhere"
+            )
 
     def bed(self) -> Iterator[str]:
         """The bed, as stiff as the line type that most metres are of asks for."""
         depth = self.mooring.option(0.0, "wtrdpth")
         if depth <= 0.0:
+            self.remarks.append("there is no bed, since the file has no WtrDpth above 0")
             return
         metres: dict[float, float] = {}
         for line in self.mooring.lines.values():
@@ -70,7 +80,9 @@ class _Writer:
     def materials(self) -> Iterator[str]:
         for (kind, damping), name in self.made.items():
             EA = self.mooring.types[kind].EA
-            yield _table(f"materials.{name}", law="linear", EA=EA, damping=damping or None)
+            # a cable of MoorDyn does not push either
+            keys = {"law": "linear", "EA": EA, "tension_only": True, "damping": damping or None}
+            yield _table(f"materials.{name}", **keys)
 
     def bodies(self) -> Iterator[str]:
         """Points that are free and that something weighs, or that more than two lines meet at."""
@@ -80,10 +92,6 @@ class _Writer:
             mass = point.mass or NOTHING
             if not point.mass:
                 self.remarks.append(f"point {name} has a mass of 1 g, since bodies have one")
-            if point.CdA or (point.Ca and point.volume):
-                self.remarks.append(
-                    f"not taken over: CdA and Ca of point {name}; a rigid body has drag and added mass"
-                )
             volume = point.volume or None
             yield _table(
                 f"bodies.point{name}", mass=mass, position=list(point.place), volume=volume
@@ -164,6 +172,11 @@ def _materials(mooring: Mooring, damping: dict[str, float]) -> dict[tuple[str, f
             text = f"{bare}_{count}"
         found[key] = text
     return found
+
+
+def _printable(text: str) -> str:
+    """A remark as a comment can hold it."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 def _pair(normal: float, tangential: float) -> dict[str, float] | None:

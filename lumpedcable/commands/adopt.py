@@ -26,6 +26,8 @@ def import_(file: Path, /, *, output: Output = None) -> None:
     from lumpedcable.adopt.mooring import mooring_scene
     from lumpedcable.results.disk import reported
     from lumpedcable.results.target import whole
+    from lumpedcable.scene import SceneError, load_study
+    from lumpedcable.scene.errors import Fault
 
     target = output or Path(f"{file.stem}.toml")
     with told():
@@ -34,6 +36,11 @@ def import_(file: Path, /, *, output: Output = None) -> None:
             fail(f"cannot write {target}: it is there already; name another file with -o")
         with reported(target), whole(target) as partial:
             partial.write_text(text, encoding="utf-8")
+            try:
+                load_study(partial)
+            except SceneError as error:  # told of the file that it comes from
+                faults = [Fault(str(file), None, f.key, f.message) for f in error.faults]
+                raise SceneError(faults) from None
     for remark in remarks:
         print(f"{file}: {remark}", file=sys.stderr)
     print(target)

@@ -157,8 +157,9 @@ def problems(draft: Draft) -> Iterator[Problem]:
         draft.lines, draft.bodies, draft.materials, draft.events, draft.others
     )
     fluid = draft.others.get(draft.fluid) if draft.fluid is not None else None
-    yield from hull_problems(draft.bodies, draft.others.get("water"))
-    yield from surface_problems(draft.bodies, draft.others.get("water"), draft.others.get("sea"))
+    sea = draft.others.get("sea")
+    yield from hull_problems(draft.bodies, draft.others.get("water"), sea.depth if sea else None)
+    yield from surface_problems(draft.bodies, draft.others.get("water"), sea)
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     yield from record_problems(draft.lines, draft.bodies, duration)
     yield from joined_problems(draft.lines)

@@ -43,8 +43,13 @@ def rod_problems(
                 yield from _too_short(lines, bodies, materials, (name, side), told)
 
 
-def hull_problems(bodies: Mapping[str, Any], water: Fluid | None) -> Iterator[Problem]:
-    """Yield hulls that are heavier than the water that their boxes displace."""
+def hull_problems(
+    bodies: Mapping[str, Any], water: Fluid | None, depth: float | None
+) -> Iterator[Problem]:
+    """Yield hulls that are heavier than the water that their boxes displace, or aground.
+
+    The waves of the scene are on water of that `depth` (m), None: deep, or none.
+    """
     for name, body in bodies.items():
         if water is None or not isinstance(body, Body) or body.hull is None or body.size is None:
             continue
@@ -54,6 +59,13 @@ def hull_problems(bodies: Mapping[str, Any], water: Fluid | None) -> Iterator[Pr
                 ("bodies", name, "mass"),
                 "expected a hull to float, lighter than the water that its whole box displaces "
                 f"({format_quantity(most, 'kg')}), found {format_quantity(body.mass, 'kg')}",
+            )
+        draught = body.draught(water.density)
+        if depth is not None and body.mass < most and draught >= depth:
+            yield Problem(
+                ("sea", "depth"),
+                f"expected more than the draught of {name}, {format_quantity(draught, 'm')}, found "
+                f"{format_quantity(depth, 'm')}",
             )
 
 

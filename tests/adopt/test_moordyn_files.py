@@ -101,9 +101,9 @@ def test_every_number_is_where_a_scene_has_it(tmp_path):
         [0.1 * 5.0 * critical, 0.1 * 2.5 * critical, 300.0]
     )
     assert scene["materials"] == {
-        "rope": {"law": "linear", "EA": 1e6},
-        "rope_2": {"law": "linear", "EA": 1e6},
-        "wire": {"law": "linear", "EA": 4e7},
+        "rope": {"law": "linear", "EA": 1e6, "tension_only": True},
+        "rope_2": {"law": "linear", "EA": 1e6, "tension_only": True},
+        "wire": {"law": "linear", "EA": 4e7, "tension_only": True},
     }
     assert scene["bodies"] == {"point3": {"mass": 80.0, "volume": 0.2, "position": [40, 0, -10]}}
     first, second, third = (scene["lines"][f"line{k}"] for k in (1, 2, 3))
@@ -121,8 +121,8 @@ def test_every_number_is_where_a_scene_has_it(tmp_path):
     }  # fmt: skip
     assert "duration" not in scene["output"]
     assert remarks == [
-        "the bed is as stiff as under a line of 0.05 m diameter, also under others",
         "not taken over: CdA and Ca of point 3; a rigid body has drag and added mass",
+        "the bed is as stiff as under a line of 0.05 m diameter, also under others",
     ]
 
 
@@ -186,6 +186,17 @@ def test_what_has_no_counterpart_is_told(tmp_path):
         ("30       6  ", "30       0  ", 17, "line 1: expected a whole number from 1 on, found 0"),
         ("30       6  ", "30       6.5", 17, "expected a whole number from 1 on, found 6.5"),
         ("30       6  ", "-3       6  ", 17, "line 1: expected a positive length (m), found -3"),
+        ("1.1  0.0  0.0   0.0", "1.1  0.0  0.0", 6, "types: expected at least 10 columns, found 9"),
+        ("1.1  0.0  0.0   0.0", "1.1  nan  0.0   0.0", 6, "Ca of wire: expected a number, found 'nan'"),
+        ("300      50 ", "300      -5 ", 6, "EI of wire: expected a number from 0 on, found -5"),
+        ("80    0.2 ", "80    -.2 ", 12, "expected mass, volume, CdA and Ca from 0 on"),
+        ("3   Connect", "2   Connect", 12, "2: expected a name of its own, found '2' again"),
+        ("3   wire  3  4", "2   wire  3  4", 19, "2: expected a name of its own, found '2' again"),
+        ("3   wire  3  4", "3.5 wire  3  4", 19, "expected letters, digits, _ and -, found '3.5'"),
+        ("3   wire  3  4", "3   wire  3  3", 19, "line 3: expected two points, found 3 twice"),
+        ("(#) (-)   (#) (#) (m)    (-)     (-)", "0 rope 1 3 20 4 -", 16, "expected a row of units"),
+        ("9.8       g", "g         9.8", 24, "g: expected a value before its name, found 9.8 behind it"),
+        ("2e6       kBot", "0         kBot", 26, "kBot: expected a positive number, found 0"),
         ("1.0D6", "0    ", 5, "EA of rope: expected a positive number, found 0"),
         ("50        WtrDpth", "bed.txt   WtrDpth", 25, "WtrDpth: expected a depth (m), found 'bed.txt'"),
     ],
@@ -197,6 +208,50 @@ def test_a_mistake_is_told_with_its_line(tmp_path, old, new, line, words):
         read_moordyn(tmp_path / "mooring.txt")
     found = [(fault.line, str(fault)) for fault in caught.value.faults]
     assert any(at == line and words in text for at, text in found), found
+
+
+def test_a_section_may_go_on_further_down(tmp_path):
+    more = (
+        "--- LINES\nID  Type  A  B  L N O\n(#) (-) (#) (#) (m) (-) (-)\n4 wire 1 4 90 9 -\n--- need"
+    )
+    scene, _ = scene_of(tmp_path, LATE.replace("--- need", more))
+    assert list(scene["lines"]) == ["line1", "line2", "line3", "line4"]
+    assert scene["lines"]["line4"]["length"] == 90.0
+
+
+def test_points_may_be_named_with_their_kind_and_a_file_have_a_mark_of_its_coding(tmp_path):
+    plain, _ = scene_of(tmp_path, LATE)
+    named = LATE.replace("rope  1  2 ", "rope P1 Point2 ").replace("--- a line", "\ufeff--- a line")
+    assert scene_of(tmp_path, named)[0] == plain
+
+
+def test_what_is_over_the_surface_and_a_bed_that_is_not_there_are_told(tmp_path):
+    text = LATE.replace("60   0    -5 ", "60   0    5  ").replace(
+        "50        WtrDpth\n", "0.0 WaveKin\n"
+    )
+    scene, remarks = scene_of(tmp_path, text)
+    assert "seabed" not in scene
+    assert remarks[1:] == [
+        "lines are as buoyant over the surface, z = 0, as under it: water is everywhere",
+        "there is no bed, since the file has no WtrDpth above 0",
+    ]
+
+
+def test_a_slack_line_hangs_slack(tmp_path):
+    # a line of MoorDyn does not push: of 110 m between points 75 m apart some lie on the bed
+    text = LATE[: LATE.index("--- POINTS")] + "--- POINTS\nID T X Y Z M V CdA Ca\n(#) (-)\n"
+    text += (
+        "1 Fixed 0 0 -50 0 0 0 0\n2 Coupled 60 0 -5 0 0 0 0\n--- LINES\nID T A B Len N O\n(#) (-)\n"
+    )
+    text += "1 rope 1 2 110 22 -\n--- OPTIONS\n50 WtrDpth\n--- need this line\n"
+    scene_of(tmp_path, text)
+    (outcome,) = run_study(load_study(tmp_path / "mooring.toml"), tmp_path / "slack.h5")
+    assert outcome.status.name == "OK"
+    with open_result(tmp_path / "slack.h5") as result:
+        tension = result.line("line1").tension(0)[0]
+        z = result.line("line1").position(0)[0, :, 2]
+    assert tension.min() > -1.0
+    assert z.min() > -50.5
 
 
 @pytest.mark.parametrize("text", ["", "title = 1\n", "\x00\xff\x89HDF", "--- LINES\n"])

@@ -157,6 +157,9 @@ def test_waves_press_on_hulls_alone(tmp_path):
     assert told["bodies.ship.waves.law"] == (
         "expected a hull, on whose wetted box waves press, found none"
     )
+    (tmp_path / "ship.toml").write_text(scene().replace("[sea]", "[sea]\ndepth = 0.9"))
+    with pytest.raises(SceneError, match="expected more than the draught of ship, 97"):
+        load_study(tmp_path / "ship.toml")
     (tmp_path / "ship.toml").write_text(scene().replace("[sea]", "[see]"))
     with pytest.raises(SceneError) as caught:
         load_study(tmp_path / "ship.toml")
