@@ -162,7 +162,7 @@ def test_a_place_of_a_paid_out_line_stays_at_its_distance_from_the_start(tmp_pat
             "expected a positive limit of a velocity",
         ),
         ('velocity = "rope.end", limit = "3 m"', "limit", "expected a speed"),
-        ('speed = "rope.end", component = "x"', "component", "known keys are speed, place, after, limit"),
+        ('speed = "rope.end", component = "x"', "component", "keys are speed, place, after, limit"),
     ],
 )
 def test_a_mistake_is_told_where_it_is(tmp_path, entry, key, words):
