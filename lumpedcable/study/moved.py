@@ -16,6 +16,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.moved import path_of
 from lumpedcable.model.sea import sea_surface
 from lumpedcable.model.ships import motion_of
+from lumpedcable.physics.sea import SeaSurface
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
@@ -52,13 +53,14 @@ class Straight(NamedTuple):
 
 
 class Waves(NamedTuple):
-    """z = level + r(t) sum a cos(w t - k X + e), X = x cos b + y sin b; r grows over `ramp`, then is 1.
+    """The numbers of a `SeaSurface`.
 
     Attributes:
         amplitude, omega, number, phase: a (m), w (rad/s), k (1/m) and e (rad), each (N,).
         direction: b, rad.
         level: m.
         ramp: s, 0 where the waves are there from the start.
+        surface: itself.
     """
 
     amplitude: NDArray[np.float64]
@@ -68,13 +70,11 @@ class Waves(NamedTuple):
     direction: float
     level: float
     ramp: float
+    surface: SeaSurface
 
     def height(self, t: float, places: NDArray[Any]) -> NDArray[np.float64]:
         """z (m) at t (s) over or under places (n, 3) in m."""
-        along = places[:, 0] * np.cos(self.direction) + places[:, 1] * np.sin(self.direction)
-        angle = self.omega * t + self.phase - self.number * along[:, None]
-        share = np.sin(0.5 * np.pi * t / self.ramp) ** 2 if t < self.ramp else 1.0
-        return self.level + share * (np.cos(angle) @ self.amplitude)
+        return np.asarray(self.surface.height(jnp.asarray(t, float), jnp.asarray(places, float)))
 
 
 def waves_of(scene: Scene) -> Waves | None:
@@ -85,7 +85,7 @@ def waves_of(scene: Scene) -> Waves | None:
     sea = surface.sea
     a, w, k, e = (np.asarray(p, float) for p in (sea.amplitude, sea.omega, sea.number, sea.phase))
     ramp = 0.0 if surface.ramp is None else float(surface.ramp)
-    return Waves(a, w, k, e, float(surface.direction), float(surface.level), ramp)
+    return Waves(a, w, k, e, float(surface.direction), float(surface.level), ramp, surface)
 
 
 def study_of_text(text: str) -> Study | None:
