@@ -38,7 +38,9 @@ FREE = ("connect", "con", "free", "point")
 KINDS = (
     dict.fromkeys(FIXED, "fixed") | dict.fromkeys(COUPLED, "coupled") | dict.fromkeys(FREE, "free")
 )
-POSITIVE = ("rho", "rhow", "wtrdnsty", "wtrdens", "g", "gravity", "kbot", "kb")
+ANY, POSITIVE, NOT_NEGATIVE = "a number", "a positive number", "a number from 0 on"
+COUNT = "a whole number from 1 on"
+WEIGHTY = ("rho", "rhow", "wtrdnsty", "wtrdens", "g", "gravity", "kbot", "kb")  # positive
 # options whose place in a scene is another one, by what to do about it
 WATER = {
     "wavekin": "give a scene its waves",
@@ -213,13 +215,8 @@ class _Reader:
             first, bar, _ = word.partition("|")
             if bar:
                 found.left.append(f"the dynamic part of {key} of {name}, {word}")
-            values[key] = self.number(row, f"{key} of {name}", first)
-            if key in ("mass", "EA") and values[key] <= 0.0 and _number(first) is not None:
-                words = f"expected a positive number, found {first}"
-                self.told(row, f"{key} of {name}", words)
-            if key not in ("mass", "EA", "BA") and values[key] < 0.0:
-                words = f"expected a number from 0 on, found {first}"
-                self.told(row, f"{key} of {name}", words)
+            kind = {"BA": ANY, "mass": POSITIVE, "EA": POSITIVE}.get(key, NOT_NEGATIVE)
+            values[key] = self.number(row, f"{key} of {name}", first, kind)
         return LineType(name, **values)
 
     def point(self, row: Row, early: bool) -> Point:
@@ -233,9 +230,8 @@ class _Reader:
             if any(forces):
                 self.told(row, f"point {name}", "expected no steady force on a point, found one")
             del numbers[5:8]
-        x, y, z, *rest = (self.number(row, f"point {name}", word) for word in numbers[:7])
-        if min(rest) < 0.0:
-            self.told(row, f"point {name}", "expected mass, volume, CdA and Ca from 0 on")
+        x, y, z = (self.number(row, f"point {name}", word) for word in numbers[:3])
+        rest = [self.number(row, f"point {name}", word, NOT_NEGATIVE) for word in numbers[3:7]]
         return Point(KINDS.get(kind.lower(), "free"), (x, y, z), *rest)
 
     def line(self, row: Row, early: bool, found: Mooring) -> MooringLine:
@@ -252,14 +248,8 @@ class _Reader:
             if point not in found.points:
                 words = f"expected the number of a point, found {point!r}"
                 self.told(row, f"line {name}", f"{words}: bodies and rods have no counterpart")
-        count = self.number(row, f"segments of line {name}", segments)
-        if _number(segments) is not None and (count < 1.0 or count % 1.0):
-            words = f"expected a whole number from 1 on, found {segments}"
-            self.told(row, f"segments of line {name}", words)
-        metres = self.number(row, f"length of line {name}", length)
-        if _number(length) is not None and metres <= 0.0:
-            words = f"expected a positive length (m), found {length}"
-            self.told(row, f"length of line {name}", words)
+        count = self.number(row, f"segments of line {name}", segments, COUNT)
+        metres = self.number(row, f"length of line {name}", length, POSITIVE)
         return MooringLine(kind, start, end, metres, int(count))
 
     def option(self, row: Row, found: Mooring) -> None:
@@ -274,15 +264,21 @@ class _Reader:
             self.told(row, names[0], f"expected a depth (m), found {value!r}")
         elif names and _number(names[0]) is not None:
             self.told(row, value, f"expected a value before its name, found {names[0]} behind it")
-        if key in POSITIVE and number is not None and number <= 0.0:
-            self.told(row, names[0], f"expected a positive number, found {value}")
+        if key in WEIGHTY and number is not None:
+            self.number(row, names[0], value, POSITIVE)
 
     # --- numbers ----------------------------------------------------------------------------------
 
-    def number(self, row: Row, key: str, word: str) -> float:
+    def number(self, row: Row, key: str, word: str, kind: str = ANY) -> float:
         found = _number(word)
-        if found is None:
-            self.told(row, key, f"expected a number, found {word!r}")
+        right = {
+            ANY: found is not None,
+            POSITIVE: found is not None and found > 0.0,
+            NOT_NEGATIVE: found is not None and found >= 0.0,
+            COUNT: found is not None and found >= 1.0 and found % 1.0 == 0.0,
+        }
+        if not right[kind]:
+            self.told(row, key, f"expected {ANY if found is None else kind}, found {word!r}")
         return found or 0.0
 
     def told(self, row: Row | None, key: str, words: str) -> None:
