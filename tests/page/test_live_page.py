@@ -332,6 +332,16 @@ def test_targets_are_followed_step_by_step():
     assert sum(lengths) == pytest.approx(told["before/length"] + told["after/length"], rel=1e-9)
 
 
+def test_a_rest_that_is_not_found_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(Resting, "_at_rest", lambda self, numbers: None)
+    path = tmp_path / "scene.toml"
+    path.write_text(CATENARY)
+    with pytest.raises(
+        ValueError, match="no static equilibrium was found to start from: check that"
+    ):
+        elastic_model(load_study(path)).solve({})
+
+
 def test_the_bed_goes_with_its_sliders(tmp_path, monkeypatch):
     nodes = np.array([[0.0, 0.0, 0.0], [50.0, 0.0, -5.0], [100.0, 0.0, 0.0]])
     line = RestingLine(nodes, np.ones(2), np.zeros(2), np.ones(2))
