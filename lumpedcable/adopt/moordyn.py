@@ -141,6 +141,7 @@ class _Reader:
         for section in ("types", "points", "lines"):
             if next(self.table(section), None) is None:
                 self.told(None, section, f"expected a table of {section}, found none")
+            self.units(section)
         early = len(self.head("types")) < 10
         for row in self.table("types"):
             if self.wide(row, "types", 9 if early else 10) and self.new(row, found.types):
@@ -150,13 +151,10 @@ class _Reader:
         for row in self.table("points"):
             if self.wide(row, "points", 12 if early else 9) and self.new(row, found.points):
                 found.points[row.words[0]] = self.point(row, early)
-        early = self.head("lines")[2:3] and self.head("lines")[2].lower().startswith(
-            ("unstr", "len")
-        )
+        early = any(name.lower().startswith(("unstr", "len")) for name in self.head("lines")[2:3])
         for row in self.table("lines"):
-            known = {name.removeprefix("line") for name in found.lines}
-            if self.wide(row, "lines", 6) and self.new(row, known):
-                found.lines[f"line{row.words[0]}"] = self.line(row, bool(early), found)
+            if self.wide(row, "lines", 6) and self.new(row, found.lines):
+                found.lines[row.words[0]] = self.line(row, early, found)
         for row in self.sections.get("options", []):
             self.option(row, found)
         for section in LEFT:
@@ -175,9 +173,13 @@ class _Reader:
     def head(self, section: str) -> list[str]:
         """The names of the columns."""
         rows = self.sections.get(section, [])
-        if len(rows) >= HEAD_ROWS and not any("(" in word for word in rows[1].words):
-            self.told(rows[1], section, "expected a row of units, such as (-), under that of names")
         return rows[0].words if rows else []
+
+    def units(self, section: str) -> None:
+        """Tell of a table without a row of units, for which its first row would be taken."""
+        for row in self.sections.get(section, [])[1:HEAD_ROWS]:
+            if not any("(" in word for word in row.words):
+                self.told(row, section, "expected a row of units, such as (-), under that of names")
 
     def new(self, row: Row, known: Container[str]) -> bool:
         """Whether a row has a name of its own, one that a scene can have."""
@@ -222,8 +224,7 @@ class _Reader:
     def point(self, row: Row, early: bool) -> Point:
         name, kind, *numbers = row.words
         if kind.lower() not in KINDS:
-            known = ", ".join(("fixed", "coupled", "free"))
-            words = f"expected a point that is {known}, found {kind!r}"
+            words = f"expected a point that is fixed, coupled, free, found {kind!r}"
             self.told(row, f"point {name}", f"{words}: bodies and rods have no counterpart")
         if early:  # with forces
             forces = [self.number(row, f"force of point {name}", word) for word in numbers[5:8]]

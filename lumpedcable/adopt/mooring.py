@@ -24,7 +24,7 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     """
     writer = _Writer(mooring)
     parts = [*writer.bed(), *writer.materials(), *writer.bodies(), *writer.lines()]
-    remarks = [*(f"not taken over: {left}" for left in mooring.left)]
+    remarks = [f"not taken over: {left}" for left in mooring.left]
     remarks += [*mooring.remarks, *writer.remarks]
     free = any(point.kind == "free" for point in mooring.points.values())
     blocks = [
@@ -45,6 +45,11 @@ class _Writer:
         # damping (N s) of every line, and the material with it
         self.damping = {name: _damping(mooring, line) for name, line in mooring.lines.items()}
         self.made = _materials(mooring, self.damping)
+        # the ends of lines at each point, in the order of the file
+        self.ends: dict[str, list[tuple[str, str]]] = {point: [] for point in mooring.points}
+        for name, line in mooring.lines.items():
+            self.ends[line.start].append((name, "start"))
+            self.ends[line.end].append((name, "end"))
         self.joined = self._joined()
         for name, point in mooring.points.items():
             if point.kind == "free" and (point.CdA or (point.Ca and point.volume)):
@@ -107,7 +112,7 @@ class _Writer:
                 "drag": _pair(kind.Cd, kind.CdAx), "added_mass": _pair(kind.Ca, kind.CaAx),
                 "bending": {"EI": kind.EI} if kind.EI else None,
             }  # fmt: skip
-            text = _table(f"lines.{name}", **keys)
+            text = _table(f"lines.line{name}", **keys)
             for side, point in (("start", line.start), ("end", line.end)):
                 text += f"\n{side} = {self._end(name, side, point)}"
             yield text
@@ -123,28 +128,18 @@ class _Writer:
             return value_text(f"point{name}" if self._meets(name) else "free")
         first, second = self.joined[name]
         other, at = second if (line, side) == first else first
-        return value_text(f"{other}.{at}")
+        return value_text(f"line{other}.{at}")
 
     def _meets(self, name: str) -> bool:
         """Whether lines meet at a point, or something has its mass there."""
-        point, ends = self.mooring.points[name], len(self._ends(name))
+        point, ends = self.mooring.points[name], len(self.ends[name])
         return ends > 1 or (ends == 1 and bool(point.mass or point.volume))
-
-    def _ends(self, point: str) -> list[tuple[str, str]]:
-        """The ends of lines at a point, in the order of the file."""
-        sides = ((name, line) for name, line in self.mooring.lines.items())
-        return [
-            (name, side)
-            for name, line in sides
-            for side, at in (("start", line.start), ("end", line.end))
-            if at == point
-        ]
 
     def _joined(self) -> dict[str, tuple[tuple[str, str], tuple[str, str]]]:
         """Free points without mass or volume at which two lines meet: the two ends."""
         found = {}
         for name, point in self.mooring.points.items():
-            ends = self._ends(name)
+            ends = self.ends[name]
             if point.kind == "free" and not point.mass and not point.volume and len(ends) == 2:
                 found[name] = (ends[0], ends[1])
         return found

@@ -152,7 +152,7 @@ class _Needs:
             self.directions.append(np.array([0.0, 0.0, 1.0]))
         fluid = scene.fluid
         if fluid is not None and fluid.current is not None:
-            self.directions += map(np.asarray, fluid.current.velocities)
+            self.directions += list(np.reshape(fluid.current.velocity, (-1, 3)))
         if scene.sea is not None and scene.sea.flow is not None:
             way = scene.sea.direction
             self.directions += [

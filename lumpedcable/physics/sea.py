@@ -124,6 +124,10 @@ class SeaState(eqx.Module):
         amplitude = height / 4.0 * jnp.sqrt(2.0 * share / jnp.sum(share))
         return cls(omega, amplitude, jnp.asarray(angle), wave_numbers(omega, depth), depth)
 
+    def turned(self, t: Float[Array, ""]) -> Float[Array, " N"]:
+        """w t + e (rad) within a turn, in the clock's own precision, however long it has run."""
+        return jnp.mod(self.omega * t + self.phase, 2.0 * jnp.pi)
+
 
 class SeaSurface(eqx.Module):
     """The surface of the water in a sea: z = level + sum a cos(w t - k X + e), X = x cos b + y sin b.
@@ -141,9 +145,7 @@ class SeaSurface(eqx.Module):
         """z (m) at t (s) over or under places (m)."""
         sea = self.sea
         along = place[..., 0] * jnp.cos(self.direction) + place[..., 1] * jnp.sin(self.direction)
-        # the phase in time is taken in the clock's own precision, however long it has run
-        turned = jnp.mod(sea.omega * t + sea.phase, 2.0 * jnp.pi)
-        risen = jnp.cos(turned - sea.number * along[..., None]) @ sea.amplitude
+        risen = jnp.cos(sea.turned(t) - sea.number * along[..., None]) @ sea.amplitude
         if self.ramp is not None:
             risen = growth(t, self.ramp) * risen
         return (self.level + risen).astype(place.dtype)
@@ -177,8 +179,7 @@ class SeaFlow(eqx.Module):
         along = self.way.astype(dtype) @ position + self.ahead.astype(dtype)
         height = jnp.minimum(self.up.astype(dtype) @ position + self.above.astype(dtype), 0.0)
         k = sea.number.astype(dtype)[:, None]
-        # the phase in time is taken in the clock's own precision, however long it has run
-        turned = jnp.mod(sea.omega * t + sea.phase, 2.0 * jnp.pi).astype(dtype)
+        turned = sea.turned(t).astype(dtype)
         sine, cosine = circle(turned[:, None] - k * along)
         level, upright = self._decay(k, height)
         fast = (sea.amplitude * sea.omega).astype(dtype)

@@ -213,6 +213,14 @@ class ResultFile:
         return {n: (read(d, ()), _attributes(d)) for n, d in found.items()}
 
     @property
+    def measured(self) -> dict[str, str]:
+        """Measures by name, with or without histories: whether the "largest" or the "least" tells."""
+        told = {name: self.summary_attributes("run", name) for name in self._names("summary")}
+        kept = self._names("measures")
+        mine = {n: of for n, of in told.items() if n in kept or "extreme" in of}
+        return {name: str(of.get("extreme", "largest")) for name, of in mine.items()}
+
+    @property
     def energy_terms(self) -> list[str]:
         """Names of the energy terms."""
         return self._names("energy", h5py.Dataset)

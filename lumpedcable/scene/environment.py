@@ -34,11 +34,6 @@ class UniformCurrent(Part):
     velocity: Velocity
     """Velocity of the fluid in m/s."""
 
-    @property
-    def velocities(self) -> tuple[Velocity, ...]:
-        """All the velocities that it is given by, in m/s."""
-        return (self.velocity,)
-
 
 class PowerCurrent(Part):
     """v(z) = V clip((z - surface + depth) / depth, 0, 1)^exponent."""
@@ -54,11 +49,6 @@ class PowerCurrent(Part):
     surface: Length = 0.0
     """Height z of the surface in m."""
 
-    @property
-    def velocities(self) -> tuple[Velocity, ...]:
-        """All the velocities that it is given by, in m/s."""
-        return (self.velocity,)
-
 
 class TableCurrent(Part):
     """Velocities at heights, which may turn with depth; straight between them, the last beyond."""
@@ -69,11 +59,6 @@ class TableCurrent(Part):
     """Heights z in m, increasing: from the bed up."""
     velocity: tuple[Velocity, ...]
     """Velocities at those heights in m/s."""
-
-    @property
-    def velocities(self) -> tuple[Velocity, ...]:
-        """All the velocities that it is given by, in m/s."""
-        return self.velocity
 
     def problems(self) -> Iterator[Problem]:
         """Yield lists of unequal length and heights that do not increase."""

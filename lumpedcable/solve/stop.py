@@ -56,7 +56,7 @@ def time_of(model: Model, plan: Plan, run: Progress, t: Float[Array, ""]) -> Flo
     if plan.stop is None:
         return t
     ended = rests(model, plan, run) & ~jnp.isnan(run.stopped)
-    return jnp.where(ended, jnp.minimum(t, jnp.where(ended, run.stopped, t)), t)
+    return jnp.minimum(t, jnp.where(ended, run.stopped, jnp.inf))
 
 
 def _nothing(along: Float[Array, " m"]) -> Float[Array, ""]:

@@ -189,8 +189,8 @@ class _Film:
         )
         left, right = top.get_xlim()
         self.places[:, self.across] = np.linspace(left, right, SEEN)
-        wavy = self.water is not None and self.up == 2
-        if self.water is not None and wavy:
+        wavy = False
+        if self.water is not None and self.up == 2:
             some = self.times[:: max(1, len(self.times) // SEEN)]
             heights = np.array([self.water(float(t), self.places) for t in some])
             wavy = make_room(top, float(heights.min()), float(heights.max()))

@@ -19,7 +19,6 @@ from lumpedcable.results.human import scale
 from lumpedcable.results.reader import Axis, ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import file_tag
-from lumpedcable.view.measures import measured
 
 Array = NDArray[Any]
 
@@ -56,9 +55,8 @@ def map_figures(result: ResultFile) -> Iterator[tuple[str, Any]]:
     axes = [axis for axis in result.axes if len(np.unique(axis.values)) >= FEWEST]
     if len(axes) < 2 or not _fills(axes):
         return
-    own = measured(result)
     for end, numbers in result.summary().items():
-        shown = SHOWN | own if end == "run" else SHOWN
+        shown = SHOWN | result.measured if end == "run" else SHOWN
         for quantity, values in numbers.items():
             if quantity in shown and np.isfinite(values).any():
                 whose = "" if end == "run" or len(result.ends) < 2 else f"_{file_tag(end)}"

@@ -15,23 +15,13 @@ from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
 from lumpedcable.view.groups import Group
 
-__all__ = ["MOST_BARS", "bars_figure", "measure_figure", "measured"]
+__all__ = ["MOST_BARS", "bars_figure", "measure_figure"]
 
 Array = NDArray[Any]
 
 MOST_BARS = 40  # runs in one figure
 LONG_LABEL = 16  # letters beyond which labels stand in lines beside their bars
 LABEL_WIDTH, LABEL_SIZE, ROW = 2.8, 7, 0.13  # of such labels: inches, points, inches a line
-
-
-def measured(result: ResultFile) -> dict[str, str]:
-    """The measures of a file, kept with or without histories: whether the largest or the least tells."""
-    told = {
-        name: result.summary_attributes("run", name).get("extreme", "largest")
-        for name in result.summary().get("run", {})
-        if name in result.measures() or "extreme" in result.summary_attributes("run", name)
-    }
-    return {name: str(which) for name, which in told.items()}
 
 
 def measure_figure(result: ResultFile, name: str, group: Group) -> Figure:

@@ -17,7 +17,7 @@ from lumpedcable.view.energy import energy_figure
 from lumpedcable.view.general import end_tension_figure, has_end_tension, shape_figure
 from lumpedcable.view.groups import Group, alone, file_tag, groups
 from lumpedcable.view.maps import ENOUGH, FEWEST, map_figures
-from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure, measured
+from lumpedcable.view.measures import MOST_BARS, bars_figure, measure_figure
 from lumpedcable.view.moments import has_moments, moment_figure
 from lumpedcable.view.ranges import has_range, range_figure
 from lumpedcable.view.recoil import (
@@ -110,7 +110,7 @@ def _nothing(path: str | Path) -> ResultError:
 def _whole_figures(result: ResultFile) -> Iterator[tuple[str, Draw]]:
     """Names and makers of the figures that show all runs at once."""
     yield from map_figures(result)
-    for name in measured(result) if 1 < result.runs <= MOST_BARS else ():
+    for name in result.measured if 1 < result.runs <= MOST_BARS else ():
         yield f"bars_{file_tag(name)}", partial(bars_figure, result, name)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from engine_runs import scene_of
 from physics.test_wave_pressure import summed
+from study.test_over_waves import sine_of
 from study.test_waves_on_ships import HEAVE, SIZE, pushed
 
 from lumpedcable.model.coordinates import coordinates_of
@@ -89,10 +90,9 @@ def test_it_heaves_as_an_oscillator_that_the_pressure_pushes(tmp_path):
     omega = 2.0 * np.pi / 7.0
     k = omega**2 / 9.80665
     # amplitude and phase of the wave at the origin, from the gauge there
-    basis = np.stack([np.cos(omega * time), -np.sin(omega * time)], axis=1)
-    c, s = np.linalg.lstsq(basis, wave, rcond=None)[0]
-    assert np.hypot(c, s) == pytest.approx(1.5 / 4 * np.sqrt(2.0))
-    force = pressed(k, KEEL - DRAUGHT)[2] * (c + 1j * s) * np.exp(-30j * k)
+    sine = sine_of(time, wave, omega)
+    assert abs(sine) == pytest.approx(1.5 / 4 * np.sqrt(2.0))
+    force = pressed(k, KEEL - DRAUGHT)[2] * sine * np.exp(-30j * k)
     exact = pushed(time, HEAVE, abs(force), omega, np.angle(force))
     heave = place[:, 2] - place[0, 2]
     assert np.ptp(exact) > 0.2
@@ -108,9 +108,8 @@ def test_waves_meet_a_ship_where_it_has_settled(tmp_path):
     assert place[0, 0] == pytest.approx(90.0, abs=0.1)
     omega = 2.0 * np.pi / 7.0
     k = omega**2 / 9.80665
-    basis = np.stack([np.cos(omega * time), -np.sin(omega * time)], axis=1)
-    c, s = np.linalg.lstsq(basis, wave, rcond=None)[0]
-    force = pressed(k, KEEL - DRAUGHT)[2] * (c + 1j * s) * np.exp(-1j * k * place[0, 0])
+    sine = sine_of(time, wave, omega)
+    force = pressed(k, KEEL - DRAUGHT)[2] * sine * np.exp(-1j * k * place[0, 0])
     exact = pushed(time, HEAVE, abs(force), omega, np.angle(force))
     assert np.abs(place[:, 2] - place[0, 2] - exact).max() < 0.01 * np.ptp(exact)
 

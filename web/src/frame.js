@@ -112,7 +112,9 @@ export class Frame {
 
   // bring the waves to the time of the sea
   flow() {
-    if (!this.water) return;
+    const now = `${this.sea?.run}/${this.sea?.time}`;
+    if (!this.water || this.water.now === now) return; // a camera that turns moves no water
+    this.water.now = now;
     const { x, y, places } = this.water, z = this.sea.heights(x, y);
     z.forEach((height, k) => places.setZ(k, height * this.rise));
     places.needsUpdate = true;
