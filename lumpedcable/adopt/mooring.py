@@ -27,10 +27,13 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     remarks = [f"not taken over: {left}" for left in mooring.left]
     remarks += [*mooring.remarks, *writer.remarks]
     free = any(point.kind == "free" for point in mooring.points.values())
+    density = mooring.option(DENSITY, "rho", "rhow", "wtrdnsty", "wtrdens")
+    # what is all under water need not ask how much of it is
+    leaves = any(point.place[2] > 0.0 for point in mooring.points.values())
     blocks = [
         "\n".join(f"# {_printable(remark)}" for remark in remarks),
         f"title = {value_text(title)}\ngravity = {value_text(mooring.option(GRAVITY, 'g', 'gravity'))}",
-        _table("water", density=mooring.option(DENSITY, "rho", "rhow", "wtrdnsty", "wtrdens")),
+        _table("water", density=density, surface=0.0 if leaves else None),
         *parts,
         # what floats between lines that hardly stretch is slow to be found
         _table("statics", max_iterations=ITERATIONS) if free else "",
@@ -56,10 +59,6 @@ class _Writer:
                 self.remarks.append(
                     f"not taken over: CdA and Ca of point {name}; a rigid body has drag and added mass"
                 )
-        if any(point.place[2] > 0.0 for point in mooring.points.values()):
-            self.remarks.append(
-                "lines are as buoyant over the surface, z = 0, as under it: water is everywhere"
-            )
 
     def bed(self) -> Iterator[str]:
         """The bed, as stiff as the line type that most metres are of asks for."""

@@ -21,7 +21,7 @@ from lumpedcable.model.carried import (
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Loaded, Release
-from lumpedcable.model.floating import make_body
+from lumpedcable.model.floating import lift_of, make_body
 from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import law_of, rod_law
@@ -39,6 +39,7 @@ from lumpedcable.physics.fluid import (
 from lumpedcable.physics.load import AbstractLoad
 from lumpedcable.physics.morison import AddedMass, Drag
 from lumpedcable.physics.seabed import AbstractSeabed, BedGrip, SeabedDamping
+from lumpedcable.physics.waterline import Lift, Waterline
 from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
@@ -53,6 +54,7 @@ from lumpedcable.scene.lines import (
     held_force,
     held_place,
 )
+from lumpedcable.scene.lines import Line as LinePart
 
 __all__ = ["assemble", "make_line", "release_of", "seam_of", "segment_lengths", "wave_scheme"]
 
@@ -134,6 +136,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
                 if_given(along),
             )  # fmt: skip
     flow = None if part.diameter is None else sea_flow(scene, coordinates)
+    waterline = _waterline(scene, part, coordinates)
     scheme = wave_scheme(scene)
     bed = _seabed(scene, name, coordinates)
     resistances = _resistances(scene, bed)
@@ -146,13 +149,14 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         reference_step=jnp.zeros((d, segments)),
         reference_strain=jnp.zeros(segments),
         max_strain=number(material.max_strain),
-        loads=_loads(scene, name, coordinates, segments, outer, bed),
+        loads=_loads(scene, name, coordinates, segments, outer, bed, waterline),
         resistances=resistances,
         grip=_grip(scene, bed, resistances),
         damping=if_given(material.damping),
         drag=drag,
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,
+        waterline=waterline,
         sea=flow,
         displaced=None if flow is None else number(scene.displaced(name)),
         waves=None if scheme == "plain" or inextensible else ReleaseWaves(scheme == "corrected"),
@@ -163,7 +167,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
 
 def _loads(
     scene: Scene, name: str, coordinates: Coordinates, segments: int, outer: tuple[bool, bool],
-    bed: AbstractSeabed | None,
+    bed: AbstractSeabed | None, waterline: Waterline | None,
 ) -> tuple[AbstractLoad, ...]:  # fmt: skip
     part = scene.lines[name]
     loads: list[AbstractLoad] = []
@@ -171,9 +175,11 @@ def _loads(
         gravity = number(scene.gravity)
         weight = number(part.mass) * gravity
         if scene.fluid is not None and part.diameter is not None:
-            weight = weight - buoyancy_per_length(
-                number(scene.fluid.density), gravity, number(part.diameter)
-            )
+            lift = buoyancy_per_length(number(scene.fluid.density), gravity, number(part.diameter))
+            if waterline is None:
+                weight = weight - lift
+            else:
+                loads.append(Lift(lift, waterline))
         loads.append(Weight(weight * coordinates.vector((0.0, 0.0, -1.0))))
     if part.bending is not None and coordinates.dimensions > 1:
         clamps = [
@@ -185,6 +191,14 @@ def _loads(
     if bed is not None:
         loads.append(bed)
     return tuple(loads)
+
+
+def _waterline(scene: Scene, part: LinePart, coordinates: Coordinates) -> Waterline | None:
+    """Where the water ends beside a line, None where that does not matter to it."""
+    if scene.water is None or scene.water.surface is None or part.diameter is None:
+        return None
+    up, base = coordinates.vector((0.0, 0.0, 1.0)), number(coordinates.origin[2])
+    return Waterline(up, base - number(scene.water.surface), number(part.diameter))
 
 
 def _seabed(scene: Scene, name: str, coordinates: Coordinates) -> AbstractSeabed | None:
@@ -313,14 +327,14 @@ def _force(held: HeldForce, coordinates: Coordinates) -> Float[Array, " d"]:
 
 
 def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinates) -> Junction:
-    load = mass = None
+    load = mass = lift = None
     if joint.body is not None:
         body = scene.bodies[joint.body]
         assert isinstance(body, Body)  # lines are tied to no other
         mass = number(body.mass)
         if scene.gravity is not None:
-            weight = mass
-            if body.volume is not None and scene.fluid is not None:
+            weight, lift = mass, lift_of(scene, body, coordinates)
+            if lift is None and body.volume is not None and scene.fluid is not None:
                 weight = mass - number(scene.fluid.density) * number(body.volume)
             load = weight * number(scene.gravity) * coordinates.vector((0.0, 0.0, -1.0))
     for name, node in joint.members:
@@ -328,4 +342,4 @@ def _junction(scene: Scene, layout: Layout, joint: Joint, coordinates: Coordinat
         if held is not None:
             force = _force(held, coordinates)
             load = force if load is None else load + force
-    return Junction(joint.members, mass, load, layout.cuts(joint))
+    return Junction(joint.members, mass, load, lift, layout.cuts(joint))

@@ -27,6 +27,7 @@ from lumpedcable.physics.coupling import (
     Pull,
 )
 from lumpedcable.physics.motion import velocity_of
+from lumpedcable.physics.waterline import Lift
 from lumpedcable.physics.weight import Weight
 
 __all__ = [
@@ -299,6 +300,8 @@ def _drum_weight(model: Model, winch: Winch, displacement: Values) -> Float[Arra
     for load in line.loads:
         if isinstance(load, Weight):
             total = total - jnp.dot(load.per_length, post)
+        elif isinstance(load, Lift):
+            total = total + load.per_metre(post)
     return total
 
 

@@ -31,7 +31,7 @@ def has_seam(scene: Scene, name: str) -> bool:
     """Whether the one place along a line at which it breaks may be a number of the program.
 
     Not where bending or friction on the bed reaches across it, where winches, trolleys or targets ask
-    for the whole line, or where segments differ.
+    for the whole line, where it may leave the water, or where segments differ.
     """
     line = scene.lines[name]
     targets = [event.target() for event in scene.events.values() if event.target()[0] == name]
@@ -42,7 +42,8 @@ def has_seam(scene: Scene, name: str) -> bool:
     grips = scene.seabed is not None and scene.seabed.friction is not None
     winches = any(isinstance(end, WinchEnd) for end in (line.start, line.end))
     carries = not all(isinstance(body, Body) for body in scene.bodies.values())
-    odd = rigid or grips or winches or carries or line.bending is not None
+    leaves = scene.water is not None and scene.water.surface is not None
+    odd = rigid or grips or winches or carries or leaves or line.bending is not None
     odd = odd or bool(scene.targets) or scene.output.static
     return equal and not odd
 

@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.motion import AbstractMotion
 from lumpedcable.physics.ramp import release_ramp
 from lumpedcable.physics.tips import AFTER, BEFORE
@@ -107,13 +108,15 @@ class Junction(eqx.Module):
     """A point at which ends of lines meet, with a mass of its own or none.
 
     `members` names the ends, ("line", 0) for a start and ("line", -1) for an end. `mass` (kg) and
-    `load` (d,), the weight less buoyancy of the point (N), are None where it is a mere joint. `cut` is
-    True where it does no more than cut one line of the scene into two.
+    `load` (d,), the weight less buoyancy of the point (N), are None where it is a mere joint. `lift` is
+    the buoyancy of a point that may leave the water. `cut` is True where it does no more than cut one
+    line of the scene into two.
     """
 
     members: tuple[tuple[str, int], ...] = eqx.field(static=True)
     mass: Float[Array, ""] | None = None
     load: Float[Array, " d"] | None = None
+    lift: BodyLift | None = None
     cut: bool = eqx.field(static=True, default=False)
 
 

@@ -1,8 +1,8 @@
 """Energies of a model and the powers that change them: the account that must close.
 
 E(t) = kinetic + strain + potential of every load. Work of the ends, drag, resistances, damping,
-viscosity and the dispersion correction change it; so does added mass when a line turns, because
-Morison's inertia force m_a a_n is not the rate of change of the momentum m_a v_n.
+viscosity and the dispersion correction change it; so does added mass when a line turns or leaves the
+water, because Morison's inertia force m_a a_n is not the rate of change of the momentum m_a v_n.
 """
 
 import jax
@@ -20,6 +20,7 @@ from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.rods import line_drag, line_energy
+from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.place import place_at_end
@@ -30,7 +31,7 @@ __all__ = ["WORKS", "empty_body_work", "empty_work", "energies", "powers", "work
 # kind -> (sign in the balance, long name)
 WORKS = {
     "ends": (1.0, "work done on the line by what holds or moves its ends"),
-    "added_mass": (1.0, "work of turning added mass"),
+    "added_mass": (1.0, "work of added mass that turns or leaves the water"),
     "drag": (-1.0, "energy given to the fluid by drag"),
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
     "waves": (1.0, "work done on free ships and lines by waves"),
@@ -59,7 +60,7 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
         stepping = line.give is not None
     present = {
         "ends": True,
-        "added_mass": line.added_mass is not None and line.dimensions > 1,
+        "added_mass": _changes_added_mass(line),
         "drag": line.drag is not None,
         "waves": line.sea is not None,
         "friction": line.grip is not None,
@@ -124,7 +125,7 @@ def powers(
         drag = inertia.drag_force(e.nodes, v)
         power: dict[str, Array] = {"ends": _end_power(model, name, t, e, v, gain, drag)}
         if "added_mass" in kinds:
-            power["added_mass"] = _turning(e, v, line)
+            power["added_mass"] = _changing(line, e, v, t)
         if drag is not None:
             power["drag"] = -dot(drag, v)
         if e.push is not None:
@@ -250,6 +251,35 @@ def _stepping(line: Line, e: Evaluation, before, after, dt) -> Float[Array, " n"
     return e.line.stiffness * line.segment_length * dt * (less**2 - more**2) / 12.0
 
 
+def _changes_added_mass(line: Line) -> bool:
+    """Whether the water that a line takes along can change: as it turns, or leaves the water."""
+    if line.added_mass is None:
+        return False
+    return line.dimensions > 1 or line.waterline is not None
+
+
+def _changing(line: Line, e: Evaluation, v: Float[Array, "d nodes"], t) -> Float[Array, " nodes"]:
+    """v . (dM/dt) v / 2 of the added mass at each node (W)."""
+    total = jnp.zeros_like(v[0]) if e.nodes.tangent is None else _turning(e, v, line)
+    if line.waterline is None:
+        return total
+    assert line.added_mass is not None
+    place = e.line.shape.position
+
+    def wet(t, place):
+        risen = None if line.sea is None else line.sea.risen(t, place)
+        return line.wet(e.line.shape._replace(position=place), risen)
+
+    t = jnp.asarray(t, place.dtype)
+    more = 0.5 * jax.jvp(wet, (t, place), (jnp.ones_like(t), v))[1]
+    tangential = line.added_mass.tangential
+    if e.nodes.tangent is None:
+        return total if tangential is None else total + more * tangential * dot(v, v)
+    along, across = e.nodes.split(v)
+    total = total + more * line.added_mass.normal * dot(across, across)
+    return total if tangential is None else total + more * tangential * along**2
+
+
 def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Array, " nodes"]:
     """v . (dM/dt) v / 2 of the added mass at each node (W)."""
     assert e.nodes.tangent is not None
@@ -298,6 +328,8 @@ def energies(
             add("kinetic", 0.5 * junction.mass * jnp.dot(v, v))
         if junction.load is not None:
             add("gravitational", -jnp.dot(junction.load, x))
+        if junction.lift is not None:
+            add(BodyLift.energy_name, junction.lift.energy(x))
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], velocity[key]

@@ -11,6 +11,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.sea import sea_flow
 from lumpedcable.model.ships import waves_of
+from lumpedcable.physics.afloat import Ball, BodyLift, Box
 from lumpedcable.physics.body import (
     AbstractBodyLoad,
     AbstractBodyResistance,
@@ -28,7 +29,7 @@ from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, Body
 
-__all__ = ["make_body", "reference_of"]
+__all__ = ["lift_of", "make_body", "reference_of"]
 
 
 def make_body(
@@ -68,7 +69,8 @@ def _waves(scene: Scene, body: Body, coordinates: Coordinates) -> WaveForce | Se
     if flow is None or body.volume is None or scene.fluid is None:
         return None
     carried = number(scene.fluid.density) * number(body.volume)
-    return SeaPush(flow, _with_added(scene, body, coordinates, carried))
+    lift = lift_of(scene, body, coordinates)
+    return SeaPush(flow, _with_added(scene, body, coordinates, carried), lift)
 
 
 def _with_added(
@@ -128,11 +130,26 @@ def _loads(
         return keeping
     if body.hull is not None:
         return (_hydrostatics(scene, body, coordinates), *keeping)
-    weight = number(body.mass)
-    if body.volume is not None and scene.fluid is not None:
+    weight, lift = number(body.mass), lift_of(scene, body, coordinates)
+    if lift is None and body.volume is not None and scene.fluid is not None:
         weight = weight - number(scene.fluid.density) * body.volume
     down = coordinates.vector((0.0, 0.0, -1.0))
-    return (BodyWeight(weight * scene.gravity * down), *keeping)
+    return (BodyWeight(weight * scene.gravity * down), *_given(lift), *keeping)
+
+
+def lift_of(scene: Scene, body: Body, coordinates: Coordinates) -> BodyLift | None:
+    """What lifts a body as far as it is under water, None where water is everywhere or lifts nothing."""
+    water = scene.water
+    if water is None or water.surface is None or body.volume is None or body.hull is not None:
+        return None
+    assert scene.gravity is not None  # the scene was checked
+    volume = number(body.volume)
+    form = Ball.of(volume)
+    if body.size is not None:
+        form = Box(jnp.asarray(coordinates.axes).T ** 2 @ vector(body.size))
+    up, base = coordinates.vector((0.0, 0.0, 1.0)), number(coordinates.origin[2])
+    weight = number(water.density) * number(scene.gravity) * volume
+    return BodyLift(weight, form, up, base - number(water.surface))
 
 
 def _each(coordinates: Coordinates, along, about) -> Float[Array, " m"]:
@@ -204,7 +221,8 @@ def _resistances(
         up = coordinates.vector((0.0, 0.0, 1.0))
         base = number(coordinates.origin[2])
         own = jnp.asarray(coordinates.axes).T ** 2 @ factor
-        found.append(BoxDrag(own, up, base, current, sea_flow(scene, coordinates)))
+        lift = lift_of(scene, body, coordinates)
+        found.append(BoxDrag(own, up, base, current, sea_flow(scene, coordinates), lift))
     if body.hull is not None and body.hull.resistance is not None:
         part = body.hull.resistance
         draught = number(body.draught(scene.fluid.density))

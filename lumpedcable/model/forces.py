@@ -42,14 +42,17 @@ def evaluate(
         v = None if velocity is None else velocity[name]
         workspace = None if over is None else over[name]
         forces = line.forces(u, v, boundaries, dt, ends, workspace)
-        nodes = node_frame(model, line, forces.shape)
+        wet = _wet(line, t, forces.shape, velocity is None)
+        nodes = node_frame(model, line, forces.shape, wet)
         winch = winch_of(model, name)
         if winch is not None and line.drag is not None and line.growth is not None:
             nodes = drifting(nodes, forces.shape, line.growth, winch.node)
         push = None
         if line.sea is not None and velocity is not None:
             water, surge = line.sea.motion(t, forces.shape.position)
-            push = inertia.wave_push(line, nodes, surge)
+            push = inertia.wave_push(line, nodes, surge, wet)
+            if line.lift is not None:
+                push = push + line.lift.of(wet) - line.lift.force(forces.shape)
             forces = forces._replace(force=forces.force + push)
             nodes = inertia.in_waves(nodes, water)
         result[name] = Evaluation(forces, nodes, ends, boundaries, push=push)
@@ -58,9 +61,21 @@ def evaluate(
     return result
 
 
-def node_frame(model: Model, line: Line, shape: Shape) -> inertia.Frame:
-    """Inertia and resistance of the nodes of a line, in the current at their heights."""
+def _wet(line: Line, t: Float[Array, ""], shape: Shape, still: bool) -> Float[Array, " nodes"]:
+    """Length (m) under water that each node stands for, in waves unless the water is `still`."""
+    if still or line.sea is None or line.waterline is None:
+        return line.wet(shape)
+    return line.wet(shape, line.sea.risen(t, shape.position))
+
+
+def node_frame(
+    model: Model, line: Line, shape: Shape, wet: Float[Array, " nodes"] | None = None
+) -> inertia.Frame:
+    """Inertia and resistance of the nodes of a line, in the current at their heights.
+
+    `wet` is how long each is under water (m), where that is not as in water at rest.
+    """
     height = None
     if model.up is not None and model.base is not None and line.current is not None:
         height = model.base + model.up @ shape.position
-    return inertia.frame(line, shape, height)
+    return inertia.frame(line, shape, height, wet)

@@ -50,21 +50,28 @@ class Frame(NamedTuple):
         return along, vector - along * self.tangent
 
 
-def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Frame:
-    """The frame of every node; `height` (m) is where a current is looked up."""
+def frame(
+    line: Line, shape: Shape, height: Float[Array, " nodes"] | None,
+    wet: Float[Array, " nodes"] | None = None,
+) -> Frame:  # fmt: skip
+    """The frame of every node; `height` (m) is where a current is looked up.
+
+    `wet` is how long each node is under water (m), where that is not as in water at rest.
+    """
+    wet = line.wet(shape) if wet is None else wet
     dry = line.mass * line.node_length
     if line.seam is not None:
         # what does not move has some mass, since it is divided by
         dry = dry + line.seam.hole(line.segments + 1)
     mass_t = mass_n = dry
     if line.added_mass is not None:
-        mass_n = dry + line.added_mass.normal * line.node_length
+        mass_n = dry + line.added_mass.normal * wet
         if line.added_mass.tangential is not None:
-            mass_t = dry + line.added_mass.tangential * line.node_length
+            mass_t = dry + line.added_mass.tangential * wet
     drag_t = drag_n = flow = None
     if line.drag is not None:
-        drag_t = line.drag.tangential * line.node_length
-        drag_n = line.drag.normal * line.node_length
+        drag_t = line.drag.tangential * wet
+        drag_n = line.drag.normal * wet
         if line.current is not None and height is not None:
             flow = line.current.velocity(height)
     both = line.dimensions > 1 and (line.drag is not None or line.added_mass is not None)
@@ -73,26 +80,28 @@ def frame(line: Line, shape: Shape, height: Float[Array, " nodes"] | None) -> Fr
 
 
 def wave_push(
-    line: Line, nodes: Frame, acceleration: Float[Array, "d nodes"]
+    line: Line, nodes: Frame, acceleration: Float[Array, "d nodes"], wet: Float[Array, " nodes"]
 ) -> Float[Array, "d nodes"]:
     """What water that accelerates by a (m/s2) pushes nodes with (N): rho A a l + m_n a_n + m_t a_t.
+
+    l is how long each node is under water, `wet` (m).
 
     The first part is that of the pressure in the undisturbed wave, as buoyancy is that of the water
     at rest; the others are the added masses (kg), across and along (J. R. Morison et al., Petroleum
     Transactions AIME 189 (1950), 149-154; DNV-RP-C205, section 6.2.2).
     """
     assert line.displaced is not None
-    push = line.displaced * line.node_length * acceleration
+    push = line.displaced * wet * acceleration
     if line.added_mass is None:
         return push
     if nodes.tangent is None:
         along = line.added_mass.tangential
-        return push if along is None else push + along * line.node_length * acceleration
+        return push if along is None else push + along * wet * acceleration
     along, across = nodes.split(acceleration)
-    push = push + line.added_mass.normal * line.node_length * across
+    push = push + line.added_mass.normal * wet * across
     if line.added_mass.tangential is None:
         return push
-    return push + line.added_mass.tangential * line.node_length * along * nodes.tangent
+    return push + line.added_mass.tangential * wet * along * nodes.tangent
 
 
 def in_waves(nodes: Frame, water: Float[Array, "d nodes"]) -> Frame:

@@ -40,6 +40,9 @@ def junction_gain(
         matrix = matrix + junction.mass * jnp.eye(d, dtype=dtype)
     if junction.load is not None:
         vector = vector + junction.load
+    if junction.lift is not None:
+        place = pick(found[name].line.shape.position, model.lines[name].node(node))
+        vector = vector + junction.lift.force(place)
     parts = {}
     for member in junction.members:
         e, place = found[member[0]], model.lines[member[0]].node(member[1])

@@ -19,6 +19,7 @@ from lumpedcable.physics.seam import Seam
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot
+from lumpedcable.physics.waterline import Lift, Waterline
 from lumpedcable.physics.waves import Boundary, Cut, Ghosted, ReleaseWaves, WaveTensions
 
 __all__ = [
@@ -82,11 +83,12 @@ class Line(eqx.Module):
     (1 + e)^2 = (1 + e0)^2 + (2 X' . u' + u' . u') / l^2 with X', u' the differences over a segment
     of unstretched length l, and e0 the strain of the reference.
 
-    `sea` is how the water moves in waves, `displaced` (kg/m) the mass of the water that a metre of line
-    takes the place of. `growth` (1/s) is the rate at which a winch lengthens it, dL/dt over L. `low`
-    (d, n+1) is what rounding has left out of the displacements (m) that it is asked about, where a
-    method keeps that. `segment_length` has shape (n,), or (1,) where all are equal. `mass` is per metre
-    of unstretched length (kg/m). What the line does not have is None and is not in the compiled program.
+    `waterline` is where the water ends, `sea` how it moves in waves, `displaced` (kg/m) the mass of the
+    water that a metre of line takes the place of. `growth` (1/s) is the rate at which a winch lengthens
+    it, dL/dt over L. `low` (d, n+1) is what rounding has left out of the displacements (m) that it is
+    asked about, where a method keeps that. `segment_length` has shape (n,), or (1,) where all are equal.
+    `mass` is per metre of unstretched length (kg/m). What the line does not have is None and is not in
+    the compiled program.
 
     An `inextensible` line has a `law` at rest by which it keeps its length, or with `give` (1/N, 1/EA)
     that of EA; once it moves, each segment keeps the length that it has in the reference, and is a rod
@@ -107,6 +109,7 @@ class Line(eqx.Module):
     drag: Drag | None = None
     added_mass: AddedMass | None = None
     current: AbstractCurrent | None = None
+    waterline: Waterline | None = None
     sea: SeaFlow | None = None
     displaced: Float[Array, ""] | None = None
     waves: ReleaseWaves | None = None
@@ -205,6 +208,20 @@ class Line(eqx.Module):
         return Shape(
             self.reference + displacement, tangent, strain, stretched, length, self.node_length
         )
+
+    def wet(
+        self, shape: Shape, risen: Float[Array, " nodes"] | None = None
+    ) -> Float[Array, " nodes"]:
+        """Length (m) under water that each node stands for, the surface `risen` (m) by waves."""
+        if self.waterline is None:
+            return shape.node_length
+        height = self.waterline.heights(shape.position)
+        return self.waterline.wet(height if risen is None else height - risen, shape.segment_length)
+
+    @property
+    def lift(self) -> Lift | None:
+        """What lifts its wet part, None where water is everywhere or nothing weighs."""
+        return next((load for load in self.loads if isinstance(load, Lift)), None)
 
     def forces(
         self,

@@ -105,12 +105,18 @@ def _narrow_order(model: Model, index: dict[str, np.ndarray], count: int) -> tup
     return place, max(1, int(np.max(np.abs(place[row] - place[column]))))
 
 
-def junction_forces(model: Model, net: Net) -> Float[Array, "places d"] | None:
-    """Loads of junctions with a weight (N), at their places; None where there is none."""
+def junction_forces(
+    model: Model, net: Net, moved: Float[Array, "places d"]
+) -> Float[Array, "places d"] | None:
+    """Loads and buoyancy of junctions (N) at their places, which have `moved` (m); None without any."""
     total = None
     for junction in model.junctions:
-        if junction.load is not None:
-            name, node = junction.members[0]
-            total = jnp.zeros((net.size, junction.load.shape[0])) if total is None else total
-            total = total.at[int(net.index[name][node])].add(junction.load)
+        name, node = junction.members[0]
+        place, force = int(net.index[name][node]), junction.load
+        if junction.lift is not None:
+            lift = junction.lift.force(model.lines[name].reference[:, node] + moved[place])
+            force = lift if force is None else force + lift
+        if force is not None:
+            total = jnp.zeros_like(moved) if total is None else total
+            total = total.at[place].add(force)
     return total

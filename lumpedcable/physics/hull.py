@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance
 from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.rigid import rotation
@@ -79,7 +80,7 @@ class BoxDrag(AbstractBodyResistance):
     `factor` are rho C A / 2 along its axes (kg/m), v the velocity relative to the fluid (m/s) at the
     body's height, `base` the height of the origin of the scene's coordinates (m) and `up` the vertical
     (Liu et al. 2018, eq. 39, for a body that moves along its length alone). `sea` is how the water moves
-    in waves.
+    in waves. Of a body that may leave the water, `lift` says what share of it is wet and dragged at.
     """
 
     work_name: ClassVar[str] = "drag"
@@ -88,6 +89,7 @@ class BoxDrag(AbstractBodyResistance):
     base: Float[Array, ""]
     current: AbstractCurrent | None = None
     sea: SeaFlow | None = None
+    lift: BodyLift | None = None
 
     def force(
         self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
@@ -102,26 +104,44 @@ class BoxDrag(AbstractBodyResistance):
             u = u - self.sea.motion(t, q[:d, None])[0][:, 0]
         turn = rotation(q[d:])
         own = turn.T @ u
-        return jnp.zeros_like(q).at[:d].set(-turn @ (self.factor * jnp.abs(own) * own))
+        factor = self.factor
+        if self.lift is not None:
+            factor = factor * self.lift.wet(q, _risen(self.sea, q[:d], t))
+        return jnp.zeros_like(q).at[:d].set(-turn @ (factor * jnp.abs(own) * own))
 
 
 class SeaPush(eqx.Module):
     """What water pushes a submerged body with as it accelerates in waves, at its centre of gravity (N).
 
     (rho V + C rho V) a along each of its axes, `masses` (kg): the pressure of the undisturbed wave, and
-    its added mass (Morison et al. 1950; DNV-RP-C205, section 6.2.2).
+    its added mass (Morison et al. 1950; DNV-RP-C205, section 6.2.2). A body that may leave the water has
+    that of the share of it which is wet, and what its `lift` is more or less than in water at rest.
     """
 
     work_name: ClassVar[str] = "waves"
     sea: SeaFlow
     masses: Float[Array, " d"]
+    lift: BodyLift | None = None
 
     def force(self, q: Float[Array, " m"], t: Float[Array, ""]) -> Float[Array, " m"]:
         """Generalised force (N, N m) at t (s)."""
         d = self.masses.shape[0]
         turn = rotation(q[d:])
         own = turn.T @ self.sea.motion(t, q[:d, None])[1][:, 0]
-        return jnp.zeros_like(q).at[:d].set(turn @ (self.masses * own))
+        push = jnp.zeros_like(q).at[:d].set(turn @ (self.masses * own))
+        if self.lift is None:
+            return push
+        risen = _risen(self.sea, q[:d], t)
+        return push * self.lift.wet(q, risen) + self.lift.by_waves(q, risen)
+
+
+def _risen(
+    sea: SeaFlow | None, place: Float[Array, " d"], t: Float[Array, ""] | None
+) -> Float[Array, ""]:
+    """How far waves have lifted the surface over a place (m), 0 at rest."""
+    if sea is None or t is None:
+        return jnp.zeros((), place.dtype)
+    return sea.risen(t, place[:, None])[0]
 
 
 def _places(coordinates: int) -> int:

@@ -191,6 +191,17 @@ class SeaFlow(eqx.Module):
         share = growth(t, self.ramp).astype(dtype)
         return share * velocity, share * acceleration
 
+    def risen(
+        self, t: Float[Array, ""], position: Float[Array, "d nodes"]
+    ) -> Float[Array, " nodes"]:
+        """How far the surface is over the water at rest (m) at t (s), over or under positions (m)."""
+        sea, dtype = self.sea, position.dtype
+        along = self.way.astype(dtype) @ position + self.ahead.astype(dtype)
+        turned = sea.turned(t).astype(dtype)
+        _, cosine = circle(turned[:, None] - sea.number.astype(dtype)[:, None] * along)
+        risen = sea.amplitude.astype(dtype) @ cosine
+        return risen if self.ramp is None else growth(t, self.ramp).astype(dtype) * risen
+
     def _decay(self, k: Float[Array, "N 1"], height: Float[Array, " nodes"]):
         """C and S (-) at heights below the mean surface (m)."""
         if self.sea.depth is None:

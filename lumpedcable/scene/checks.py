@@ -54,7 +54,7 @@ from lumpedcable.scene.rod_checks import hull_problems, rod_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
-from lumpedcable.scene.surfaces import surface_problems
+from lumpedcable.scene.surfaces import leaving_problems, surface_problems
 from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
@@ -160,6 +160,9 @@ def problems(draft: Draft) -> Iterator[Problem]:
     sea = draft.others.get("sea")
     yield from hull_problems(draft.bodies, draft.others.get("water"), sea.depth if sea else None)
     yield from surface_problems(draft.bodies, draft.others.get("water"), sea)
+    yield from leaving_problems(
+        draft.lines, draft.bodies, draft.materials, draft.others, draft.named
+    )
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     yield from record_problems(draft.lines, draft.bodies, duration)
     yield from joined_problems(draft.lines)

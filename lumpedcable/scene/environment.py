@@ -93,6 +93,9 @@ class Fluid(Part):
     """Mass per volume in kg/m3."""
     current: Current | None = None
     """Motion of the fluid. Absent: at rest."""
+    surface: Length | None = None
+    """Height z in m of the surface of water at rest; lines and bodies are dry above it. Absent: the
+    fluid is everywhere."""
 
 
 class SeaFlow(Part):

@@ -101,7 +101,7 @@ def _tensions(
     first, last, names, body = span
     gravity = others.get("gravity")
     water = others.get("water") or others.get("air")
-    if gravity is None:
+    if gravity is None or (water is not None and water.surface is not None):
         return
     density = 0.0 if water is None else water.density
     weights = [gravity * (lines[n].mass - density * lines[n].section) for n in names]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from math import isclose
 from typing import Any
 
@@ -11,7 +11,9 @@ from lumpedcable.scene.environment import Fluid, PowerCurrent, Sea
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["surface_problems", "surfaces"]
+__all__ = ["leaving_problems", "surface_problems", "surfaces"]
+
+Parts = Mapping[str, Any]
 
 SAME = 1e-9  # relative, and in m: what conversions of units leave
 
@@ -20,6 +22,8 @@ def surfaces(
     bodies: Mapping[str, Any], water: Fluid | None, sea: Sea | None
 ) -> Iterator[tuple[Path, float]]:
     """Yield each key that tells of the surface at rest, and its height z in m."""
+    if water is not None and water.surface is not None:
+        yield ("water", "surface"), water.surface
     current = None if water is None else water.current
     if isinstance(current, PowerCurrent):
         yield ("water", "current", "surface"), current.surface
@@ -42,4 +46,51 @@ def surface_problems(
                 path,
                 f"expected {format_quantity(first[1], 'm')}, the height of the water's surface in "
                 f"{'.'.join(map(str, first[0]))}, found {format_quantity(height, 'm')}",
+            )
+
+
+def leaving_problems(
+    lines: Parts, bodies: Parts, materials: Parts, others: Parts, named: Set[str]
+) -> Iterator[Problem]:
+    """Yield what does not go with water that ends at a surface.
+
+    Args:
+        lines, bodies, materials: by name, None where one could not be read.
+        others: the single parts that could be read, by key.
+        named: the keys of all single parts, readable or not.
+    """
+    air, water = others.get("air"), others.get("water")
+    if air is not None and air.surface is not None:
+        yield Problem(("air", "surface"), "expected no surface of the air, found one")
+    if water is None or water.surface is None:
+        return
+    if "gravity" not in named:
+        yield Problem(
+            ("water", "surface"), "expected gravity where water has a surface, found none"
+        )
+    for name, line in lines.items():
+        if line is None or line.diameter is None:
+            continue
+        material = materials.get(line.material)
+        if material is not None and material.law == "inextensible":
+            yield Problem(
+                ("lines", name, "material"),
+                "expected an elastic material of a line that the water's surface crosses, found an "
+                "inextensible one (without water.surface it is under water as a whole)",
+            )
+    sea = others.get("sea")
+    for name, body in bodies.items():
+        if not isinstance(body, Body) or body.hull is not None:
+            continue  # a hull has its own water
+        if body.volume is None and body.drag is not None:
+            yield Problem(
+                ("bodies", name, "volume"),
+                "expected the volume (m3) of a body with drag where water has a surface, found nothing",
+            )
+        flows = sea is not None and sea.flow is not None
+        if body.volume is not None and not body.rigid and flows:
+            yield Problem(
+                ("bodies", name, "volume"),
+                "expected a rigid body where waves lift the surface of the water, found a point (with "
+                'free = ["x", "y", "z"] it is one that does not turn)',
             )

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.line import Line
 from lumpedcable.physics.tension import strain_at
+from lumpedcable.physics.waterline import Lift
 from lumpedcable.physics.weight import Weight
 
 __all__ = ["hanging_line", "nodal_weight", "spanning_force", "spanning_line"]
@@ -26,7 +27,7 @@ def hanging_line(
     Tensions are sums: T_j = pull + the loads of all nodes beyond segment j; segment j is then
     l (1 + e(|T_j|)) long and points along T_j. `load` (N) acts on the nodes, their weight if absent.
     """
-    load = nodal_weight(line) if load is None else load
+    load = nodal_weight(line, (anchor, anchor)) if load is None else load
     if not from_start:
         load = load[:, ::-1]
     beyond = jnp.cumsum(load[:, :0:-1], axis=1)[:, ::-1]
@@ -35,9 +36,8 @@ def hanging_line(
     return path if from_start else path[:, ::-1]
 
 
-def _beyond(line: Line) -> Float[Array, "d n"]:
+def _beyond(weight: Float[Array, "d nodes"]) -> Float[Array, "d n"]:
     """Loads (N) of the inner nodes beyond each segment, as seen from the start."""
-    weight = nodal_weight(line)
     beyond = jnp.cumsum(weight[:, -2:0:-1], axis=1)[:, ::-1]
     return jnp.concatenate([beyond, jnp.zeros_like(weight[:, :1])], axis=1)
 
@@ -51,8 +51,9 @@ def spanning_force(
     complementary energy, so steps that lower that function converge from any start. The tension in
     segment j is F plus the loads of the inner nodes beyond it.
     """
-    beyond, span = _beyond(line), end - start
-    force = _searched(*jax.lax.stop_gradient((line, beyond, span)), iterations)
+    weight, span = nodal_weight(line, (start, end)), end - start
+    beyond, total = _beyond(weight), jnp.sum(weight, axis=1)
+    force = _searched(*jax.lax.stop_gradient((line, beyond, total, span)), iterations)
 
     def reached(force):
         return jnp.sum(_steps(line, force[:, None] + beyond), axis=1)
@@ -67,13 +68,13 @@ def spanning_force(
 
 
 def _searched(
-    line: Line, beyond: Float[Array, "d n"], span: Float[Array, " d"], iterations: int
-) -> Float[Array, " d"]:
-    """The force (N) of `spanning_force` across a span (m), without derivatives.
+    line: Line, beyond: Float[Array, "d n"], weight: Float[Array, " d"], span: Float[Array, " d"],
+    iterations: int,
+) -> Float[Array, " d"]:  # fmt: skip
+    """The force (N) of `spanning_force` across a span (m), without derivatives; `weight` is the line's.
 
     The search ends where a step no longer moves the force: the next one would be the same.
     """
-    weight = jnp.sum(nodal_weight(line), axis=1)
     size = jnp.sqrt(jnp.sum(span**2))
     total = jnp.sum(jnp.broadcast_to(line.segment_length, (line.segments,)))
     heavy = jnp.sqrt(jnp.sum(weight**2))
@@ -128,9 +129,9 @@ def spanning_line(
     Where `spanning_force` finds no force (ends straight above each other and slack between them:
     the fold has no tension to point it anywhere), the line is laid out in a parabola of its length.
     """
-    path = jnp.cumsum(
-        _steps(line, spanning_force(line, start, end)[:, None] + _beyond(line)), axis=1
-    )
+    weight = nodal_weight(line, (start, end))
+    tension = spanning_force(line, start, end)[:, None] + _beyond(weight)
+    path = jnp.cumsum(_steps(line, tension), axis=1)
     gap = (end - start) - path[:, -1]
     total = jnp.sum(jnp.broadcast_to(line.segment_length, (line.segments,)))
     # what rounding leaves of the gap is shared out, so that the ends are met exactly
@@ -139,7 +140,7 @@ def spanning_line(
     met = jnp.all(jnp.isfinite(path)) & (jnp.sum(gap**2) < (1e-6 * total) ** 2)
     # a guess whose sag has no derivatives (infinite where nothing is slack), but whose ends have
     span = end - start
-    guess = jax.lax.stop_gradient(_parabola(line, span, total))
+    guess = jax.lax.stop_gradient(_parabola(line, jnp.sum(weight, axis=1), span, total))
     guess = guess + (span - jax.lax.stop_gradient(span))[:, None] * jnp.linspace(
         0.0, 1.0, line.segments + 1
     )
@@ -147,15 +148,14 @@ def spanning_line(
 
 
 def _parabola(
-    line: Line, span: Float[Array, " d"], total: Float[Array, ""]
+    line: Line, weight: Float[Array, " d"], span: Float[Array, " d"], total: Float[Array, ""]
 ) -> Float[Array, "d nodes"]:
-    """A parabola across a span (m), about as long as the line, sagging along its weight."""
+    """A parabola across a span (m), about as long as the line, sagging along its weight (N)."""
     d = span.shape[0]
     along = jnp.linspace(0.0, 1.0, line.segments + 1)
     straight = span[:, None] * along
     if d == 1:
         return straight
-    weight = jnp.sum(nodal_weight(line), axis=1)
     down = weight / jnp.maximum(jnp.sqrt(jnp.sum(weight**2)), 1e-300)
     size = jnp.sqrt(jnp.sum(span**2))
     chord = span / jnp.maximum(size, 1e-300)
@@ -169,12 +169,25 @@ def _parabola(
     return straight + across[:, None] * sag * 4.0 * along * (1.0 - along)
 
 
-def nodal_weight(line: Line) -> Float[Array, "d nodes"]:
-    """Weight of a line's nodes less buoyancy (N)."""
+def nodal_weight(
+    line: Line, ends: tuple[Float[Array, " d"], Float[Array, " d"]] | None = None
+) -> Float[Array, "d nodes"]:
+    """Weight of a line's nodes less buoyancy (N).
+
+    Of a line that may leave the water, as much is wet as of a straight line between its `ends` (m); all
+    of it where these are not given.
+    """
     weight = jnp.zeros_like(line.reference)
     for load in line.loads:
         if isinstance(load, Weight):
             weight = weight + load.per_length[:, None] * line.node_length
+        elif isinstance(load, Lift):
+            share = jnp.ones(())
+            if ends is not None:
+                heights = load.waterline.heights(jnp.stack(ends, axis=1))
+                length = jnp.sum(line.node_length)
+                share = jnp.sum(load.waterline.wet(heights, length)) / length
+            weight = weight + load.of(share * line.node_length)
     return weight
 
 

@@ -19,7 +19,7 @@ from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.physics.weight import Weight
 from lumpedcable.solve.hanging import nodal_weight, spanning_line
-from lumpedcable.solve.resting import resting_line, seabed_of, slope_under
+from lumpedcable.solve.resting import rested, seabed_of, slope_under
 
 __all__ = ["hangs", "hung_length", "hung_line", "swept"]
 
@@ -55,8 +55,7 @@ def swept(model: Model, line: Line, start: Float[Array, " d"], end: Float[Array,
 
 def hung_line(line: Line, start: Float[Array, " d"], end: Float[Array, " d"]):
     """Positions (m) of a line between two points (m) under its weight, on the bed where there is one."""
-    path, bed = spanning_line(line, start, end), seabed_of(line)
-    return path if bed is None else resting_line(line, bed, start, end, path)
+    return rested(line, start, end, spanning_line(line, start, end))
 
 
 def hung_length(

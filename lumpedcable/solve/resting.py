@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.line import Line
 from lumpedcable.physics.bisection import bisected
@@ -22,11 +22,11 @@ from lumpedcable.physics.vectors import root, size
 from lumpedcable.physics.weight import Weight
 
 __all__ = [
-    "draped_line",
+    "bed_under",
+    "draped",
     "laid_on_slope",
     "lifted",
-    "rest_level",
-    "resting_line",
+    "rested",
     "seabed_of",
     "slope_under",
 ]
@@ -37,6 +37,14 @@ LEAST = 1e-6  # share of the line's weight below which a horizontal tension coun
 def seabed_of(line: Line) -> Seabed | None:
     """The flat seabed under a line, None where the scene has none."""
     return next((load for load in line.loads if isinstance(load, Seabed)), None)
+
+
+class Ground(NamedTuple):
+    """What a line lies on or floats on: its height (m) there along `up` (d,), and its weight (N/m)."""
+
+    up: Float[Array, " d"]
+    level: Float[Array, ""]
+    weight: Float[Array, ""]
 
 
 class _Chain(NamedTuple):
@@ -68,24 +76,23 @@ class _Chain(NamedTuple):
 
 def resting_line(
     line: Line,
-    bed: Seabed,
+    ground: Ground,
     start: Float[Array, " d"],
     end: Float[Array, " d"],
     free: Float[Array, "d nodes"],
 ) -> Float[Array, "d nodes"]:
-    """Positions (m) of a line between two points (m) that rests on the bed between them.
+    """Positions (m) of a line between two points (m) that rests on the ground between them.
 
-    `free` is its shape without a bed, which is returned where it stays above the bed. Length that
-    is left over once the line hangs straight down is pushed together on the bed.
+    `free` is its shape without it, which is returned where it stays above the ground. Length that is
+    left over once the line hangs straight down is pushed together there.
     """
     if line.dimensions == 1:
         return free
-    per_length, level = rest_level(line, bed)
-    nodal = per_length * line.node_length
+    up, level = ground.up, ground.level
+    nodal = ground.weight * line.node_length
     inner = jnp.cumsum(nodal[1:-1])
     before = jnp.concatenate([jnp.zeros(1), inner])
     after = before[-1] - before
-    up = bed.up
     rise = jnp.dot(end - start, up)
     across = end - start - rise * up
     span = size(across)
@@ -95,7 +102,7 @@ def resting_line(
     force = _solve(*jax.lax.stop_gradient((chain, before[-1] + nodal[0])))
     along, down, rising = chain.steps(force)
     steps = away[:, None] * along + up[:, None] * (rising - down)
-    # what the ends are missed by is made up on the bed, where the line has no shape to lose
+    # what the ends are missed by is made up on the ground, where the line has no shape to lose
     lying = ((down == 0.0) & (rising == 0.0)) * line.segment_length
     share = jnp.where(
         jnp.sum(lying) > 0.0, lying, jnp.broadcast_to(line.segment_length, lying.shape)
@@ -109,28 +116,54 @@ def resting_line(
 
 
 def draped_line(
-    line: Line, bed: Seabed, free: Float[Array, "d nodes"], from_start: bool
+    line: Line, ground: Ground, free: Float[Array, "d nodes"], from_start: bool
 ) -> Float[Array, "d nodes"]:
-    """Positions (m) of a line that hangs from one end, the rest of it laid along the bed.
+    """Positions (m) of a line that hangs from one end, the rest of it laid along the ground.
 
-    `free` is its shape without a bed. What would hang below the bed goes on along it, in the
-    direction in which the line was led before, or just sideways.
+    `free` is its shape without it. What would hang below the ground goes on along it, in the direction
+    in which the line was led before, or just sideways.
     """
     if line.dimensions == 1:
         return free
-    _, level = rest_level(line, bed)
+    up, level = ground.up, ground.level
     path = free if from_start else free[:, ::-1]
     steps = path[:, 1:] - path[:, :-1]
-    height = jnp.maximum(bed.up @ path, jnp.minimum(level, bed.up @ path[:, 0]))
+    height = jnp.maximum(up @ path, jnp.minimum(level, up @ path[:, 0]))
     change = height[1:] - height[:-1]
-    across = steps - bed.up[:, None] * (bed.up @ steps)
+    across = steps - up[:, None] * (up @ steps)
     wide = size(across)
     led = wide > 1e-9 * jnp.max(line.segment_length)
-    away = jnp.where(led, across / jnp.where(led, wide, 1.0), _sideways(bed.up)[:, None])
+    away = jnp.where(led, across / jnp.where(led, wide, 1.0), _sideways(up)[:, None])
     way = root(jnp.sum(steps**2, axis=0) - change**2)
-    steps = away * way + bed.up[:, None] * change
+    steps = away * way + up[:, None] * change
     laid = jnp.concatenate([path[:, :1], path[:, :1] + jnp.cumsum(steps, axis=1)], axis=1)
     return laid if from_start else laid[:, ::-1]
+
+
+def rested(
+    line: Line, start: Float[Array, " d"], end: Float[Array, " d"], free: Float[Array, "d nodes"]
+) -> Float[Array, "d nodes"]:
+    """`resting_line` on a flat bed and on the water, where the scene has them."""
+    bed, path = seabed_of(line), free
+    if bed is not None:
+        path = resting_line(line, bed_under(line, bed), start, end, path)
+    if (water := water_under(line, 0.5 * (start + end))) is not None:
+        floats, ground = water
+        path = jnp.where(floats, resting_line(line, ground, start, end, path), path)
+    return path
+
+
+def draped(
+    line: Line, anchor: Float[Array, " d"], free: Float[Array, "d nodes"], from_start: bool
+) -> Float[Array, "d nodes"]:
+    """`draped_line` on a flat bed and on the water, where the scene has them."""
+    bed, path = seabed_of(line), free
+    if bed is not None:
+        path = draped_line(line, bed_under(line, bed), path, from_start)
+    if (water := water_under(line, anchor)) is not None:
+        floats, ground = water
+        path = jnp.where(floats, draped_line(line, ground, path, from_start), path)
+    return path
 
 
 def slope_under(line: Line) -> SlopingSeabed | None:
@@ -180,15 +213,39 @@ def lifted(
     return jnp.concatenate([path[:, :1], inner, path[:, -1:]], axis=1)
 
 
-def rest_level(line: Line, bed: Seabed) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Weight per length (N/m, at least next to nothing) and height (m) of a line on the bed."""
-    weight = jnp.full((), 1e-300)
-    for load in line.loads:
-        if isinstance(load, Weight):
-            weight = jnp.maximum(-jnp.dot(load.per_length, bed.up), weight)
+def bed_under(line: Line, bed: Seabed) -> Ground:
+    """The bed as ground under a line, which weighs at least next to nothing there."""
+    weight = _weight(line, bed.up)
+    if line.lift is not None:
+        weight = weight - line.lift.per_length
+    weight = jnp.maximum(weight, 1e-300)
     # the inverse of the bed's s(p)
     sink, half = weight / bed.stiffness, 0.5 * bed.blend
-    return weight, bed.height - jnp.where(sink > half, sink + half, jnp.sqrt(4.0 * half * sink))
+    level = bed.height - jnp.where(sink > half, sink + half, jnp.sqrt(4.0 * half * sink))
+    return Ground(bed.up, level, weight)
+
+
+def water_under(line: Line, place: Float[Array, " d"]) -> tuple[Bool[Array, ""], Ground] | None:
+    """The water's surface as ground of a line that floats, and whether it does; None without a surface.
+
+    From a `place` (m) under water it rises to the surface, and that is ground from below.
+    """
+    lift = line.lift
+    if lift is None:
+        return None
+    up, carries = lift.waterline.up, lift.per_length
+    weight = _weight(line, up)
+    afloat = lift.waterline.diameter * (0.5 - weight / carries) - lift.waterline.above
+    side = jnp.where(jnp.dot(up, place) < afloat, -1.0, 1.0)
+    bears = jnp.where(side > 0.0, weight, carries - weight)
+    ground = Ground(side * up, side * afloat, jnp.maximum(bears, 1e-300))
+    return (weight > 0.0) & (weight < carries), ground
+
+
+def _weight(line: Line, up: Float[Array, " d"]) -> Float[Array, ""]:
+    """Weight per length (N/m) of a line, without what a `lift` takes of it."""
+    loads = (load for load in line.loads if isinstance(load, Weight))
+    return sum((-jnp.dot(load.per_length, up) for load in loads), jnp.zeros(()))
 
 
 def _sideways(up: Float[Array, " d"]) -> Float[Array, " d"]:

@@ -22,11 +22,11 @@ from lumpedcable.solve.carried import carried_equilibrium, is_carried
 from lumpedcable.solve.clamps import bent_out, folded, opened_out, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight
 from lumpedcable.solve.resting import (
-    draped_line,
+    bed_under,
+    draped,
     laid_on_slope,
     lifted,
-    rest_level,
-    resting_line,
+    rested,
     seabed_of,
     slope_under,
 )
@@ -168,7 +168,9 @@ def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[
             continue
         for a, b, own, rest in ((far[0], far[1], *lengths), (far[1], far[0], *lengths[::-1])):
             across = (b - a) - bed.up * jnp.dot(bed.up, b - a)
-            level = jnp.minimum(*(rest_level(model.lines[m], bed)[1] for m, _ in junction.members))
+            level = jnp.minimum(
+                *(bed_under(model.lines[m], bed).level for m, _ in junction.members)
+            )
             place = a + own * _unit(across) + bed.up * (level - jnp.dot(bed.up, a))
             on_bed = jnp.abs(jnp.dot(bed.up, a) - bed.height) < 0.01 * own
             reaches = jnp.sum((b - place) ** 2) <= rest**2
@@ -206,16 +208,16 @@ def _laid_between(
     line: Line, start: Float[Array, " d"], end: Float[Array, " d"]
 ) -> Float[Array, "d nodes"]:
     """First shape (m) of a line between two places (m)."""
-    bed, slope = seabed_of(line), slope_under(line)
+    slope = slope_under(line)
     path = bent_out(line, opened_out(line, start, end), jnp.zeros_like(start), (True, True))
     if slope is not None:
         return lifted(line, slope, path)
-    return path if bed is None else resting_line(line, bed, start, end, path)
+    return rested(line, start, end, path)
 
 
 def _lay_out(line: Line, model: Model, outer, start, end) -> Float[Array, "d nodes"]:
     """First shape (m) of a line of whose ends one place at most is known (m)."""
-    bed, slope = seabed_of(line), slope_under(line)
+    slope = slope_under(line)
     from_start = start is not None or end is None
     anchor = next(
         (place for place in (start, end) if place is not None), jnp.zeros(line.dimensions)
@@ -225,7 +227,7 @@ def _lay_out(line: Line, model: Model, outer, start, end) -> Float[Array, "d nod
     load = _swept(line, model, path, pull)
     if load is not None:
         path = hanging_line(line, anchor, pull, from_start, load)
-    path = path if bed is None else draped_line(line, bed, path, from_start)
+    path = draped(line, anchor, path, from_start)
     path = path if slope is None else laid_on_slope(slope, path, from_start)
     path = bent_out(line, path, pull, (from_start, not from_start))
     return stiffened(line, path, pull, from_start)
@@ -276,6 +278,12 @@ def _joint_places(
     count = len(model.junctions)
     if count == 0:
         return []
+    known = [
+        place for *_, end in model.outer_ends() if (place := held_position(model, end)) is not None
+    ]
+    # by the height of what is held, lines hang in the air or are lifted by the water
+    middle = sum(known[1:], known[0]) / len(known) if known else None
+    about = None if middle is None else (middle, middle)
     d = coordinates.dimensions
     matrix = 1e-9 * jnp.eye(count)
     right, pulls = jnp.zeros((count, d)), jnp.zeros((count, d))
@@ -297,11 +305,15 @@ def _joint_places(
                 matrix = matrix.at[here.junction, here.junction].add(stiffness)
                 right = right.at[here.junction].add(stiffness * place)
             else:
-                weights = [jnp.sum(nodal_weight(model.lines[p.name]), axis=1) for p in pieces]
+                weights = [
+                    jnp.sum(nodal_weight(model.lines[p.name], about), axis=1) for p in pieces
+                ]
                 pulls = pulls.at[here.junction].add(sum(weights, _pull(model, far)))
     for index, junction in enumerate(model.junctions):
         if junction.load is not None:
             pulls = pulls.at[index].add(junction.load)
+        if junction.lift is not None:
+            pulls = pulls.at[index].add(junction.lift.weight * junction.lift.up)
     places = jax.numpy.linalg.solve(matrix, right + _unit(pulls.T).T)
     result = [places[k] for k in range(count)]
     for index, junction in enumerate(model.junctions):
@@ -309,6 +321,8 @@ def _joint_places(
         body = None if joint.body is None else scene.bodies[joint.body]
         if isinstance(body, Body) and body.position is not None:
             result[index] = coordinates.point(body.position)
+        elif (lift := junction.lift) is not None:  # not above the water that it floats on
+            result[index] = result[index] - jnp.maximum(lift.height(result[index]), 0.0) * lift.up
     bed = seabed_of(next(iter(model.lines.values())))
     if bed is not None:
         result = [x + bed.up * jnp.maximum(bed.height - bed.up @ x, 0.0) for x in result]

@@ -98,7 +98,7 @@ def forces_at_rest(
     for splice in splices(model, t, shapes):
         for name, force in splice.forces.items():
             total = total.at[net.index[name]].add(force.T)
-    extra = junction_forces(model, net)
+    extra = junction_forces(model, net, moved)
     return total if extra is None else total + extra
 
 

@@ -225,16 +225,15 @@ def test_points_may_be_named_with_their_kind_and_a_file_have_a_mark_of_its_codin
     assert scene_of(tmp_path, named)[0] == plain
 
 
-def test_what_is_over_the_surface_and_a_bed_that_is_not_there_are_told(tmp_path):
+def test_what_is_over_the_surface_is_dry_and_a_bed_that_is_not_there_is_told(tmp_path):
     text = LATE.replace("60   0    -5 ", "60   0    5  ").replace(
         "50        WtrDpth\n", "0.0 WaveKin\n"
     )
     scene, remarks = scene_of(tmp_path, text)
     assert "seabed" not in scene
-    assert remarks[1:] == [
-        "lines are as buoyant over the surface, z = 0, as under it: water is everywhere",
-        "there is no bed, since the file has no WtrDpth above 0",
-    ]
+    assert remarks[1:] == ["there is no bed, since the file has no WtrDpth above 0"]
+    assert scene["water"]["surface"] == 0.0
+    assert "surface" not in scene_of(tmp_path, LATE)[0]["water"]
 
 
 def test_a_slack_line_hangs_slack(tmp_path):

@@ -128,6 +128,24 @@ def test_chain_mooring_under_way_beside_moordyn():
     assert len(moordyn_chain.table(data).splitlines()) == 3 + len(data["runs"])
 
 
+DECK = "lines.chain.end.motion.position=[14, 0, 30]"
+
+
+@pytest.mark.slow
+def test_a_chain_from_a_deck_over_the_water_beside_moordyn():
+    pytest.importorskip("moordyn")
+    mine = moordyn_chain.by_engine(DECK, "water.surface=0")
+    under = moordyn_chain.by_engine(DECK)
+    other = moordyn_chain.by_moordyn(moordyn_chain.scene_of(DECK))
+    assert mine.fairlead[0] == pytest.approx(other.force[0], rel=5e-4)
+    assert mine.anchor[0] == pytest.approx(other.anchor[0], rel=1e-3)
+    assert under.fairlead[0] < 0.98 * mine.fairlead[0]  # as if the 30 m were in water, too
+    # in motion two programs of some per cent each at 82 segments, as under water
+    late = mine.time >= moordyn_chain.LAST
+    here, there = (x[late] - x[late].mean() for x in (mine.fairlead, other.fairlead))
+    assert np.sqrt(np.mean((here - there) ** 2)) < 0.06 * np.sqrt(np.mean(there**2))
+
+
 # --- pendulum -------------------------------------------------------------------------------------
 
 SWING = 20.114  # s, 100 t on a rigid weightless line of 100.5 m: 2 pi sqrt(L/g)
