@@ -65,6 +65,17 @@ start = { motion = { position = [0, 0, 0], velocity = [-1, 0, 0] } }
 end = { fixed = [60, 0, 2] }
 """
 
+ON_A_CHAIN = """
+[lines.chain]
+material = "wire"
+length = "30 m"
+segments = 4
+mass = "20 kg/m"
+diameter = "40 mm"
+start = { fixed = [0, 0, "-25 m"] }
+end = "buoy"
+"""
+
 
 def blocks(name):
     """The TOML of a page, in its order."""
@@ -78,12 +89,13 @@ def transfer_with(block):
     return text
 
 
-CURRENT, SHIP, WAVES, CARGO, OVERLOAD, TARGETS, *SWEEPS = blocks("scene-language.md")
+BUOY, CURRENT, SHIP, WAVES, CARGO, OVERLOAD, TARGETS, *SWEEPS = blocks("scene-language.md")
 SWEPT_ASIDE = FLOATING.replace("density = 1025\n", f"density = 1025\n{CURRENT}").replace(
     'diameter = "40 mm"', 'diameter = "40 mm"\ndrag = { normal = 1.2, tangential = 0.01 }'
 )
 # the scene of each part, and its runs
 WITHIN = {
+    "a buoy": (f"{WIRE}{BUOY}{ON_A_CHAIN}{END}", 1),
     "a current": (f"{WIRE}{SHIP}{SWEPT_ASIDE}", 1),
     "a ship": (f"{WIRE}{SHIP}{FLOATING}", 1),
     "waves": (f"{WIRE}{SHIP}{FLOATING}{WAVES}", 1),

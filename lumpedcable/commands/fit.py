@@ -133,11 +133,11 @@ def sensitivity(
     scene
         Scene file (TOML).
     of
-        The result: max, min, first or last; tension, velocity, displacement or position; at a place;
-        in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is taken where
-        that end breaks. "max displacement at ship" is the travel of a body. Or a measure of the scene,
-        "min h_w"; or "stop time", when the body of output.stop comes to rest; or "peak tension at
-        ship.bow", the largest of every step at the end of a rod.
+        The result: max, min, mean, std, first or last; tension, velocity, displacement or position;
+        at a place; in x, y or z. "max velocity at rope.end" is the peak speed of the end, and what is
+        taken where that end breaks. "max displacement at ship" is the travel of a body. Or a measure of
+        the scene, "min h_w"; or "stop time", when the body of output.stop comes to rest; or "peak
+        tension at ship.bow", the largest of every step at the end of a rod.
     output
         Folder for picture and numbers; the scene's name in this folder if not given.
     set_

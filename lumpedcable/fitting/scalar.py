@@ -14,7 +14,7 @@ from lumpedcable.study.plan import common_coordinates, recoil_name, recoils_of
 
 __all__ = ["AskedError", "Scalar", "asked_scalar", "read_scalar", "usual_scalar"]
 
-REDUCTIONS = ("max", "min", "first", "last")
+REDUCTIONS = ("max", "min", "mean", "std", "first", "last")
 STOP_TIME, PEAKS = "stop time", "peak"
 # a place along a line may have a blank before its unit
 _SCALAR = re.compile(r"(\w+) (\w+) at (\S+@.+?|\S+)(?: in (\w+))?")
@@ -35,6 +35,7 @@ class AskedError(SceneError, ValueError):
 class Scalar:
     """One number of a run: the max, min, first or last of a quantity at a place, over the outputs.
 
+    Or its mean or standard deviation over them.
     Or of a measure of the scene, whose name is then `at`, over the outputs at which it counts; or
     when the body `at` came to rest; or the largest tension of a rod at any step.
     """

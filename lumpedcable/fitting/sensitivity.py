@@ -22,6 +22,7 @@ from lumpedcable.fitting.residual import group_start, run_group, run_models, sta
 from lumpedcable.fitting.scalar import AskedError, Scalar
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.numbers import number
+from lumpedcable.physics.vectors import root
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.measures import BodyMeasure
 from lumpedcable.status import Status
@@ -300,9 +301,15 @@ def _backwards(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
 def picked(history, reduction: str):
     """One number of a history; a measure is NaN while it does not count."""
     counts = jnp.isfinite(history)
+
+    def mean(values):
+        return jnp.sum(jnp.where(counts, values, 0.0)) / jnp.sum(counts)
+
     return {
         "max": lambda: jnp.max(jnp.where(counts, history, -jnp.inf)),
         "min": lambda: jnp.min(jnp.where(counts, history, jnp.inf)),
+        "mean": lambda: mean(history),
+        "std": lambda: root(mean((jnp.where(counts, history, 0.0) - mean(history)) ** 2)),
         "first": lambda: history[jnp.argmax(counts)],
         "last": lambda: history[history.size - 1 - jnp.argmax(counts[::-1])],
     }[reduction]()

@@ -30,6 +30,7 @@ from lumpedcable.scene.materials import Material
 from lumpedcable.scene.measure_checks import measure_problems
 from lumpedcable.scene.motions import PressureWaves, SeaBody, SeaWaves
 from lumpedcable.scene.moved import MovedBody
+from lumpedcable.scene.outcomes import STATISTICS
 from lumpedcable.scene.part import (
     SIDES,
     Part,
@@ -205,6 +206,8 @@ def _at_rest(draft: Draft) -> Iterator[Problem]:
     output = draft.others.get("output")
     if not isinstance(output, Output):
         return
+    if output.statistics:
+        yield from _statistics(draft, output)
     if output.static and draft.events:
         yield Problem(("output",), "expected a duration where there are events, found none")
     if output.duration and output.every and draft.targets:
@@ -213,6 +216,26 @@ def _at_rest(draft: Draft) -> Iterator[Problem]:
             "expected no duration with targets, which are for scenes at rest, found "
             f"{format_quantity(output.duration, 's')}",
         )
+
+
+def _statistics(draft: Draft, output: Output) -> Iterator[Problem]:
+    """Yield what means and deviations of measures have nothing to be taken over."""
+    path: Path = ("output", "statistics")
+    if not draft.measures:
+        yield Problem(path, "expected measures where there are statistics of them, found none")
+    if output.static:
+        yield Problem(path, "expected a duration where there are statistics, found none")
+    if output.stop is not None:
+        yield Problem(
+            path, f'expected no stop where there are statistics of all times, found "{output.stop}"'
+        )
+    for name in draft.measures:
+        for word in STATISTICS:
+            if f"{name}_{word}" in draft.measures:
+                yield Problem(
+                    ("measures", f"{name}_{word}"),
+                    f'expected another name, found "{name}_{word}", which is the {word} of "{name}"',
+                )
 
 
 def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:

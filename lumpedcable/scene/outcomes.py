@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["QUANTITIES", "RESULTS", "SUMMARIES", "TAKEN"]
+__all__ = ["QUANTITIES", "RESULTS", "STATISTICS", "SUMMARIES", "TAKEN"]
 
 QUANTITIES = {
     "static_strain": ("1", "strain at the end at rest, before anything moves"),
@@ -38,6 +38,8 @@ SUMMARIES = {
     "solver_step": ("s", "time step"),
 }
 """Of every run: unit and meaning."""
+STATISTICS = ("mean", "deviation")
+"""What `output.statistics` gives of each measure besides its extreme: NAME_mean, NAME_deviation."""
 _OF_THE_SOLVER = ("energy_closure", "static_imbalance", "solver_step")
 RESULTS = {
     name: "" if unit == "1" else unit

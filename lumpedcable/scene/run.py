@@ -127,6 +127,8 @@ class Output(Part):
     keep: Literal["fields", "histories", "summaries"] = "fields"
     """How much of a run is kept: everything; tensions at the ends, place and velocity of broken ends
     and energies over time, but no fields; or its numbers alone."""
+    statistics: bool = False
+    """Whether the summary has the mean and the standard deviation of each measure besides."""
     stop: Text | None = None
     """A rigid body that starts with a velocity: the run ends when its velocity along that one has
     fallen to zero, and what would follow repeats its last state. Absent: at `duration`."""

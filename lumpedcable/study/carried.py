@@ -17,6 +17,7 @@ from lumpedcable.scene.measures import (
     MotionMeasure,
     PositionMeasure,
 )
+from lumpedcable.scene.outcomes import STATISTICS
 from lumpedcable.scene.units import format_quantity
 from lumpedcable.solve.observe import Sample
 
@@ -27,7 +28,8 @@ __all__ = [
     "carried_bodies",
     "carried_histories",
     "carried_variables",
-    "measure_outcome",
+    "measure_names",
+    "measure_outcomes",
     "missed_extremes",
     "rider_fields",
     "winch_lines",
@@ -69,6 +71,10 @@ def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
                 {"extreme": best} | attributes,
             )
         )
+        for word in statistics_of(scene):
+            long = {"mean": "mean", "deviation": "standard deviation"}[word]
+            path = f"summary/{name}_{word}"
+            found.append(Variable(path, ("run",), "f8", unit, f"{long} of the {text}"))
         if histories:
             path = f"measures/{name}"
             found.append(Variable(path, ("run", "time"), "f8", unit, text, attributes))
@@ -91,13 +97,35 @@ def carried_histories(scene: Scene, samples: Sample) -> dict[str, NDArray[np.flo
     return found
 
 
-def measure_outcome(scene: Scene, name: str, history: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What histories (runs, times) of a measure come down to; NaN where it never counted."""
-    least = scene.measures[name].LEAST
-    none = np.inf if least else -np.inf
-    kept = np.where(np.isfinite(history), history, none)
+def statistics_of(scene: Scene) -> tuple[str, ...]:
+    """What the summary has of each measure besides its extreme."""
+    return STATISTICS if scene.output.statistics else ()
+
+
+def measure_names(scene: Scene) -> list[str]:
+    """The names under which the summary has measures."""
+    words = statistics_of(scene)
+    return [each for name in scene.measures for each in (name, *(f"{name}_{w}" for w in words))]
+
+
+def measure_outcomes(
+    scene: Scene, name: str, history: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
+    """What histories (runs, times) of a measure come down to, by name; NaN where it never counted."""
+    least, counts = scene.measures[name].LEAST, np.isfinite(history)
+    kept = np.where(counts, history, np.inf if least else -np.inf)
     best = kept.min(axis=1) if least else kept.max(axis=1)
-    return np.where(np.isfinite(best), best, np.nan)
+    found = {name: np.where(np.isfinite(best), best, np.nan)}
+    if not scene.output.statistics:
+        return found
+    number = counts.sum(axis=1)
+    share = np.where(number > 0, 1.0 / np.maximum(number, 1), np.nan)
+    mean = np.where(counts, history, 0.0).sum(axis=1) * share
+    off = np.where(counts, history - mean[:, None], 0.0)
+    return found | {
+        f"{name}_mean": mean,
+        f"{name}_deviation": np.sqrt((off**2).sum(axis=1) * share),
+    }
 
 
 def missed_extremes(

@@ -14,7 +14,7 @@ from lumpedcable.scene.outcomes import QUANTITIES
 from lumpedcable.status import Status
 from lumpedcable.study.account import Account
 from lumpedcable.study.begins import source_of
-from lumpedcable.study.carried import measure_outcome, missed_extremes
+from lumpedcable.study.carried import measure_names, measure_outcomes, missed_extremes
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.endings import Ended, ended_of
 from lumpedcable.study.outcome import EXACT, Table, joined, message_of, summaries_of
@@ -38,7 +38,8 @@ def empty_table(contents: Contents, runs: int) -> Table:
     table["status_time"] = np.full(runs, np.nan)
     table["status_message"] = np.full(runs, "", object)
     table["summary/solver_steps"] = np.zeros(runs, int)
-    names = [f"summary/{n}" for n in (*summaries_of(contents.scene), *contents.scene.measures)]
+    own = (*summaries_of(contents.scene), *measure_names(contents.scene))
+    names = [f"summary/{n}" for n in own]
     for end in contents.ends:
         names += [f"summary/{end}/{name}" for name in QUANTITIES]
         if contents.exact:
@@ -59,7 +60,8 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     measured = {n: np.where(ended.good, own, np.nan) for n, own in account.measures.items()}
     used = utilised(contents.study, part, ready, account, ended.good, ended.sound, ended.times)
     numbers = _numbers(ended)
-    numbers |= {n: measure_outcome(contents.scene, n, own) for n, own in measured.items()}
+    for name, own in measured.items():
+        numbers |= measure_outcomes(contents.scene, name, own)
     if has_strength(contents.scene):
         numbers[UTILISATION] = used.most
     table["status"][rows], table["status_time"][rows] = ended.status, ended.when
