@@ -149,11 +149,17 @@ def main(argv: Sequence[str] | None = None) -> None:
         names = []
     console = Console()
     begin = time.perf_counter()
+    try:  # what is measured in hours has a place to go to
+        asked.output.mkdir(parents=True, exist_ok=True)
+        before = report.read(asked.output)
+    except OSError as why:
+        parser.error(f"-o: expected a folder to write into, found {asked.output}: {why.strerror}")
+    except ValueError:
+        parser.error(f"-o: expected results of this program in {asked.output}/results.json")
     data = {"format": report.FORMAT, "machine": describe(), "quick": asked.quick}
     # parts that were measured before on this machine, in this size, are kept; what is compared with
     # nothing else may join the pages of another machine, and then tells its own
     here = None
-    before = report.read(asked.output)
     published = report.read(PICTURES) if asked.docs else None
     before = before or published
     compared = set(names) - ALONE
@@ -180,6 +186,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         if here is not None:
             data["parts"][name]["machine"] = here
         report.keep(data, asked.output)
+    told = "; ".join(f"{name} could not be measured: {why}" for name, why in left_out.items())
+    if not data.get("parts"):
+        parser.error(told or "expected a part to measure, found none")
     found = report.write(data, asked.output)
     pictures = figures.draw(data["parts"], asked.output)
     for name, table in found.items():
@@ -204,11 +213,13 @@ def main(argv: Sequence[str] | None = None) -> None:
     console.print(f"\n{asked.output}: results.json, tables.md, {len(pictures)} pictures")
     console.print(f"{time.perf_counter() - begin:.0f} s in all")
     if left_out:
-        told = "; ".join(f"{name} could not be measured: {why}" for name, why in left_out.items())
         if asked.part or asked.all:  # who names none takes what the machine has
             parser.error(told)
         console.print(told)
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        raise SystemExit("interrupted: the parts that were measured are in results.json") from None

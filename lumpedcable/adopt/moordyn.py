@@ -1,7 +1,7 @@
 """Reads the input files of MoorDyn, both layouts: line types, points, lines and options.
 
 What the columns mean is told by position, as MoorDyn itself has it; which of two layouts a table has, by
-how many there are. Source: MoorDyn documentation, "Input Files" (moordyn.readthedocs.io).
+how many numbers its rows have. Source: MoorDyn documentation, "Input Files" (moordyn.readthedocs.io).
 """
 
 from __future__ import annotations
@@ -41,6 +41,13 @@ KINDS = (
 ANY, POSITIVE, NOT_NEGATIVE = "a number", "a positive number", "a number from 0 on"
 COUNT = "a whole number from 1 on"
 WEIGHTY = ("rho", "rhow", "wtrdnsty", "wtrdens", "g", "gravity", "kbot", "kb")  # positive
+TAKEN = (*WEIGHTY, "cbot", "cb", "frictioncoefficient", "wtrdpth")
+# options of MoorDyn's own stepping, start and output, of which a scene has nothing
+OWN = (
+    "dtm", "dt", "tscheme", "writelog", "writeunits", "dtic", "icdt", "tmaxic", "ictmax", "cdscaleic",
+    "icdfac", "threshic", "icthresh", "icgendynamic", "icgenstationary", "icstationary", "dtout",
+    "outswitch", "disableouttime", "disableoutput", "fricdamp", "statdynfricscale", "dtwave", "echo",
+)  # fmt: skip
 # options whose place in a scene is another one, by what to do about it
 WATER = {
     "wavekin": "give a scene its waves",
@@ -142,12 +149,13 @@ class _Reader:
             if next(self.table(section), None) is None:
                 self.told(None, section, f"expected a table of {section}, found none")
             self.units(section)
-        early = len(self.head("types")) < 10
+        early = len(self.head("types")) < 10 and self.numbers("types", 1) < 9
         for row in self.table("types"):
             if self.wide(row, "types", 9 if early else 10) and self.new(row, found.types):
                 found.types[row.words[0]] = self.line_type(row, early, found)
         self.misnamed(found)
-        early = len(self.head("points")) >= 12
+        # a table of the early layout that lacks a column is none of the other
+        early = self.numbers("points", 2) > 7 and len(self.head("points")) >= 12
         for row in self.table("points"):
             if self.wide(row, "points", 12 if early else 9) and self.new(row, found.points):
                 found.points[row.words[0]] = self.point(row, early)
@@ -174,6 +182,12 @@ class _Reader:
         """The names of the columns."""
         rows = self.sections.get(section, [])
         return rows[0].words if rows else []
+
+    def numbers(self, section: str, first: int) -> int:
+        """How many numbers stand one after the other in the first row, from a column on."""
+        row = next(self.table(section), None)
+        words = [] if row is None else row.words[first:]
+        return next((k for k, w in enumerate(words) if not _is_number(w)), len(words))
 
     def units(self, section: str) -> None:
         """Tell of a table without a row of units, for which its first row would be taken."""
@@ -261,10 +275,13 @@ class _Reader:
         number = _number(value)
         if number is not None:
             found.options[key] = number
-        elif key == "wtrdpth":
-            self.told(row, names[0], f"expected a depth (m), found {value!r}")
+        elif key in TAKEN:
+            wanted = "a depth (m)" if key == "wtrdpth" else "a number"
+            self.told(row, names[0], f"expected {wanted}, found {value!r}")
         elif names and _number(names[0]) is not None:
             self.told(row, value, f"expected a value before its name, found {names[0]} behind it")
+        if key and not {key, value.lower()} & {*TAKEN, *OWN, *WATER}:
+            found.left.append(f"option {names[0]} = {value}")
         if key in WEIGHTY and number is not None:
             self.number(row, names[0], value, POSITIVE)
 
@@ -301,13 +318,20 @@ def _sections(text: str) -> Iterator[tuple[str, list[Row]]]:
         elif heads and line.strip():
             heads -= 1
         elif name and (words := _words(line, len(rows) < HEAD_ROWS and name != "options")):
-            rows.append(Row(number, words))
+            counts = not rows and name != "options" and _number(words[0]) is not None
+            if not counts:  # before the names some say how many rows there are
+                rows.append(Row(number, words))
     yield name, rows
 
 
 def _words(line: str, head: bool) -> list[str]:
     """The words of a row without its comment; of names and units all, which may have such signs."""
     return (line if head else re.split(r"[!#%]", line, maxsplit=1)[0]).split()
+
+
+def _is_number(word: str) -> bool:
+    """Whether a word of a table is a number, or one with a dynamic part."""
+    return _number(word.partition("|")[0]) is not None
 
 
 def _number(word: str) -> float | None:

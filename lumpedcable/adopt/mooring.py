@@ -28,8 +28,11 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     remarks += [*mooring.remarks, *writer.remarks]
     free = any(point.kind == "free" for point in mooring.points.values())
     density = mooring.option(DENSITY, "rho", "rhow", "wtrdnsty", "wtrdens")
-    # what is all under water need not ask how much of it is
-    leaves = any(point.place[2] > 0.0 for point in mooring.points.values())
+    # what stays under water need not ask how much of it is
+    leaves = any(
+        point.place[2] > 0.0 or (point.kind == "free" and point.volume)
+        for point in mooring.points.values()
+    )
     blocks = [
         "\n".join(f"# {_printable(remark)}" for remark in remarks),
         f"title = {value_text(title)}\ngravity = {value_text(mooring.option(GRAVITY, 'g', 'gravity'))}",
@@ -55,6 +58,9 @@ class _Writer:
             self.ends[line.end].append((name, "end"))
         self.joined = self._joined()
         for name, point in mooring.points.items():
+            weighs = point.kind == "free" and (point.mass or point.volume)
+            if weighs and not self.ends[name]:
+                self.remarks.append(f"not taken over: point {name}, which no line holds")
             if point.kind == "free" and (point.CdA or (point.Ca and point.volume)):
                 self.remarks.append(
                     f"not taken over: CdA and Ca of point {name}; a rigid body has drag and added mass"

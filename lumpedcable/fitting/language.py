@@ -47,7 +47,8 @@ class Observed(Column):
     quantity: Literal["tension", "displacement", "velocity", "position"]
     """What was measured."""
     at: Text
-    """Where: "LINE.start", "LINE.end", "LINE@DISTANCE" (unstretched, from the start), or a body."""
+    """Where: "LINE.start", "LINE.end", "LINE@DISTANCE" (unstretched, from the start), or a rigid
+    body."""
     component: Literal["x", "y", "z"] | None = None
     """Component of a displacement, velocity or position. Absent: its size; needed for position."""
     noise: Any = None

@@ -91,7 +91,7 @@ def scene_of(folder, text):
 
 def test_every_number_is_where_a_scene_has_it(tmp_path):
     scene, remarks = scene_of(tmp_path, LATE)
-    assert (scene["gravity"], scene["water"]) == (9.8, {"density": 1020.0})
+    assert (scene["gravity"], scene["water"]) == (9.8, {"density": 1020.0, "surface": 0.0})
     assert scene["seabed"] == pytest.approx(
         {"height": -50.0, "stiffness": 2e6 * 0.05, "damping": 1e5 * 0.05, "friction": 0.4}
     )
@@ -233,7 +233,56 @@ def test_what_is_over_the_surface_is_dry_and_a_bed_that_is_not_there_is_told(tmp
     assert "seabed" not in scene
     assert remarks[1:] == ["there is no bed, since the file has no WtrDpth above 0"]
     assert scene["water"]["surface"] == 0.0
-    assert "surface" not in scene_of(tmp_path, LATE)[0]["water"]
+
+
+def test_what_floats_has_a_surface_to_float_at_and_what_stays_under_water_none(tmp_path):
+    assert scene_of(tmp_path, LATE)[0]["water"]["surface"] == 0.0
+    sunk = LATE.replace("80    0.2 ", "80    0.0 ")
+    assert "surface" not in scene_of(tmp_path, sunk)[0]["water"]
+
+
+def test_rows_tell_of_the_layout_whatever_the_names_over_them(tmp_path):
+    plain, _ = scene_of(tmp_path, LATE)
+    assert scene_of(tmp_path, LATE.replace("CdAx  CaAx", "CdAx"))[0] == plain
+    remarked = LATE.replace("Volume CdA Ca", "Volume CdA Ca and so on further below")
+    assert scene_of(tmp_path, remarked)[0] == plain
+    # a row that lacks a column is of neither layout
+    for text, old, new in (
+        (LATE, "1.2  1.0  0.02  0.3", "1.2  1.0  0.02"),
+        (EARLY, "1 Fix 0 0 -50 0 0 0 0 0 0 0", "1 Fix 0 0 -50 0 0 0 0 0 0"),
+    ):
+        (tmp_path / "mooring.txt").write_text(text.replace(old, new))
+        with pytest.raises(SceneError, match=r"expected at least 1[02] columns"):
+            read_moordyn(tmp_path / "mooring.txt")
+
+
+def test_tables_that_say_how_many_rows_they_have_are_the_same(tmp_path):
+    plain, _ = scene_of(tmp_path, EARLY)
+    counted = EARLY
+    for head, count in (
+        ("LineType D", "2 NTypes"),
+        ("Node T", "4 NConnects"),
+        ("Line L", "3 NLines"),
+    ):
+        counted = counted.replace(f"\n{head}", f"\n{count} - how many there are\n{head}", 1)
+    assert counted.count(" - how many there are") == 3
+    assert scene_of(tmp_path, counted)[0] == plain
+
+
+def test_options_that_are_not_understood_are_told(tmp_path):
+    more = LATE.replace("9.8       g\n", "9.8       g\n9.7  grav\n2  WriteLog\n")
+    _, remarks = scene_of(tmp_path, more)
+    assert [r for r in remarks if "option" in r] == ["not taken over: option grav = 9.7"]
+    (tmp_path / "mooring.txt").write_text(LATE.replace("9.8       g", "9,8       g"))
+    with pytest.raises(SceneError, match="g: expected a number, found '9,8'"):
+        read_moordyn(tmp_path / "mooring.txt")
+
+
+def test_a_weight_that_no_line_holds_is_told(tmp_path):
+    loose = LATE.replace("4   Coupled", "5 free 1 2 -3 500 0.9 0 0\n4   Coupled")
+    scene, remarks = scene_of(tmp_path, loose)
+    assert "not taken over: point 5, which no line holds" in remarks
+    assert "point5" not in scene["bodies"]
 
 
 def test_a_slack_line_hangs_slack(tmp_path):

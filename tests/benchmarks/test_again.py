@@ -105,6 +105,25 @@ def test_without_names_every_part_is_measured(three_parts, tmp_path, capsys):
     assert "waves could not be measured: no tank" in capsys.readouterr().out
 
 
+def test_a_part_alone_that_cannot_be_measured_is_told(three_parts, tmp_path, capsys):
+    with pytest.raises(SystemExit) as left:
+        program.main(["waves", "-o", str(tmp_path)])
+    assert left.value.code == 2
+    assert "waves could not be measured: no tank" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["a file", "damaged results"])
+def test_where_nothing_can_be_written_nothing_is_measured(three_parts, tmp_path, capsys, kind):
+    there = tmp_path / "results.json"
+    there.write_text("{", encoding="utf-8")
+    with pytest.raises(SystemExit) as left:
+        program.main(["calm", "-o", str(there if kind == "a file" else tmp_path)])
+    assert left.value.code == 2
+    assert "-o: expected" in capsys.readouterr().err
+    assert there.read_text() == "{"
+
+
 def test_a_part_without_its_packages_says_so(monkeypatch):
     def run(quick):
         raise ModuleNotFoundError("No module named 'towing'", name="towing")
