@@ -103,24 +103,24 @@ def test_a_tilted_box_rights_itself_with_the_arm_of_naval_architecture(way):
     q = np.zeros(6)
     q[3 + way] = angle
     # where it carries the weight: heave is found by bisection
+    force = jax.jit(lambda q: lift.force(q))
     low, high = -1.0, 1.0
     for _ in range(60):
         q[2] = 0.5 * (low + high)
-        if float(lift.force(jnp.asarray(q))[2]) > weight:
+        if float(force(jnp.asarray(q))[2]) > weight:
             low = q[2]
         else:
             high = q[2]
-    moment = np.asarray(lift.force(jnp.asarray(q)))[3 + way]
+    moment = np.asarray(force(jnp.asarray(q)))[3 + way]
     np.testing.assert_allclose(moment, -weight * arm, rtol=1e-9)
 
 
 def test_forces_of_bodies_are_finite_in_any_place():
     lift = BodyLift(number(1000.0), Box(jnp.asarray(SIZE)), jnp.asarray(UP[3]), number(0.0))
+    bent = jax.jit(jax.hessian(lambda q: lift.energy(q)))
+    force = jax.jit(lambda q: lift.force(q))
     for height in (-9.0, -0.5, 0.0, 0.5, 9.0):
-        for angles in np.random.default_rng(1).normal(size=(5, 3)):
+        for angles in [np.zeros(3), *np.random.default_rng(1).normal(size=(4, 3))]:
             q = jnp.asarray([1.0, 2.0, height, *angles])
-            force = np.asarray(lift.force(q))
-            assert np.all(np.isfinite(force))
-            assert np.all(np.isfinite(jax.hessian(lift.energy)(q)))
-    flat = jnp.zeros(6).at[2].set(-0.1)
-    assert np.all(np.isfinite(jax.hessian(lift.energy)(flat)))
+            assert np.all(np.isfinite(force(q)))
+            assert np.all(np.isfinite(bent(q)))

@@ -82,20 +82,23 @@ def phase_of(folder):
     return np.arctan2((first * np.cos(step) - second) / np.sin(step), first)
 
 
-def test_they_are_numbers_that_have_derivatives(tmp_path):
+@pytest.mark.parametrize(
+    ("of", "value", "slopes"),
+    [
+        ("std position at rope.end in x", 0.05 / np.sqrt(2.0), [1.0 / np.sqrt(2.0), 0.0]),
+        pytest.param("mean position at rope.end in x", 10.1, [0.0, 1.0], marks=pytest.mark.slow),
+        pytest.param("mean place", 10.1, [0.0, 1.0], marks=pytest.mark.slow),
+        pytest.param("std gauge", HEIGHT / 4.0, [0.0, 0.0], marks=pytest.mark.slow),
+    ],
+)
+def test_they_are_numbers_that_have_derivatives(tmp_path, of, value, slopes):
     path = tmp_path / "scene.toml"
     path.write_text(SCENE[: SCENE.index("[sweep]")] + SCENE[SCENE.index("[output]") :])
     by = ["lines.rope.end.motion.amplitude.0", "lines.rope.end.motion.position.0"]
-    for of, value, slopes in (
-        ("mean position at rope.end in x", 10.1, [0.0, 1.0]),
-        ("std position at rope.end in x", 0.05 / np.sqrt(2.0), [1.0 / np.sqrt(2.0), 0.0]),
-        ("mean place", 10.1, [0.0, 1.0]),
-        ("std gauge", HEIGHT / 4.0, [0.0, 0.0]),
-    ):
-        number = response(path, by, of)
-        found, gradient = jax.value_and_grad(number)(number.values)
-        assert found == pytest.approx(value, rel=1e-9)
-        np.testing.assert_allclose(gradient, slopes, atol=1e-8)
+    number = response(path, by, of)
+    found, gradient = jax.value_and_grad(number)(number.values)
+    assert found == pytest.approx(value, rel=1e-9)
+    np.testing.assert_allclose(gradient, slopes, atol=1e-8)
 
 
 @pytest.mark.parametrize(

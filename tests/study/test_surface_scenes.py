@@ -14,6 +14,7 @@ from lumpedcable.study.known_waves import curve_of
 SCENES = Path(__file__).parents[2] / "configs" / "surface"
 
 
+@pytest.mark.slow
 def test_a_line_that_parts_in_the_air_comes_as_if_there_were_no_water(tmp_path):
     study = load_study(SCENES / "deck-line.toml", ["rope.segments=50"])
     ran = run_scenes(tmp_path, study)
