@@ -37,6 +37,8 @@ PICKED = {
     "peers/chain-mooring": "tension_range",
     "peers/pendulum": "velocity",
     "studies/restraint-envelope": "map_stop_distance",
+    "surface/buoy": "measure_pull",
+    "surface/deck-line": "end_speed",
 }
 # of what takes minutes, a part: what is written there, and what instead
 LESS = {

@@ -30,7 +30,7 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     density = mooring.option(DENSITY, "rho", "rhow", "wtrdnsty", "wtrdens")
     # what stays under water need not ask how much of it is
     leaves = any(
-        point.place[2] > 0.0 or (point.kind == "free" and point.volume)
+        point.place[2] > 0.0 or (point.kind == "free" and density * point.volume > point.mass)
         for point in mooring.points.values()
     )
     blocks = [

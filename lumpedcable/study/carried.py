@@ -104,8 +104,10 @@ def statistics_of(scene: Scene) -> tuple[str, ...]:
 
 def measure_names(scene: Scene) -> list[str]:
     """The names under which the summary has measures."""
-    words = statistics_of(scene)
-    return [each for name in scene.measures for each in (name, *(f"{name}_{w}" for w in words))]
+    found = []
+    for name in scene.measures:
+        found += [name, *(f"{name}_{word}" for word in statistics_of(scene))]
+    return found
 
 
 def measure_outcomes(

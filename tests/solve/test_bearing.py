@@ -70,7 +70,7 @@ def motion(ran):
     )
 
 
-@pytest.mark.parametrize("damping", [0.0, 2e3])
+@pytest.mark.parametrize("damping", [pytest.param(0.0, marks=pytest.mark.slow), 2e3])
 def test_a_box_that_falls_on_an_edge_tumbles_as_its_equations_say(tmp_path, damping):
     more = f"damping = {damping}" if damping else ""
     text = box("position = [0, 0, -1]\nattitude = [0, 0.3, 0]", "1 s", more)
@@ -106,7 +106,7 @@ def test_one_that_is_tipped_beyond_its_edge_falls_over(tmp_path, tilt, ends):
     assert motion(ran)[-1, 2] == pytest.approx(ends, abs=0.01)
 
 
-@pytest.mark.parametrize("dimensions", [2, 3])
+@pytest.mark.parametrize("dimensions", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_friction_stops_it_where_it_does_what_its_motion_had(tmp_path, dimensions):
     """v^2 / (2 mu g), as of one whose height is held; its start a little over its place of rest."""
     speed, mu = 3.0, 0.4
@@ -126,7 +126,7 @@ def test_friction_stops_it_where_it_does_what_its_motion_had(tmp_path, dimension
     assert work[-1] == pytest.approx(0.5 * MASS * speed**2, rel=1e-3)
 
 
-@pytest.mark.parametrize("segments", [10, 80])
+@pytest.mark.parametrize("segments", [10, pytest.param(80, marks=pytest.mark.slow)])
 def test_a_clump_between_two_lines_lies_as_deep_on_any_mesh(tmp_path, segments):
     """A body without a size stands on the bed with its centre, 10 mm in it.
 

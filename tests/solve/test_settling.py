@@ -247,7 +247,7 @@ settle = true
 """ + line_text("rope", "wire", 3, 4, 0.01, fixed(0, 0, 4), '"box.eye"')  # fmt: skip
 
 
-@pytest.mark.parametrize("angle", [2.0, np.pi])
+@pytest.mark.parametrize("angle", [pytest.param(2.0, marks=pytest.mark.slow), np.pi])
 def test_a_body_that_hangs_does_not_stand_on_its_head(tmp_path, angle):
     ran = run_text(tmp_path, HUNG.replace("ANGLE", str(angle)) + "[output]")
     assert ran.statuses == ["OK"]
