@@ -1,6 +1,8 @@
 """What lifts a body that the water's surface may cross: a ball or a box, at any height and attitude."""
 
 import abc
+from collections.abc import Callable
+from functools import partial
 from typing import ClassVar
 
 import equinox as eqx
@@ -14,9 +16,8 @@ from lumpedcable.physics.rigid import rotation
 
 __all__ = ["AbstractForm", "Ball", "BodyLift", "Box"]
 
-# Gauss's points over -1/2 ... 1/2 and their weights, which are exact for polynomials to the order 7
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
-POINTS, WEIGHTS = 0.5 * POINTS, 0.5 * WEIGHTS
+# Gauss's two points over -1/2 ... 1/2, each of half the weight: exact for cubic polynomials
+POINTS = np.array([-0.5, 0.5]) / np.sqrt(3.0)
 
 
 class AbstractForm(eqx.Module):
@@ -68,9 +69,10 @@ class Ball(AbstractForm):
 class Box(AbstractForm):
     """A box of a `size` (d,) in m along its own axes, those that the scene has.
 
-    Its places are spread along the vertical by a_i = |e_i . up| L_i of each axis. The depth is that of a
-    line of the largest of them, (a/2 - h)^2 / (2 a) where the surface crosses it, at `POINTS` of the
-    other two: exact as long as the surface crosses all of these lines or none, for any tilt.
+    Its places are spread along the vertical by a_i = |e_i . up| L_i of each axis. Of a line of the
+    largest of them the depth is (a/2 - h)^2 / (2 a) where the surface crosses it; that is averaged over
+    the other two, each between the heights at which an edge or a corner meets the water. There it is a
+    polynomial, so that the mean is exact at any attitude.
     """
 
     size: Float[Array, " d"]
@@ -79,21 +81,41 @@ class Box(AbstractForm):
         self, height: Float[Array, ""], angles: Float[Array, " a"], up: Float[Array, " d"]
     ) -> Float[Array, ""]:
         """Depth (m) of the box."""
-        spread = jnp.sort(jnp.abs(rotation(angles).T @ up) * self.size)
-        heights, weights = height, jnp.ones(())
-        for k in range(self.size.shape[0] - 1):
-            heights = heights[..., None] + spread[k] * jnp.asarray(POINTS, height.dtype)
-            weights = weights[..., None] * jnp.asarray(WEIGHTS, height.dtype)
+        square = jnp.sort((rotation(angles).T @ up * self.size) ** 2)[::-1]
         # what has no extent along the vertical has nothing to be crossed
-        width = jnp.where(spread[-1] > 0.0, spread[-1], 1.0)
-        share = jnp.clip(0.5 - heights / width, 0.0, 1.0)
-        depth = jnp.where(share < 1.0, 0.5 * width * share**2, -heights)
-        return jnp.sum(weights.astype(height.dtype) * depth)
+        widest = jnp.sqrt(jnp.where(square[0] > 0.0, square[0], 1.0))
+        # and what has next to none is as thick as rounding asks for, which its square changes little
+        thin = jnp.cbrt(jnp.finfo(height.dtype).eps) * widest
+
+        def line(heights):
+            share = jnp.clip(0.5 - heights / widest, 0.0, 1.0)
+            return jnp.where(share < 1.0, 0.5 * widest * share**2, -heights)
+
+        mean, ends = line, 0.5 * widest * jnp.asarray([-1.0, 1.0], height.dtype)
+        for k in range(1, self.size.shape[0]):
+            width = jnp.sqrt(square[k] + thin**2)
+            mean = partial(_averaged, mean, width, ends)
+            ends = jnp.concatenate([ends - 0.5 * width, ends + 0.5 * width])
+        return mean(height)
 
     def stiffest(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """1 / its least extent, and what a tilt of its longest side does beside its own height."""
         least, most = jnp.min(self.size), jnp.max(self.size)
         return 1.0 / least, most**2 / (12.0 * least) + most
+
+
+def _averaged(
+    depth: Callable[..., Array], width: Float[Array, ""], ends: Float[Array, " n"],
+    height: Float[Array, "*heights"],
+) -> Float[Array, "*heights"]:  # fmt: skip
+    """The mean of a depth (m), a polynomial between `ends`, over a width (m) about heights (m)."""
+    places = jnp.clip((jnp.sort(ends) - height[..., None]) / width, -0.5, 0.5)
+    half = jnp.full_like(height[..., None], 0.5)
+    edges = jnp.concatenate([-half, places, half], axis=-1)
+    size, middle = edges[..., 1:] - edges[..., :-1], 0.5 * (edges[..., 1:] + edges[..., :-1])
+    points = middle[..., None] + size[..., None] * jnp.asarray(POINTS, height.dtype)
+    values = depth(height[..., None, None] + width * points)
+    return jnp.sum(size * jnp.mean(values, axis=-1), axis=-1)
 
 
 class BodyLift(AbstractBodyLoad):

@@ -84,9 +84,39 @@ def test_a_box_displaces_what_its_small_parts_do(angles):
     for height in (-0.6, -0.2, 0.05, 0.4):
         depth, share = sampled(SIZE, turn, height)
         found = box.depth(number(height), jnp.asarray(angles, float), up)
-        np.testing.assert_allclose(found, depth, atol=3e-3)
+        np.testing.assert_allclose(found, depth, atol=1e-4)
         slope = -jax.grad(box.depth)(number(height), jnp.asarray(angles, float), up)
         np.testing.assert_allclose(slope, share, atol=2e-2)
+
+
+def wetted(height, angle, sides):
+    """Area share, and middle (m, over the box's), of what is under water of a turned rectangle."""
+    corners = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * sides
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    corners = corners @ turn.T + [0.0, height]
+    kept = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if a[1] < 0.0:
+            kept.append(a)
+        if a[1] * b[1] < 0.0:
+            kept.append(a + (b - a) * a[1] / (a[1] - b[1]))
+    if len(kept) < 3:
+        return 0.0, 0.0
+    (x, y), (x1, y1) = np.array(kept).T, np.roll(kept, -1, axis=0).T
+    cross = x * y1 - x1 * y
+    return 0.5 * np.sum(cross) / np.prod(sides), np.sum((x + x1) * cross) / (3.0 * np.sum(cross))
+
+
+@pytest.mark.parametrize("size", [SIZE, np.array([10.0, 1.0, 1.0])])
+def test_a_box_that_rolls_is_lifted_as_the_polygon_that_is_wet(size):
+    box, up = Box(jnp.asarray(size)), jnp.asarray(UP[3])
+    slopes = jax.jit(jax.grad(lambda h, a: box.depth(h, jnp.stack([a, 0 * a, 0 * a]), up), (0, 1)))
+    for angle in np.radians([0.0, 5.0, 27.0, 43.5, 45.0, 60.0, 88.0, 90.0, 130.0]):
+        for height in np.linspace(-0.5, 0.5, 11) * np.hypot(*size[1:]):
+            share, arm = wetted(height, angle, size[1:])
+            less, turns = slopes(number(height), number(angle))
+            assert -less == pytest.approx(share, abs=1e-9)
+            assert -turns == pytest.approx(share * arm, abs=1e-9)
 
 
 @pytest.mark.parametrize("way", [0, 1])
@@ -111,6 +141,10 @@ def test_a_tilted_box_rights_itself_with_the_arm_of_naval_architecture(way):
             low = q[2]
         else:
             high = q[2]
+    # upright its stiffness is the metacentric height's
+    flat = jnp.asarray(q).at[3 + way].set(0.0)
+    bent = jax.jit(jax.hessian(lambda q: lift.energy(q)))(flat.at[2].set(0.5 * SIZE[2] - draught))
+    assert bent[3 + way, 3 + way] == pytest.approx(weight * gm, rel=1e-6)
     moment = np.asarray(force(jnp.asarray(q)))[3 + way]
     np.testing.assert_allclose(moment, -weight * arm, rtol=1e-9)
 
