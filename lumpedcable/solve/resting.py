@@ -31,6 +31,7 @@ __all__ = [
     "slope_under",
 ]
 
+PULLS = 1e-3  # share of it above which a line is taut along what it lies on
 LEAST = 1e-6  # share of the line's weight below which a horizontal tension counts as none
 
 
@@ -86,8 +87,16 @@ def resting_line(
     `free` is its shape without it, which is returned where it stays above the ground. Length that is
     left over once the line hangs straight down is pushed together there.
     """
+    return _resting(line, ground, start, end, free)[0]
+
+
+def _resting(
+    line: Line, ground: Ground, start: Float[Array, " d"], end: Float[Array, " d"],
+    free: Float[Array, "d nodes"],
+) -> tuple[Float[Array, "d nodes"], Bool[Array, ""]]:  # fmt: skip
+    """`resting_line`, and whether it pulls along the ground."""
     if line.dimensions == 1:
-        return free
+        return free, jnp.asarray(True)
     up, level = ground.up, ground.level
     nodal = ground.weight * line.node_length
     inner = jnp.cumsum(nodal[1:-1])
@@ -99,7 +108,8 @@ def resting_line(
     away = jnp.where(span > 0.0, across / jnp.where(span > 0.0, span, 1.0), _sideways(up))
     heights = jnp.stack([jnp.dot(start, up), jnp.dot(end, up)]) - level
     chain = _Chain(line, before, after, jnp.concatenate([span[None], jnp.maximum(heights, 0.0)]))
-    force = _solve(*jax.lax.stop_gradient((chain, before[-1] + nodal[0])))
+    whole = before[-1] + nodal[0]
+    force = _solve(*jax.lax.stop_gradient((chain, whole)))
     along, down, rising = chain.steps(force)
     steps = away[:, None] * along + up[:, None] * (rising - down)
     # what the ends are missed by is made up on the ground, where the line has no shape to lose
@@ -112,7 +122,8 @@ def resting_line(
     path = jnp.concatenate([jnp.zeros_like(steps[:, :1]), jnp.cumsum(steps, axis=1)], axis=1)
     sinks = jnp.min(up @ free) < level
     usable = jnp.all(jnp.isfinite(path)) & jnp.all(heights >= 0.0)
-    return jnp.where(sinks & usable, start[:, None] + path, free)
+    pulls = force[0] > PULLS * whole
+    return jnp.where(sinks & usable, start[:, None] + path, free), pulls
 
 
 def draped_line(
@@ -147,9 +158,12 @@ def rested(
     bed, path = seabed_of(line), free
     if bed is not None:
         path = resting_line(line, bed_under(line, bed), start, end, path)
+        path = _guessed(path, start, end)
     if (water := water_under(line, 0.5 * (start + end))) is not None:
         floats, ground = water
-        path = jnp.where(floats, resting_line(line, ground, start, end, path), path)
+        afloat, taut = _resting(line, ground, start, end, path)
+        # one that is longer than its way has no shape on the water, which no friction gives it
+        path = _guessed(jnp.where(floats & taut, afloat, path), start, end)
     return path
 
 
@@ -163,7 +177,18 @@ def draped(
     if (water := water_under(line, anchor)) is not None:
         floats, ground = water
         path = jnp.where(floats, draped_line(line, ground, path, from_start), path)
-    return path
+    if path is free:
+        return free
+    far = jax.lax.stop_gradient(path[:, -1 if from_start else 0])
+    return _guessed(path, *((anchor, far) if from_start else (far, anchor)))
+
+
+def _guessed(
+    path: Float[Array, "d nodes"], start: Float[Array, " d"], end: Float[Array, " d"]
+) -> Float[Array, "d nodes"]:
+    """A first shape (m), which nothing depends on, between ends (m) that have their derivatives."""
+    inner = jax.lax.stop_gradient(path[:, 1:-1])
+    return jnp.concatenate([start[:, None], inner, end[:, None]], axis=1)
 
 
 def slope_under(line: Line) -> SlopingSeabed | None:
