@@ -32,7 +32,9 @@ class Waterline(eqx.Module):
         """Heights of nodes over the water at rest (m)."""
         return self.up @ position + self.above
 
-    def wet(self, height: Float[Array, " nodes"], length: Float[Array, "..."]):
+    def wet(
+        self, height: Float[Array, " nodes"], length: Float[Array, "..."]
+    ) -> Float[Array, " nodes"]:
         """Wet length (m) that each node stands for, of segments that are so long unstretched (m).
 
         Of the wet part l s of a segment its first node has l (s + s (1 - s) dW/dy) / 2 and the other one
