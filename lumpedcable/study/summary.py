@@ -19,6 +19,7 @@ from lumpedcable.study.compiled import Ready
 from lumpedcable.study.endings import Ended, ended_of
 from lumpedcable.study.outcome import EXACT, Table, joined, message_of, summaries_of
 from lumpedcable.study.plan import recoil_name
+from lumpedcable.study.pushed import pushed
 from lumpedcable.study.recoils import recoiled
 from lumpedcable.study.strength import UTILISATION, has_strength, utilised
 from lumpedcable.study.sunk import sunk
@@ -73,7 +74,7 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
     if contents.energy:
         table["energy/residual"][rows] = ended.energy.residual
     missed = missed_extremes(contents.scene, measured, len(part.runs))
-    remarks = [joined(*both) for both in zip(missed, sunk(ended), strict=True)]
+    remarks = [joined(*words) for words in zip(missed, sunk(ended), pushed(ended), strict=True)]
     for index, recoil in enumerate(part.plan.recoils):
         found, words = recoiled(ended, index)
         for name, values in found.items():
