@@ -368,6 +368,7 @@ def leg():
     return 500.0 - lying - first[0], -120.0 + first[1], tension
 
 
+@pytest.mark.slow
 def test_a_spread_mooring_hangs_as_its_legs_do(tmp_path):
     text, _ = mooring_scene(read_moordyn(SPREAD), "spread")
     (tmp_path / "spread.toml").write_text(text)

@@ -65,6 +65,7 @@ def test_cables_end_at_ships_that_float():
     assert trolley[1] == pytest.approx(3.0)
 
 
+@pytest.mark.slow
 def test_the_surface_goes_where_its_slider_is(study):
     model = elastic_model(study)
     keys = [control.key for control in model.controls]

@@ -62,6 +62,7 @@ def test_a_point_floats_as_deep_as_what_hangs_from_it_takes_it(tmp_path):
     assert z == pytest.approx(0.5 + DEEP, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_ball_that_settles_floats_as_deep_as_what_hangs_from_it_takes_it(tmp_path):
     body = 'position = [0, 0, 2]\nfree = ["z"]\nsettle = true\npoints = { eye = [0, 0, 0] }'
     text = scene(

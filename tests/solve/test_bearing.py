@@ -204,6 +204,7 @@ def test_a_box_that_lies_flush_on_a_slope_is_as_good_as_one_on_a_flat_bed(tmp_pa
     assert f"change position to {BED + 0.5 * SIZE[2] + deep:g} m" in " ".join(said.err.split())
 
 
+@pytest.mark.slow
 def test_the_step_is_short_enough_for_a_steep_bed(tmp_path):
     # let fall by 0.1 m on 45 degrees it comes back to where it was, along the slope's mirror
     steep = "profile = { x = [-500, 500], depth = [-500, 500] }"

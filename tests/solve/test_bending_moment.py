@@ -114,6 +114,7 @@ def test_moments_of_a_moving_rod_are_EI_times_the_curvature_of_its_shape(tmp_pat
     np.testing.assert_allclose(moment[:, 1:-1], EI * curvature, rtol=2e-3, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_both_parts_have_the_moment_at_a_cut_until_the_line_breaks_there(tmp_path):
     plain = '[solver]\nwaves = "plain"\ncourant = 0.5\n'  # fronts know of joints
     whole = run_text(tmp_path, rod(**LIGHT, end=BENT, scene=LET_GO + plain, output=MOVING))

@@ -91,6 +91,7 @@ def test_a_loop_hangs_open(tmp_path, segments, EI, end):
     assert mine == pytest.approx(value, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_rod_clamped_upwards_bends_over(tmp_path):
     """It lies on one line with its weight, and yet it is a plane that it needs."""
     text = SCENE.format(segments=20, EI=100, direction=", direction = [0, 0, 1]", end='"free"')

@@ -69,7 +69,7 @@ def shape_of(tmp_path, velocity, segments):
     return nodes_in_space(*equilibrium_of(scene)).T
 
 
-@pytest.mark.parametrize("turning", [False, True])
+@pytest.mark.parametrize("turning", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_string_hangs_in_it_as_its_equations_have_it(tmp_path, turning):
     velocity = TURNING if turning else TURNING * [1.0, 0.0, 0.0]
     sol = string(velocity)

@@ -328,6 +328,7 @@ def test_a_winch_hauls_a_line_out_of_the_water_and_its_account_closes(tmp_path):
     assert abs(length[0] - length[1]) > 0.05
 
 
+@pytest.mark.slow
 def test_what_it_does_has_the_derivatives_of_its_differences(tmp_path):
     path = tmp_path / "scene.toml"
     text = scene(

@@ -215,7 +215,16 @@ def cable(folder, parameter, sag, segments=200, dimensions=2, count=6):
 CROSSOVER = 4.0 * np.pi**2
 
 
-@pytest.mark.parametrize("parameter", [1.0, 0.9 * CROSSOVER, CROSSOVER, 1.1 * CROSSOVER, 200.0])
+@pytest.mark.parametrize(
+    "parameter",
+    [
+        1.0,
+        pytest.param(0.9 * CROSSOVER, marks=pytest.mark.slow),
+        CROSSOVER,
+        pytest.param(1.1 * CROSSOVER, marks=pytest.mark.slow),
+        200.0,
+    ],
+)
 def test_a_sagging_cable_in_its_plane(tmp_path, parameter):
     worst = []
     for sag in (1 / 50, 1 / 100):

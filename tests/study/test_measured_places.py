@@ -194,6 +194,7 @@ def test_a_measure_may_count_from_a_time_on(tmp_path):
     assert kept.measures["late"] == pytest.approx(outcome.measures["late"], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_counts_from_a_time_on_has_the_derivative_of_its_part(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(PARTED + LATE)

@@ -161,6 +161,7 @@ stop = "block"
 """
 
 
+@pytest.mark.slow
 def test_what_has_stopped_hears_of_no_later_waves(tmp_path):
     _, alone = results(tmp_path, STOPPED)
     _, both = results(tmp_path, STOPPED, "block.mass=[1000, 60000]")

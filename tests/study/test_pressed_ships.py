@@ -99,6 +99,7 @@ def test_it_heaves_as_an_oscillator_that_the_pressure_pushes(tmp_path):
     assert np.abs(heave - exact).max() < 3e-3 * np.ptp(exact)
 
 
+@pytest.mark.slow
 def test_waves_meet_a_ship_where_it_has_settled(tmp_path):
     # 60 kN of thrust on a mooring of 1 kN/m: 60 m ahead of where it is looked for
     text = scene().replace(
