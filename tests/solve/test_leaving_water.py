@@ -351,5 +351,5 @@ def test_single_precision_sees_the_same(tmp_path):
     output = 'duration = "0.8 s"\nevery = "0.1 s"'
     text = scene(CROSSING.format(pull=5e3, up=0.4), output=output, more=FALLS)
     double = run_text(tmp_path, text)["position"]
-    single = run_text(tmp_path, text, "output.precision=float32")["position"]
+    single = run_text(tmp_path, text, "solver.dtype=float32")["position"]
     np.testing.assert_allclose(single, double, atol=2e-3)
