@@ -195,10 +195,9 @@ def _loads(
 
 def _waterline(scene: Scene, part: LinePart, coordinates: Coordinates) -> Waterline | None:
     """Where the water ends beside a line, None where that does not matter to it."""
-    if scene.water is None or scene.water.surface is None or part.diameter is None:
+    if scene.surface is None or part.diameter is None:
         return None
-    up, base = coordinates.vector((0.0, 0.0, 1.0)), number(coordinates.origin[2])
-    return Waterline(up, base - number(scene.water.surface), number(part.diameter))
+    return Waterline(*coordinates.over(scene.surface), number(part.diameter))
 
 
 def _seabed(scene: Scene, name: str, coordinates: Coordinates) -> AbstractSeabed | None:

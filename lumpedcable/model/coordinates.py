@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from lumpedcable.model.numbers import vector
+from lumpedcable.model.numbers import number, vector
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, WAYS, Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd
@@ -58,6 +58,10 @@ class Coordinates(NamedTuple):
     def point(self, point: Sequence[Any]) -> Float[Array, " d"]:
         """A place given in x, y, z (m), in the scene's own coordinates (m)."""
         return jnp.asarray(self.axes).T @ (vector(point) - jnp.asarray(self.origin))
+
+    def over(self, z: Any) -> tuple[Float[Array, " d"], Float[Array, ""]]:
+        """The upward direction (d,) and by how much (m) the origin is higher than z (m)."""
+        return self.vector((0.0, 0.0, 1.0)), number(self.origin[2]) - number(z)
 
     def expand(self, q: np.ndarray, axis: int, place: bool = False) -> np.ndarray:
         """Arrays with d components along `axis`, with x, y, z there instead; places if `place`."""

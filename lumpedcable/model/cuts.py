@@ -42,7 +42,7 @@ def has_seam(scene: Scene, name: str) -> bool:
     grips = scene.seabed is not None and scene.seabed.friction is not None
     winches = any(isinstance(end, WinchEnd) for end in (line.start, line.end))
     carries = not all(isinstance(body, Body) for body in scene.bodies.values())
-    leaves = scene.water is not None and scene.water.surface is not None
+    leaves = scene.surface is not None
     odd = rigid or grips or winches or carries or leaves or line.bending is not None
     odd = odd or bool(scene.targets) or scene.output.static
     return equal and not odd

@@ -267,8 +267,7 @@ def _changing(line: Line, e: Evaluation, v: Float[Array, "d nodes"], t) -> Float
     place = e.line.shape.position
 
     def wet(t, place):
-        risen = None if line.sea is None else line.sea.risen(t, place)
-        return line.wet(e.line.shape._replace(position=place), risen)
+        return line.wet(e.line.shape._replace(position=place), t)
 
     t = jnp.asarray(t, place.dtype)
     more = 0.5 * jax.jvp(wet, (t, place), (jnp.ones_like(t), v))[1]

@@ -139,17 +139,16 @@ def _loads(
 
 def lift_of(scene: Scene, body: Body, coordinates: Coordinates) -> BodyLift | None:
     """What lifts a body as far as it is under water, None where water is everywhere or lifts nothing."""
-    water = scene.water
-    if water is None or water.surface is None or body.volume is None or body.hull is not None:
+    if scene.surface is None or body.volume is None or body.hull is not None:
         return None
+    assert scene.water is not None
     assert scene.gravity is not None  # the scene was checked
     volume = number(body.volume)
     form = Ball.of(volume)
     if body.size is not None:
         form = Box(jnp.asarray(coordinates.axes).T ** 2 @ vector(body.size))
-    up, base = coordinates.vector((0.0, 0.0, 1.0)), number(coordinates.origin[2])
-    weight = number(water.density) * number(scene.gravity) * volume
-    return BodyLift(weight, form, up, base - number(water.surface))
+    weight = number(scene.water.density) * number(scene.gravity) * volume
+    return BodyLift(weight, form, *coordinates.over(scene.surface))
 
 
 def _each(coordinates: Coordinates, along, about) -> Float[Array, " m"]:

@@ -42,7 +42,7 @@ def evaluate(
         v = None if velocity is None else velocity[name]
         workspace = None if over is None else over[name]
         forces = line.forces(u, v, boundaries, dt, ends, workspace)
-        wet = _wet(line, t, forces.shape, velocity is None)
+        wet = line.wet(forces.shape, None if velocity is None else t)
         nodes = node_frame(model, line, forces.shape, wet)
         winch = winch_of(model, name)
         if winch is not None and line.drag is not None and line.growth is not None:
@@ -59,13 +59,6 @@ def evaluate(
     add_splices(model, t, result, dt)
     result.add_couplings(model, t, displacement, velocity, dt)
     return result
-
-
-def _wet(line: Line, t: Float[Array, ""], shape: Shape, still: bool) -> Float[Array, " nodes"]:
-    """Length (m) under water that each node stands for, in waves unless the water is `still`."""
-    if still or line.sea is None or line.waterline is None:
-        return line.wet(shape)
-    return line.wet(shape, line.sea.risen(t, shape.position))
 
 
 def node_frame(

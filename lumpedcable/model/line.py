@@ -209,14 +209,14 @@ class Line(eqx.Module):
             self.reference + displacement, tangent, strain, stretched, length, self.node_length
         )
 
-    def wet(
-        self, shape: Shape, risen: Float[Array, " nodes"] | None = None
-    ) -> Float[Array, " nodes"]:
-        """Length (m) under water that each node stands for, the surface `risen` (m) by waves."""
+    def wet(self, shape: Shape, t: Float[Array, ""] | None = None) -> Float[Array, " nodes"]:
+        """Length (m) under water that each node stands for, at t (s) in waves, None for none."""
         if self.waterline is None:
             return shape.node_length
         height = self.waterline.heights(shape.position)
-        return self.waterline.wet(height if risen is None else height - risen, shape.segment_length)
+        if self.sea is not None and t is not None:
+            height = height - self.sea.risen(t, shape.position)
+        return self.waterline.wet(height, shape.segment_length)
 
     @property
     def lift(self) -> Lift | None:

@@ -55,9 +55,8 @@ def sea_flow(scene: Scene, coordinates: Coordinates) -> SeaFlow | None:
     direction = number(scene.sea.direction)
     ahead = jnp.stack([jnp.cos(direction), jnp.sin(direction), jnp.zeros(())])
     axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
-    up = coordinates.vector((0.0, 0.0, 1.0))
     flow = scene.sea.flow
     return SeaFlow(
-        sea_state(scene), axes.T @ ahead, origin @ ahead, up, origin[2] - number(flow.surface),
+        sea_state(scene), axes.T @ ahead, origin @ ahead, *coordinates.over(flow.surface),
         if_given(flow.ramp),
     )  # fmt: skip

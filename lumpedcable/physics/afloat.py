@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.body import AbstractBodyLoad
 from lumpedcable.physics.rigid import rotation
+from lumpedcable.physics.waterline import crossed
 
 __all__ = ["AbstractForm", "Ball", "BodyLift", "Box"]
 
@@ -88,8 +89,7 @@ class Box(AbstractForm):
         thin = jnp.cbrt(jnp.finfo(height.dtype).eps) * widest
 
         def line(heights):
-            share = jnp.clip(0.5 - heights / widest, 0.0, 1.0)
-            return jnp.where(share < 1.0, 0.5 * widest * share**2, -heights)
+            return crossed(heights, widest)[1]
 
         mean, ends = line, 0.5 * widest * jnp.asarray([-1.0, 1.0], height.dtype)
         for k in range(1, self.size.shape[0]):
@@ -135,12 +135,10 @@ class BodyLift(AbstractBodyLoad):
         """Height of the centre over the water at rest (m)."""
         return self.up @ q[: self.up.shape[0]] + self.above
 
-    def energy(self, q: Float[Array, " m"]) -> Float[Array, ""]:
-        """w times the depth (J)."""
-        return self.risen_energy(q, jnp.zeros((), q.dtype))
-
-    def risen_energy(self, q: Float[Array, " m"], risen: Float[Array, ""]) -> Float[Array, ""]:
-        """The same (J) where waves have lifted the surface by `risen` (m)."""
+    def energy(
+        self, q: Float[Array, " m"], risen: Float[Array, ""] | float = 0.0
+    ) -> Float[Array, ""]:
+        """w times the depth (J), where waves have lifted the surface by `risen` (m)."""
         angles = q[self.up.shape[0] :]
         return self.weight * self.form.depth(self.height(q) - risen, angles, self.up)
 
@@ -152,7 +150,7 @@ class BodyLift(AbstractBodyLoad):
 
     def by_waves(self, q: Float[Array, " m"], risen: Float[Array, ""]) -> Float[Array, " m"]:
         """The force (N, N m) that it has besides where waves have lifted the surface by `risen` (m)."""
-        return -jax.grad(self.risen_energy)(q, risen) - self.force(q)
+        return -jax.grad(self.energy)(q, risen) - self.force(q)
 
     def stiffest(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
         """w times the bounds of its form."""

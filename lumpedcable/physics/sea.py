@@ -176,11 +176,9 @@ class SeaFlow(eqx.Module):
     ) -> tuple[Float[Array, "d nodes"], Float[Array, "d nodes"]]:
         """Velocity (m/s) and acceleration (m/s2) of the water at t (s) at each position (m)."""
         sea, dtype = self.sea, position.dtype
-        along = self.way.astype(dtype) @ position + self.ahead.astype(dtype)
         height = jnp.minimum(self.up.astype(dtype) @ position + self.above.astype(dtype), 0.0)
         k = sea.number.astype(dtype)[:, None]
-        turned = sea.turned(t).astype(dtype)
-        sine, cosine = circle(turned[:, None] - k * along)
+        sine, cosine = self._circle(t, position)
         level, upright = self._decay(k, height)
         fast = (sea.amplitude * sea.omega).astype(dtype)
         faster = (sea.amplitude * sea.omega**2).astype(dtype)
@@ -195,12 +193,17 @@ class SeaFlow(eqx.Module):
         self, t: Float[Array, ""], position: Float[Array, "d nodes"]
     ) -> Float[Array, " nodes"]:
         """How far the surface is over the water at rest (m) at t (s), over or under positions (m)."""
+        dtype = position.dtype
+        _, cosine = self._circle(t, position)
+        risen = self.sea.amplitude.astype(dtype) @ cosine
+        return risen if self.ramp is None else growth(t, self.ramp).astype(dtype) * risen
+
+    def _circle(self, t: Float[Array, ""], position: Float[Array, "d nodes"]):
+        """sin and cos of w t - k X + e of each sine at each position, (N, nodes)."""
         sea, dtype = self.sea, position.dtype
         along = self.way.astype(dtype) @ position + self.ahead.astype(dtype)
         turned = sea.turned(t).astype(dtype)
-        _, cosine = circle(turned[:, None] - sea.number.astype(dtype)[:, None] * along)
-        risen = sea.amplitude.astype(dtype) @ cosine
-        return risen if self.ramp is None else growth(t, self.ramp).astype(dtype) * risen
+        return circle(turned[:, None] - sea.number.astype(dtype)[:, None] * along)
 
     def _decay(self, k: Float[Array, "N 1"], height: Float[Array, " nodes"]):
         """C and S (-) at heights below the mean surface (m)."""

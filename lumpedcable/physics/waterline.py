@@ -9,7 +9,19 @@ from jaxtyping import Array, Float
 from lumpedcable.physics.load import AbstractLoad, Shape
 from lumpedcable.physics.vectors import dot
 
-__all__ = ["Lift", "Waterline"]
+__all__ = ["Lift", "Waterline", "crossed"]
+
+
+def crossed(
+    height: Float[Array, "..."], width: Float[Array, "..."]
+) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
+    """Share under water, and mean depth (m) with 0 for what is dry, of what spreads evenly in height.
+
+    Over a `width` W (m) about a height z (m): s = clip(1/2 - z / W, 0, 1), and W s^2 / 2 where it
+    crosses the surface, -z below it.
+    """
+    share = jnp.clip(0.5 - height / width, 0.0, 1.0)
+    return share, jnp.where(share < 1.0, 0.5 * width * share**2, -height)
 
 
 class Waterline(eqx.Module):
@@ -40,7 +52,7 @@ class Waterline(eqx.Module):
         Of the wet part l s of a segment its first node has l (s + s (1 - s) dW/dy) / 2 and the other one
         the rest: what lifts a thin bar there lifts its ends so.
         """
-        share, slope, _, _ = self._crossing(height, length)
+        share, _, slope = self._crossing(height, length)
         half = 0.5 * length * share
         nearer = half * (1.0 - share) * slope
         none = jnp.zeros_like(share[:1])
@@ -51,21 +63,20 @@ class Waterline(eqx.Module):
     ) -> Float[Array, " n"]:
         """Depth of each segment (m), the mean over it with 0 for what is dry.
 
-        W s^2 / 2 where it crosses the surface; its slope to the height of a node is the share of `wet`
-        that the node has, less than zero, so that what lifts the wet part has an energy.
+        Its slope to the height of a node is the share of `wet` that the node has, less than zero, so
+        that what lifts the wet part has an energy.
         """
-        share, _, middle, width = self._crossing(height, length)
-        return jnp.where(share < 1.0, 0.5 * width * share**2, -middle)
+        return self._crossing(height, length)[1]
 
     def _crossing(self, height: Float[Array, " nodes"], length: Float[Array, "..."]):
-        """s, dW/dy (-), z and W (m) of each segment."""
+        """s (-), the depth (m) and dW/dy (-) of each segment."""
         rise = height[1:] - height[:-1]
         middle = 0.5 * (height[1:] + height[:-1])
         square, fat = rise**2, (self.diameter / length) ** 2
         level = jnp.maximum(1.0 - square / length**2, 0.0)
         width = jnp.sqrt(square + (self.diameter * level) ** 2)
         slope = rise / width * (1.0 - 2.0 * fat * level)
-        return jnp.clip(0.5 - middle / width, 0.0, 1.0), slope, middle, width
+        return *crossed(middle, width), slope
 
 
 class Lift(AbstractLoad):

@@ -74,6 +74,11 @@ class Scene(Part):
         return 0.0 if self.fluid is None else self.fluid.density * self.lines[line].section
 
     @property
+    def surface(self) -> float | None:
+        """Height z in m of the surface at which the water ends, None where the fluid is everywhere."""
+        return None if self.water is None else self.water.surface
+
+    @property
     def sea_level(self) -> float:
         """Height z in m of the water's surface at rest; 0 where nothing tells of it."""
         return next((z for _, z in surfaces(self.bodies, self.water, self.sea)), 0.0)

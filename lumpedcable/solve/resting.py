@@ -81,20 +81,12 @@ def resting_line(
     start: Float[Array, " d"],
     end: Float[Array, " d"],
     free: Float[Array, "d nodes"],
-) -> Float[Array, "d nodes"]:
-    """Positions (m) of a line between two points (m) that rests on the ground between them.
+) -> tuple[Float[Array, "d nodes"], Bool[Array, ""]]:
+    """Positions (m) of a line between two points (m) on the ground between them; whether it pulls there.
 
     `free` is its shape without it, which is returned where it stays above the ground. Length that is
     left over once the line hangs straight down is pushed together there.
     """
-    return _resting(line, ground, start, end, free)[0]
-
-
-def _resting(
-    line: Line, ground: Ground, start: Float[Array, " d"], end: Float[Array, " d"],
-    free: Float[Array, "d nodes"],
-) -> tuple[Float[Array, "d nodes"], Bool[Array, ""]]:  # fmt: skip
-    """`resting_line`, and whether it pulls along the ground."""
     if line.dimensions == 1:
         return free, jnp.asarray(True)
     up, level = ground.up, ground.level
@@ -157,14 +149,13 @@ def rested(
     """`resting_line` on a flat bed and on the water, where the scene has them."""
     bed, path = seabed_of(line), free
     if bed is not None:
-        path = resting_line(line, bed_under(line, bed), start, end, path)
-        path = _guessed(path, start, end)
+        path, _ = resting_line(line, bed_under(line, bed), start, end, path)
     if (water := water_under(line, 0.5 * (start + end))) is not None:
         floats, ground = water
-        afloat, taut = _resting(line, ground, start, end, path)
+        afloat, taut = resting_line(line, ground, start, end, path)
         # one that is longer than its way has no shape on the water, which no friction gives it
-        path = _guessed(jnp.where(floats & taut, afloat, path), start, end)
-    return path
+        path = jnp.where(floats & taut, afloat, path)
+    return free if path is free else _guessed(path, start, end)
 
 
 def draped(

@@ -124,10 +124,8 @@ def measure_outcomes(
     share = np.where(number > 0, 1.0 / np.maximum(number, 1), np.nan)
     mean = np.where(counts, history, 0.0).sum(axis=1) * share
     off = np.where(counts, history - mean[:, None], 0.0)
-    return found | {
-        f"{name}_mean": mean,
-        f"{name}_deviation": np.sqrt((off**2).sum(axis=1) * share),
-    }
+    both = zip(STATISTICS, (mean, np.sqrt((off**2).sum(axis=1) * share)), strict=True)
+    return found | {f"{name}_{word}": values for word, values in both}
 
 
 def missed_extremes(

@@ -38,7 +38,7 @@ def models_of(scene: Scene, cable: Cable) -> list[str]:
     lines = [scene.lines[name] for name in cable.lines]
     current = scene.fluid is not None and scene.fluid.current is not None
     more = current or scene.seabed is not None or any(line.bending is not None for line in lines)
-    more |= scene.water is not None and scene.water.surface is not None
+    more |= scene.surface is not None
     if not cable.spans or more or any(weight <= 0.0 for weight in _weights(scene, cable)):
         return []
     loaded = cable.body is not None and _load(scene, cable) > 0.0
