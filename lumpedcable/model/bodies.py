@@ -15,7 +15,13 @@ from jaxtyping import Array, Float
 
 from lumpedcable.physics.body import AbstractBedFriction, AbstractBodyLoad, AbstractBodyResistance
 from lumpedcable.physics.hull import SeaPush
-from lumpedcable.physics.rigid import place_of, rigid_mass, rotation
+from lumpedcable.physics.rigid import (
+    place_of,
+    point_rate,
+    rigid_mass,
+    rotation,
+    turning_force,
+)
 from lumpedcable.physics.wave_force import WaveForce
 
 __all__ = ["AbstractBody", "RigidBody", "body_key"]
@@ -91,7 +97,7 @@ class AbstractBody(eqx.Module):
 
         Lagrange's equation of T = v . M(q) v / 2: M v' = Q - (dM/dt) v + dT/dq.
         """
-        total = -jax.grad(self.energy)(q) - self._turning(q, v)
+        total = -jax.grad(self.energy)(q) - self.turning(q, v)
         return sum(self.resisting(q, v, t).values(), total)
 
     def rate(
@@ -105,7 +111,8 @@ class AbstractBody(eqx.Module):
         matrix, change = jax.jvp(jacobian, (q,), (v,))
         return matrix, matrix @ v, change @ v
 
-    def _turning(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+    def turning(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+        """The velocity terms of inertia: (dM/dt) v - dT/dq."""
         change = jax.jvp(self.mass, (q,), (v,))[1] @ v
         return change - jax.grad(lambda at: 0.5 * v @ self.mass(at) @ v)(q)
 
@@ -144,6 +151,16 @@ class RigidBody(AbstractBody):
         d = point.shape[0]
         angles = self.reference[d:]
         return u[:d] + (rotation(angles + u[d:]) - rotation(angles)) @ point
+
+    def rate(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], point: Float[Array, " d"]
+    ) -> tuple[Float[Array, "d m"], Float[Array, " d"], Float[Array, " d"]]:
+        """J = dr/dq, J v (m/s) and (dJ/dt) v (m/s2), written down."""
+        return point_rate(q, v, point)
+
+    def turning(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+        """The velocity terms of inertia, written down."""
+        return turning_force(q, v, self.translation, self.inertia)
 
     def stored(self, q: Float[Array, " m"]) -> dict[str, Float[Array, ""]]:
         """The loads' energies (J)."""
