@@ -1,4 +1,4 @@
-"""Reads the input files of MoorDyn, both layouts: line types, points, lines and options.
+"""Reads the input files of MoorDyn, both layouts: types, bodies, points, lines, failures and options.
 
 What the columns mean is told by position, as MoorDyn itself has it; which of two layouts a table has, by
 how many numbers its rows have. Source: MoorDyn documentation, "Input Files" (moordyn.readthedocs.io).
@@ -8,36 +8,31 @@ from __future__ import annotations
 
 import re
 from collections.abc import Container, Iterator
-from dataclasses import dataclass, field
-from math import isfinite
+from math import radians
 from pathlib import Path
 
+from lumpedcable.adopt.parts import (
+    Failure,
+    LineType,
+    Mooring,
+    MooringBody,
+    MooringLine,
+    Place,
+    Point,
+)
+from lumpedcable.adopt.sections import HEAD_ROWS, Row, is_number, number_of, sections
 from lumpedcable.scene.errors import Fault, SceneError
 
-__all__ = ["LineType", "Mooring", "MooringLine", "Point", "read_moordyn"]
+__all__ = ["read_moordyn"]
 
-# by section, what its header says; the first that fits is taken
-HEADERS = {
-    "end": r"NEED THIS LINE",
-    "types": r"\bLINE\s+(TYPES|DICTIONARY)",
-    "rod types": r"\bROD\s+(TYPES|DICTIONARY)",
-    "bodies": r"\bBOD(IES|Y\s+(LIST|PROPERTIES))\b",
-    "rods": r"\b(RODS|ROD\s+(LIST|PROPERTIES))\b",
-    "points": r"\b(POINTS|POINT\s+(LIST|PROPERTIES)|(CONNECTION|NODE)S?(\s+PROPERTIES)?)\b",
-    "lines": r"\b(LINES|LINE\s+(LIST|PROPERTIES))\b",
-    "failure": r"\bFAILURE\b",
-    "control": r"\bCONTROL\b",
-    "external loads": r"\bEXTERNAL\s+LOADS\b",
-    "options": r"\bOPTIONS\b",
-    "outputs": r"\bOUTPUTS?\b",
-}
-HEAD_ROWS = 2  # of a table: names and units
-LEFT = ("rod types", "bodies", "rods", "failure", "control", "external loads")
+LEFT = ("control", "external loads")
 FIXED, COUPLED = ("fix", "fixed", "anchor"), ("vessel", "coupled", "fairlead", "ves", "cpld")
 FREE = ("connect", "con", "free", "point")
 KINDS = (
     dict.fromkeys(FIXED, "fixed") | dict.fromkeys(COUPLED, "coupled") | dict.fromkeys(FREE, "free")
 )
+ON_RODS = " (rods are taken that are fixed, coupled or on a body)"
+POINT = r"(?i)^(p(oint)?|c(on(nect(ion)?)?)?)(?=\d)"  # before the number of a point
 ANY, POSITIVE, NOT_NEGATIVE = "a number", "a positive number", "a number from 0 on"
 COUNT = "a whole number from 1 on"
 WEIGHTY = ("rho", "rhow", "wtrdnsty", "wtrdens", "g", "gravity", "kbot", "kb")  # positive
@@ -55,72 +50,6 @@ WATER = {
     "waterkin": "give a scene its current and waves",
     "seafloorfile": "give the bed a profile",
 }
-
-
-@dataclass(frozen=True)
-class LineType:
-    """A row of the line types: diameter (m), mass (kg/m), EA (N), damping and coefficients (-).
-
-    `BA` is in N s, or where negative the share of critical damping with its sign turned; EI in N m2.
-    """
-
-    name: str
-    diameter: float
-    mass: float
-    EA: float
-    BA: float
-    EI: float
-    Cd: float
-    Ca: float
-    CdAx: float
-    CaAx: float
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point: "fixed", "coupled" or "free", its place (m), mass (kg), volume (m3), CdA (m2) and Ca."""
-
-    kind: str
-    place: tuple[float, float, float]
-    mass: float
-    volume: float
-    CdA: float
-    Ca: float
-
-
-@dataclass(frozen=True)
-class MooringLine:
-    """A line of so many segments from point `start` to point `end`, `length` (m) unstretched."""
-
-    kind: str
-    start: str
-    end: str
-    length: float
-    segments: int
-
-
-@dataclass
-class Mooring:
-    """What an input file holds, in `left` what of it is not taken over, and remarks, in words."""
-
-    types: dict[str, LineType] = field(default_factory=dict)
-    points: dict[str, Point] = field(default_factory=dict)
-    lines: dict[str, MooringLine] = field(default_factory=dict)
-    options: dict[str, float] = field(default_factory=dict)
-    left: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-
-    def option(self, default: float, *names: str) -> float:
-        """The value of an option by any of its names."""
-        return next((self.options[name] for name in names if name in self.options), default)
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of a table: its line in the file, from 1, and its words."""
-
-    line: int
-    words: list[str]
 
 
 def read_moordyn(path: Path) -> Mooring:
@@ -141,7 +70,7 @@ def read_moordyn(path: Path) -> Mooring:
 class _Reader:
     def __init__(self, file: str, text: str):
         self.file, self.faults = file, list[Fault]()
-        self.sections = dict(_sections(text))
+        self.sections = dict(sections(text))
 
     def mooring(self) -> Mooring:
         found = Mooring()
@@ -151,18 +80,29 @@ class _Reader:
             self.units(section)
         early = len(self.head("types")) < 10 and self.numbers("types", 1) < 9
         for row in self.table("types"):
-            if self.wide(row, "types", 9 if early else 10) and self.new(row, found.types):
+            if self.wide(row, "types", 9 if early else 10) and self.new(
+                row, found.types, any_name=True
+            ):
                 found.types[row.words[0]] = self.line_type(row, early, found)
         self.misnamed(found)
+        for row in self.table("bodies"):
+            if self.wide(row, "bodies", 14) and self.new(row, found.bodies):
+                found.bodies[row.words[0]] = self.body(row)
         # a table of the early layout that lacks a column is none of the other
         early = self.numbers("points", 2) > 7 and len(self.head("points")) >= 12
         for row in self.table("points"):
             if self.wide(row, "points", 12 if early else 9) and self.new(row, found.points):
-                found.points[row.words[0]] = self.point(row, early)
+                found.points[row.words[0]] = self.point(row, early, found)
+        for row in self.table("rods"):
+            if self.wide(row, "rods", 10):
+                self.rod(row, found)
         early = any(name.lower().startswith(("unstr", "len")) for name in self.head("lines")[2:3])
         for row in self.table("lines"):
             if self.wide(row, "lines", 6) and self.new(row, found.lines):
                 found.lines[row.words[0]] = self.line(row, early, found)
+        for row in self.table("failure"):
+            if self.wide(row, "failure", 5):
+                self.failure(row, found)
         for row in self.sections.get("options", []):
             self.option(row, found)
         for section in LEFT:
@@ -187,7 +127,7 @@ class _Reader:
         """How many numbers stand one after the other in the first row, from a column on."""
         row = next(self.table(section), None)
         words = [] if row is None else row.words[first:]
-        return next((k for k, w in enumerate(words) if not _is_number(w)), len(words))
+        return next((k for k, w in enumerate(words) if not is_number(w)), len(words))
 
     def units(self, section: str) -> None:
         """Tell of a table without a row of units, for which its first row would be taken."""
@@ -195,12 +135,12 @@ class _Reader:
             if not any("(" in word for word in row.words):
                 self.told(row, section, "expected a row of units, such as (-), under that of names")
 
-    def new(self, row: Row, known: Container[str]) -> bool:
-        """Whether a row has a name of its own, one that a scene can have."""
+    def new(self, row: Row, known: Container[str], any_name: bool = False) -> bool:
+        """Whether a row has a name of its own, one that a scene can have or can be given."""
         name = row.words[0]
         if name in known:
             self.told(row, name, f"expected a name of its own, found {name!r} again")
-        elif not re.fullmatch(r"[\w-]+", name, re.ASCII):
+        elif not any_name and not re.fullmatch(r"[\w-]+", name, re.ASCII):
             self.told(row, name, f"expected letters, digits, _ and -, found {name!r}")
         else:
             return True
@@ -235,19 +175,93 @@ class _Reader:
             values[key] = self.number(row, f"{key} of {name}", first, kind)
         return LineType(name, **values)
 
-    def point(self, row: Row, early: bool) -> Point:
+    def body(self, row: Row) -> MooringBody:
         name, kind, *numbers = row.words
+        key = f"body {name}"
         if kind.lower() not in KINDS:
-            words = f"expected a point that is fixed, coupled, free, found {kind!r}"
-            self.told(row, f"point {name}", f"{words}: bodies and rods have no counterpart")
+            words = f"expected a body that is fixed, coupled or free, found {kind!r}"
+            self.told(row, key, words)
+        place = [self.number(row, key, word) for word in numbers[:3]]
+        turned = [radians(self.number(row, key, word)) for word in numbers[3:6]]
+        mass, volume = (self.number(row, key, numbers[k], NOT_NEGATIVE) for k in (6, 9))
+        centre, inertia, area, added = (self.several(row, key, numbers[k]) for k in (7, 8, 10, 11))
+        if len(centre) == 1:
+            centre = [0.0, 0.0, *centre]
+        triples = [values * (3 if len(values) == 1 else 1) for values in (inertia, added)]
+        for word, values in zip((numbers[7], *numbers[8:12:3]), (centre, *triples), strict=True):
+            if len(values) != 3:
+                self.told(row, key, f"expected one number or three, x|y|z, found {word!r}")
+        found = KINDS.get(kind.lower(), "free")
+        if found == "free" and not (mass > 0.0 and min(triples[0]) > 0.0):
+            words = "expected a free body with mass and moments of inertia above 0"
+            self.told(row, key, f"{words}, found {numbers[6]} and {numbers[8]}")
+        return MooringBody(
+            found, _triple(place), _triple(turned), mass, _triple(centre), _triple(triples[0]),
+            volume, any(area), _triple(triples[1]),
+        )  # fmt: skip
+
+    def several(self, row: Row, key: str, word: str) -> list[float]:
+        """The numbers of a word such as 1|2|3."""
+        return [self.number(row, key, part) for part in word.split("|")]
+
+    def point(self, row: Row, early: bool, found: Mooring) -> Point:
+        name, kind, *numbers = row.words
+        body = re.fullmatch(r"(?i)body0*(\d+)", kind)
+        if not (body and body[1] in found.bodies) and kind.lower() not in KINDS:
+            words = f"expected a point that is fixed, coupled, free or on a body, found {kind!r}"
+            self.told(row, f"point {name}", words)
         if early:  # with forces
             forces = [self.number(row, f"force of point {name}", word) for word in numbers[5:8]]
             if any(forces):
                 self.told(row, f"point {name}", "expected no steady force on a point, found one")
             del numbers[5:8]
-        x, y, z = (self.number(row, f"point {name}", word) for word in numbers[:3])
-        rest = [self.number(row, f"point {name}", word, NOT_NEGATIVE) for word in numbers[3:7]]
-        return Point(KINDS.get(kind.lower(), "free"), (x, y, z), *rest)
+        place = _triple([self.number(row, f"point {name}", word) for word in numbers[:3]])
+        mass, volume, CdA, Ca = (
+            self.number(row, f"point {name}", word, NOT_NEGATIVE) for word in numbers[3:7]
+        )
+        kind = KINDS.get(kind.lower(), "body" if body else "free")
+        return Point(kind, place, mass, volume, CdA, Ca, body=body[1] if body else "")
+
+    def rod(self, row: Row, found: Mooring) -> None:
+        """The two ends of a rod that does not move by itself, as points that have its direction."""
+        name, _, kind, *numbers = row.words
+        key = f"rod {name}"
+        body = re.fullmatch(r"(?i)body0*(\d+)", kind)
+        taken = KINDS.get(kind.lower(), "body" if body and body[1] in found.bodies else "free")
+        if taken == "free":
+            found.left.append(f"rod {name}, which is {kind}")
+            return
+        first, last = (
+            _triple([self.number(row, key, word) for word in numbers[k : k + 3]]) for k in (0, 3)
+        )
+        count = self.number(row, f"segments of {key}", numbers[6], NOT_NEGATIVE)
+        if first == last:
+            self.told(row, key, "expected two ends that lie apart, found one place")
+        for end, place in (("A", first), ("B", last if count else first)):  # of no length without
+            found.points[f"R{name}{end}"] = Point(
+                taken, place, 0.0, 0.0, 0.0, 0.0, body=body[1] if body else "", axis=(first, last)
+            )
+
+    def failure(self, row: Row, found: Mooring) -> None:
+        name, point, lines, *when = row.words
+        point, key = _bare(point), f"failure {name}"
+        time, tension = (self.number(row, key, word, NOT_NEGATIVE) for word in when[:2])
+        lets = [line for line in lines.split(",") if line]
+        if point not in found.points:
+            words = f"expected the number of a point, found {row.words[1]!r}"
+            self.told(row, key, f"{words}{ON_RODS}")
+        for line in lets:
+            if line not in found.lines:
+                self.told(row, key, f"expected the number of a line, found {line!r}")
+            elif point not in (found.lines[line].start, found.lines[line].end):
+                self.told(
+                    row, key, f"expected a line that ends at point {point}, found line {line}"
+                )
+        if not time and not tension:
+            self.told(row, key, "expected a time or a tension above 0, found neither")
+        while name in found.failures:  # MoorDyn does not mind
+            name += "_"
+        found.failures[name] = Failure(point, tuple(lets), time, tension)
 
     def line(self, row: Row, early: bool, found: Mooring) -> MooringLine:
         name, kind, *more = row.words
@@ -255,14 +269,14 @@ class _Reader:
         if kind not in found.types:
             known = ", ".join(found.types)
             self.told(row, f"line {name}", f"expected a line type ({known}), found {kind!r}")
-        ends = [re.sub(r"(?i)^p(oint)?(?=\d)", "", point) for point in (start, end)]
+        ends = [_bare(point) for point in (start, end)]
         start, end = ends
         if start == end:
             self.told(row, f"line {name}", f"expected two points, found {start} twice")
         for point in ends:
             if point not in found.points:
                 words = f"expected the number of a point, found {point!r}"
-                self.told(row, f"line {name}", f"{words}: bodies and rods have no counterpart")
+                self.told(row, f"line {name}", f"{words}{ON_RODS}")
         count = self.number(row, f"segments of line {name}", segments, COUNT)
         metres = self.number(row, f"length of line {name}", length, POSITIVE)
         return MooringLine(kind, start, end, metres, int(count))
@@ -270,15 +284,15 @@ class _Reader:
     def option(self, row: Row, found: Mooring) -> None:
         value, *names = row.words
         key = names[0].lower() if names else ""
-        if key in WATER and value.strip('"') and _number(value) != 0.0:
+        if key in WATER and value.strip('"') and number_of(value) != 0.0:
             found.left.append(f"{names[0]} = {value}: {WATER[key]}")
-        number = _number(value)
+        number = number_of(value)
         if number is not None:
             found.options[key] = number
         elif key in TAKEN:
             wanted = "a depth (m)" if key == "wtrdpth" else "a number"
             self.told(row, names[0], f"expected {wanted}, found {value!r}")
-        elif names and _number(names[0]) is not None:
+        elif names and number_of(names[0]) is not None:
             self.told(row, value, f"expected a value before its name, found {names[0]} behind it")
         if key and not {key, value.lower()} & {*TAKEN, *OWN, *WATER}:
             found.left.append(f"option {names[0]} = {value}")
@@ -288,7 +302,7 @@ class _Reader:
     # --- numbers ----------------------------------------------------------------------------------
 
     def number(self, row: Row, key: str, word: str, kind: str = ANY) -> float:
-        found = _number(word)
+        found = number_of(word)
         right = {
             ANY: found is not None,
             POSITIVE: found is not None and found > 0.0,
@@ -303,40 +317,12 @@ class _Reader:
         self.faults.append(Fault(self.file, row and row.line, key, words))
 
 
-def _sections(text: str) -> Iterator[tuple[str, list[Row]]]:
-    """Yield each section that is known by name, with all of its rows."""
-    name, rows, before, heads = "", list[Row](), dict[str, list[Row]](), 0
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.lstrip().startswith("--"):
-            before[name] = rows
-            yield name, rows
-            fits = (key for key, header in HEADERS.items() if re.search(header, line.upper()))
-            name = next(fits, "")
-            # what has been told before goes on, without another head
-            rows = list(before.get(name, []))
-            heads = HEAD_ROWS if rows and name != "options" else 0
-        elif heads and line.strip():
-            heads -= 1
-        elif name and (words := _words(line, len(rows) < HEAD_ROWS and name != "options")):
-            counts = not rows and name != "options" and _number(words[0]) is not None
-            if not counts:  # before the names some say how many rows there are
-                rows.append(Row(number, words))
-    yield name, rows
+def _bare(point: str) -> str:
+    """The number of a point, which may be named P1, Point1, C1 or Con1; R1A of the end of a rod."""
+    rod = re.fullmatch(r"(?i)r(?:od)?(\d+)([ab])", point)
+    return f"R{rod[1]}{rod[2].upper()}" if rod else re.sub(POINT, "", point)
 
 
-def _words(line: str, head: bool) -> list[str]:
-    """The words of a row without its comment; of names and units all, which may have such signs."""
-    return (line if head else re.split(r"[!#%]", line, maxsplit=1)[0]).split()
-
-
-def _is_number(word: str) -> bool:
-    """Whether a word of a table is a number, or one with a dynamic part."""
-    return _number(word.partition("|")[0]) is not None
-
-
-def _number(word: str) -> float | None:
-    try:
-        found = float(re.sub("[dD]", "e", word))
-    except ValueError:
-        return None
-    return found if isfinite(found) else None
+def _triple(values: list[float]) -> Place:
+    x, y, z = (*values, 0.0, 0.0, 0.0)[:3]
+    return x, y, z

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from math import sqrt
+from math import ceil, sqrt
 
-from lumpedcable.adopt.moordyn import Mooring, MooringLine
+from lumpedcable.adopt.parts import Mooring, MooringLine, Place
 from lumpedcable.scene.writer import value_text
 
 __all__ = ["mooring_scene"]
 
 GRAVITY, DENSITY, STIFFNESS, DAMPING = 9.81, 1025.0, 3e6, 3e5  # MoorDyn's, where a file has none
 ITERATIONS = 4000
+AFTER = 60.0  # s that a run goes on after the last failure whose time is told
 NOTHING = 1e-3  # kg, of a point without mass that three lines or more meet at
 
 
@@ -23,24 +24,29 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     length l (m). A bed that resists by k (Pa/m) on the width d (m) of a line resists by k d per metre.
     """
     writer = _Writer(mooring)
-    parts = [*writer.bed(), *writer.materials(), *writer.bodies(), *writer.lines()]
+    parts = [
+        *writer.bed(),
+        *writer.materials(),
+        *writer.driven(),
+        *writer.bodies(),
+        *writer.lines(),
+    ]
+    parts += writer.breaks()
     remarks = [f"not taken over: {left}" for left in mooring.left]
     remarks += [*mooring.remarks, *writer.remarks]
-    free = any(point.kind == "free" for point in mooring.points.values())
+    loose = [x for x in (*mooring.points.values(), *mooring.bodies.values()) if x.kind == "free"]
     density = mooring.option(DENSITY, "rho", "rhow", "wtrdnsty", "wtrdens")
     # what stays under water need not ask how much of it is
-    leaves = any(
-        point.place[2] > 0.0 or (point.kind == "free" and density * point.volume > point.mass)
-        for point in mooring.points.values()
-    )
+    leaves = any(mooring.place(name)[2] > 0.0 for name in mooring.points)
+    leaves = leaves or any(density * x.volume > x.mass for x in loose)
     blocks = [
         "\n".join(f"# {_printable(remark)}" for remark in remarks),
         f"title = {value_text(title)}\ngravity = {value_text(mooring.option(GRAVITY, 'g', 'gravity'))}",
         _table("water", density=density, surface=0.0 if leaves else None),
         *parts,
         # what floats between lines that hardly stretch is slow to be found
-        _table("statics", max_iterations=ITERATIONS) if free else "",
-        '[output]  # at rest; with a duration it moves, such as duration = "60 s" with every = "0.1 s"',
+        _table("statics", max_iterations=ITERATIONS) if loose else "",
+        writer.output(),
     ]
     return "\n\n".join(filter(None, blocks)) + "\n", remarks
 
@@ -57,9 +63,15 @@ class _Writer:
             self.ends[line.start].append((name, "start"))
             self.ends[line.end].append((name, "end"))
         self.joined = self._joined()
+        # the last time (s) at which something fails, if anything does
+        self.until: float | None = None
         for name, point in mooring.points.items():
-            weighs = point.kind == "free" and (point.mass or point.volume)
-            if weighs and not self.ends[name]:
+            weighs = point.mass or point.volume
+            if weighs and mooring.on_free_body(name):
+                self.remarks.append(
+                    f"not taken over: mass and volume of point {name}: add them to those of its body"
+                )
+            if weighs and point.kind == "free" and not self.ends[name]:
                 self.remarks.append(f"not taken over: point {name}, which no line holds")
             if point.kind == "free" and (point.CdA or (point.Ca and point.volume)):
                 self.remarks.append(
@@ -94,8 +106,47 @@ class _Writer:
             keys = {"law": "linear", "EA": EA, "tension_only": True, "damping": damping or None}
             yield _table(f"materials.{name}", **keys)
 
+    def driven(self) -> Iterator[str]:
+        """What MoorDyn is told the motion of: a vessel with the coupled points, and coupled bodies."""
+        places = {
+            f"point{name}": point.place
+            for name, point in self.mooring.points.items()
+            if point.kind == "coupled" and self.ends[name]
+        }
+        if places:
+            yield _moved("vessel", (0.0, 0.0, 0.0), places)
+        for name, body in self.mooring.bodies.items():
+            if body.kind == "coupled" and (held := self._on(name)):
+                places = {f"point{p}": body.along(self.mooring.points[p].place) for p in held}
+                yield _moved(f"body{name}", body.place, places)
+
     def bodies(self) -> Iterator[str]:
-        """Points that are free and that something weighs, or that more than two lines meet at."""
+        """Free bodies, and free points that something weighs or that more than two lines meet at."""
+        for name, body in self.mooring.bodies.items():
+            held = self._on(name)
+            if body.kind != "free":
+                continue
+            if not held:
+                self.remarks.append(f"not taken over: body {name}, which no line holds")
+                continue
+            if body.drags:
+                self.remarks.append(
+                    f"not taken over: CdA of body {name}; give it a size, and drag on its faces"
+                )
+            middle = zip(body.place, body.along(body.centre), strict=True)
+            points = {p: self.mooring.points[p].place for p in held}
+            keys = {
+                "mass": body.mass, "inertia": list(body.inertia), "volume": body.volume or None,
+                "position": [place + off for place, off in middle],
+                "attitude": list(body.attitude) if any(body.turned) else None,
+                "added_mass": list(body.Ca) if body.volume and any(body.Ca) else None,
+                "points": {
+                    f"point{p}": [x - c for x, c in zip(place, body.centre, strict=True)]
+                    for p, place in points.items()
+                },
+                "settle": True,
+            }  # fmt: skip
+            yield _table(f"bodies.body{name}", **keys)
         for name, point in self.mooring.points.items():
             if point.kind != "free" or name in self.joined or not self._meets(name):
                 continue
@@ -106,6 +157,40 @@ class _Writer:
             yield _table(
                 f"bodies.point{name}", mass=mass, position=list(point.place), volume=volume
             )
+
+    def breaks(self) -> Iterator[str]:
+        """Failures, each of one line, and at once as MoorDyn has them."""
+        gone = set[str]()
+        for name, failure in self.mooring.failures.items():
+            if len(failure.lines) != 1:
+                self.remarks.append(
+                    f"not taken over: failure {name}, after which lines stay tied to each other"
+                )
+                continue
+            (line,) = failure.lines
+            # of two lines that hold each other one lets go of both
+            place = failure.point if failure.point in self.joined else f"{failure.point} {line}"
+            if place in gone:
+                self.remarks.append(f"not taken over: failure {name}, after another one there")
+                continue
+            gone.add(place)
+            side = "start" if self.mooring.lines[line].start == failure.point else "end"
+            if failure.time and failure.tension:
+                self.remarks.append(
+                    f"failure {name} begins at its tension alone, not at {failure.time:g} s"
+                )
+            when = {"tension": failure.tension} if failure.tension else {"start": failure.time}
+            yield _table(f"events.failure{name}", breaks=f"line{line}.{side}", time=0.0, **when)
+            self.until = max(self.until or 0.0, failure.time)
+
+    def output(self) -> str:
+        """A scene at rest, or one that moves for as long as what fails takes, and a minute."""
+        if self.until is None:
+            return (
+                "[output]  # at rest; with a duration it moves, such as duration = "
+                '"60 s" with every = "0.1 s"'
+            )
+        return _table("output", duration=ceil(self.until) + AFTER, every=0.1)
 
     def lines(self) -> Iterator[str]:
         for name, line in self.mooring.lines.items():
@@ -124,16 +209,35 @@ class _Writer:
 
     def _end(self, line: str, side: str, name: str) -> str:
         point = self.mooring.points[name]
-        if point.kind == "fixed":
-            return f"{{ fixed = {value_text(list(point.place))} }}"
-        if point.kind == "coupled":
-            place = value_text(list(point.place))
-            return f"{{ fixed = {place} }}  # point {name} goes with a vessel: give it a motion"
+        body = self.mooring.bodies.get(point.body)
+        if "fixed" in (point.kind, body and body.kind):
+            place = value_text(list(self.mooring.place(name)))
+            clamp = self._clamp(line, side, name)
+            return f"{{ fixed = {place}{clamp} }}"
+        if self._clamp(line, side, name):
+            self.remarks.append(
+                f"not taken over: rod {name} clamps line {line}, which turns freely"
+            )
+        if point.kind != "free":
+            return value_text(f"{f'body{point.body}' if body else 'vessel'}.point{name}")
         if name not in self.joined:
             return value_text(f"point{name}" if self._meets(name) else "free")
         first, second = self.joined[name]
         other, at = second if (line, side) == first else first
         return value_text(f"line{other}.{at}")
+
+    def _clamp(self, line: str, side: str, name: str) -> str:
+        """The direction that a rod gives a line that bends: away from its end B, towards its end A."""
+        axis = self.mooring.direction(name)
+        if axis is None or not self.mooring.types[self.mooring.lines[line].kind].EI:
+            return ""
+        sign = 1.0 if (side == "start") == name.endswith("B") else -1.0
+        return f", direction = {value_text([sign * x for x in axis])}"
+
+    def _on(self, body: str) -> list[str]:
+        """The points of a body that hold lines."""
+        points = self.mooring.points.items()
+        return [name for name, point in points if point.body == body and self.ends[name]]
 
     def _meets(self, name: str) -> bool:
         """Whether lines meet at a point, or something has its mass there."""
@@ -177,6 +281,14 @@ def _materials(mooring: Mooring, damping: dict[str, float]) -> dict[tuple[str, f
 def _printable(text: str) -> str:
     """A remark as a comment can hold it."""
     return "".join(letter if letter.isprintable() else "?" for letter in text)
+
+
+def _moved(name: str, position: Place, points: dict[str, Place]) -> str:
+    """A body that is moved, which rests until its motion is told."""
+    rest = {"surge": {"amplitude": 0.0, "period": 10.0}}
+    points_ = {key: list(place) for key, place in points.items()}
+    text = _table(f"bodies.{name}", position=list(position), motion=rest, points=points_)
+    return text.replace("\npoints", "  # at rest: give its motion here\npoints", 1)
 
 
 def _pair(normal: float, tangential: float) -> dict[str, float] | None:

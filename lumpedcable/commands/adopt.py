@@ -13,7 +13,7 @@ __all__ = ["import_"]
 def import_(file: Path, /, *, output: Output = None) -> None:
     """Write a scene from an input file of MoorDyn (either layout): lines, points, bed and water.
 
-    What has no counterpart in a scene is told; bodies and rods that lines are tied to are refused.
+    What has no counterpart in a scene is told; rods that move freely are refused.
 
     Parameters
     ----------

@@ -105,7 +105,12 @@ def test_every_number_is_where_a_scene_has_it(tmp_path):
         "rope_2": {"law": "linear", "EA": 1e6, "tension_only": True},
         "wire": {"law": "linear", "EA": 4e7, "tension_only": True},
     }
-    assert scene["bodies"] == {"point3": {"mass": 80.0, "volume": 0.2, "position": [40, 0, -10]}}
+    # what MoorDyn is told the motion of rests until the scene is told it
+    rest = {"surge": {"amplitude": 0.0, "period": 10.0}}
+    assert scene["bodies"] == {
+        "vessel": {"position": [0, 0, 0], "motion": rest, "points": {"point4": [60, 0, -5]}},
+        "point3": {"mass": 80.0, "volume": 0.2, "position": [40, 0, -10]},
+    }
     first, second, third = (scene["lines"][f"line{k}"] for k in (1, 2, 3))
     rope = {"length": 30.0, "mass": 2.2, "diameter": 0.05,
             "drag": {"normal": 1.2, "tangential": 0.02},
@@ -117,7 +122,7 @@ def test_every_number_is_where_a_scene_has_it(tmp_path):
     assert third == {
         "material": "wire", "length": 25.0, "segments": 5, "mass": 1.5, "diameter": 0.02,
         "drag": {"normal": 1.1, "tangential": 0.0}, "bending": {"EI": 50.0},
-        "start": "point3", "end": {"fixed": [60, 0, -5]},
+        "start": "point3", "end": "vessel.point4",
     }  # fmt: skip
     assert "duration" not in scene["output"]
     assert remarks == [
@@ -160,7 +165,7 @@ def test_coefficients_under_other_names_are_told(tmp_path):
 
 
 def test_what_has_no_counterpart_is_told(tmp_path):
-    text = LATE.replace("--- POINTS", "--- ROD TYPES\na b\n(m) (m)\ncan 1 2\n--- POINTS")
+    text = LATE.replace("--- POINTS", "--- CONTROL\na b\n() (,)\n1 1,2\n--- POINTS")
     text = text.replace("1.0D6 ", "1e6|2e6 ").replace(
         "0.001     dtM", "1  WaveKin\nx.txt WaterKin\ny.txt SeafloorFile"
     )
@@ -171,7 +176,7 @@ def test_what_has_no_counterpart_is_told(tmp_path):
         "not taken over: WaveKin = 1: give a scene its waves",
         "not taken over: WaterKin = x.txt: give a scene its current and waves",
         "not taken over: SeafloorFile = y.txt: give the bed a profile",
-        "not taken over: 1 row of rod types",
+        "not taken over: 1 row of control",
     ]
 
 
@@ -180,7 +185,7 @@ def test_what_has_no_counterpart_is_told(tmp_path):
     [
         ("3   wire  3  4 ", "3   wire  3  R1A ", 19, "line 3: expected the number of a point, found 'R"),
         ("3   wire  3 ", "3   wyre  3 ", 19, "line 3: expected a line type (rope, wire), found 'wyre'"),
-        ("1   Fixed ", "1   Body1 ", 10, "expected a point that is fixed, coupled, free, found 'Body1'"),
+        ("1   Fixed ", "1   Body1 ", 10, "fixed, coupled, free or on a body, found 'Body1'"),
         ("4.0e7 ", "stress.txt ", 6, "EA of wire: expected a number, found 'stress.txt'"),
         ("2   rope  2  3  30       12      -", "2   rope  2  3  30", 18, "at least 6 columns, found 5"),
         ("30       6  ", "30       0  ", 17, "line 1: expected a whole number from 1 on, found '0'"),
