@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path as FilePath
@@ -100,8 +100,14 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
     own, _, wrong = read_factors(sweep, data)
     sweep_is_right = not wrong and not reader.faults
 
-    changed = changes.apply(overrides, _with_first_values(data, own), sweep)
+    # an override may name a number that stands in the sweep alone, which is no number of the scene's own
+    lent = {at: value for row in _first_rows(data, own) for at, value in row.items()}
+    lent = {at: value for at, value in lent.items() if _is_open(data, at)}
+    changed = changes.apply(overrides, with_values(data, lent), sweep)
     reader.origins, reader.faults = changed.origins, reader.faults + changed.faults
+    for at in lent:
+        if not any(at[:n] in changed.origins for n in range(1, len(at) + 1)):
+            changed.data = _without(changed.data, at, data)
     data, scene, factors = reader.read(changed.data, changed.sweep)
     if scene is not None:
         reader.tell(result_problems(scene, data))
@@ -109,9 +115,11 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
         reader.tell(count_problems(scene.references, own))
     if scene is None or reader.faults:
         raise SceneError(reader.faults)
-    scene = scene.model_copy(update={"references": aligned(scene, own, factors)})
+    scene = scene.model_copy(update={"references": aligned(scene, data, own, factors)})
     runs = Runs(data, factors, scene)
-    return Study(file, text, overrides, scene, runs, to_toml(scene, factors))
+    return Study(
+        file, text, overrides, scene, runs, to_toml(_as_given(scene, data, factors), factors)
+    )
 
 
 class _Reader:
@@ -154,8 +162,7 @@ class _Reader:
     ) -> tuple[dict[str, Any], Scene | None, list[Factor]]:
         """Return raw data, base scene (None where it is faulty) and factors, telling every fault."""
         factors, places, wrong = read_factors(sweep, data)
-        data = _with_first_values(data, factors)
-        scene, problems = read_scene(data, fill(data, self.file.parent))
+        data, scene, problems = self._base(data, factors)
         # A number that only a faulty axis gives is missing for that reason: told once.
         read = {axis.path for factor in factors for axis in factor.axes}
         faulty = {tuple(key.split(".")) for entry in sweep for key in entry.keys} - read
@@ -169,14 +176,60 @@ class _Reader:
         self.tell(problems)
         return data, scene, factors
 
+    def _base(
+        self, data: dict[str, Any], factors: Sequence[Factor]
+    ) -> tuple[dict[str, Any], Scene | None, list[Problem]]:
+        """The scene that all runs have in common, with what stands in the sweep alone; its faults.
 
-def _with_first_values(data: dict[str, Any], factors: Iterable[Factor]) -> dict[str, Any]:
-    """Return data in which a number that stands in the sweep alone has its first value.
+        A number that the scene has keeps its value, unless that does not go with the first row.
+        """
+        rows = list(_first_rows(data, factors))
+        open_ = {at: v for row in rows for at, v in row.items() if _is_open(data, at)}
+        found = None
+        for values in (open_, {at: v for row in rows for at, v in row.items()}):
+            whole = with_values(data, values)
+            scene, problems = read_scene(whole, fill(whole, self.file.parent))
+            found = found or (whole, scene, list(problems))
+            if not problems:
+                return whole, scene, []
+        return found or (data, None, [])
 
-    So there is a scene that all runs have in common.
+
+def _first_rows(data: dict[str, Any], factors: Iterable[Factor]) -> Iterator[dict[Path, Any]]:
+    """Yield the first row of each factor with a number that stands in the sweep alone."""
+    for factor in factors:
+        row = by_path(factor.at(0))
+        if any(_is_open(data, path) for path in row):
+            yield row
+
+
+def _as_given(scene: Scene, data: dict[str, Any], factors: Iterable[Factor]) -> Scene:
+    """The scene with directions of which a component is swept as long as they are given.
+
+    Of length 1, as they are read, they would be others beside the swept component.
     """
-    first = {path: v for factor in factors for path, v in by_path(factor.at(0)).items()}
-    return with_values(data, {path: v for path, v in first.items() if _is_open(data, path)})
+    given: dict[str, float] = {}
+    for axis in (axis for factor in factors for axis in factor.axes):
+        vector: Any = data
+        for key in axis.path[:-1]:
+            vector = vector.get(key) if isinstance(vector, dict) else None
+        if isinstance(vector, list) and all(isinstance(x, int | float) for x in vector):
+            at = axis.key.rpartition(".")[0]
+            given |= {f"{at}.{k}": float(x) for k, x in enumerate(vector)}
+    return scene.with_numbers(given) if given else scene
+
+
+def _without(data: Any, path: Path, own: Any) -> Any:
+    """Return data without the value at a path, nor tables on the way to it that `own` has not."""
+    key, *more = path
+    if not isinstance(data, dict) or key not in data:
+        return data
+    rest = {name: value for name, value in data.items() if name != key}
+    if not more:
+        return rest
+    mine = own if isinstance(own, dict) else {}
+    inner = _without(data[key], tuple(more), mine.get(key))
+    return data | {key: inner} if inner or key in mine else rest
 
 
 def _is_open(data: Any, path: Path) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 
 from lumpedcable.scene.entries import SETTINGS, Entry, is_spec
 from lumpedcable.scene.errors import Fault
-from lumpedcable.scene.events import with_place
+from lumpedcable.scene.events import SHORT, with_place
 from lumpedcable.scene.part import Path, dotted
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.runs import with_values
@@ -66,8 +66,10 @@ def _set_draws(result: Overridden, text: str, key: str, value: Any) -> bool:
     where, _, setting = key.rpartition(".")
     if setting not in SETTINGS["sample"]:
         return False
+    samples = sum(entry.kind == "sample" for entry in result.sweep)
     for k, entry in enumerate(result.sweep):
-        if entry.kind == "sample" and where == dotted(entry.place):
+        named = where == dotted(entry.place) or (samples == 1 and where == "sweep.sample")
+        if entry.kind == "sample" and named:
             result.sweep[k] = replace(entry, settings=entry.settings | {setting: value})
             result.origins[*entry.place, setting] = text
             return True
@@ -96,6 +98,13 @@ def _set(result: Overridden, text: str, path: Path, value: Any) -> None:
         result.origins[place] = text
         return
     result.sweep = _without(result.sweep, key)
+    if len(path) == 3 and path[2] in SHORT.get(str(path[0]), ()) and "@" in str(value):
+        # "rope@37.5 m" says the place as well
+        place = (*path[:2], "place")
+        result.sweep = _without(result.sweep, dotted(place))
+        own = result.data.get(str(path[0]), {}).get(path[1], {})
+        entry = {k: v for k, v in own.items() if k != "place"}
+        result.data = with_values(result.data, {path[:2]: entry})
     result.data = with_values(result.data, {path: value})
     # A later override of the same value, or of a table around it, is the one to blame.
     for older in [p for p in result.origins if p[: len(path)] == path]:

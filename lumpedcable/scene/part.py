@@ -41,6 +41,9 @@ class Part(BaseModel):
     DRAWN: ClassVar[tuple[str, ...]] = ()
     """Keys that pictures alone read: nothing that is computed depends on them."""
 
+    CHOSEN: ClassVar[tuple[str, ...]] = ()
+    """Keys whose absence leaves the choice to the program, whatever their default."""
+
     JUDGED: ClassVar[tuple[str, ...]] = ()
     """Keys that results are compared with: nothing that moves depends on them."""
 

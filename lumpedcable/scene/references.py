@@ -57,16 +57,18 @@ def count_problems(references: dict[str, Reference], factors: Sequence[Factor]) 
 
 
 def aligned(
-    scene: Scene, file_factors: Sequence[Factor], factors: Sequence[Factor]
+    scene: Scene, data: Any, file_factors: Sequence[Factor], factors: Sequence[Factor]
 ) -> dict[str, Reference]:
-    """Return the references of a scene, one value per run of ``factors``.
+    """Return the references of a scene, read from `data`, one value per run of ``factors``.
 
     Overrides may have changed the sweep. A run keeps the values of the file's run with the same
     swept numbers; a run without such a one has nan, and what is nan throughout is left out.
     """
     if not scene.references or tuple(file_factors) == tuple(factors):
         return scene.references
-    places = [_place(run, file_factors) for run in _numbers(scene, factors)]
+    asked = [axis.key for factor in file_factors for axis in factor.axes]
+    stated = {key: _stated(scene, data, key) for key in asked}
+    places = [_place(run, file_factors) for run in _numbers(stated, factors)]
     kept = {}
     for name, reference in scene.references.items():
         values = {
@@ -79,9 +81,22 @@ def aligned(
     return kept
 
 
-def _numbers(scene: Scene, factors: Sequence[Factor]) -> Iterator[Mapping[str, float]]:
-    """Yield the numbers of each run by key."""
-    numbers = scene.numbers()
+def _stated(scene: Scene, data: Any, key: str) -> float:
+    """The number of a scene at a key, a component of a direction as it is given; NaN without one."""
+    read: Any = scene
+    for step in key.split("."):
+        if isinstance(data, dict | list):
+            data = data.get(step) if isinstance(data, dict) else data[int(step)]
+        if isinstance(read, tuple):
+            read = read[int(step)]
+        else:
+            read = read.get(step) if isinstance(read, dict) else getattr(read, step, None)
+    found = next((x for x in (data, read) if isinstance(x, int | float)), math.nan)
+    return float(found)
+
+
+def _numbers(numbers: dict[str, float], factors: Sequence[Factor]) -> Iterator[Mapping[str, float]]:
+    """Yield the numbers of each run by key, those that are not swept from `numbers`."""
     for rows in itertools.product(*(range(len(factor)) for factor in factors)):
         own: dict[str, float] = {}
         for factor, row in zip(factors, rows, strict=True):

@@ -56,6 +56,8 @@ Precision = Literal["float64", "float32"]
 class Solver(Part):
     """How time is stepped."""
 
+    CHOSEN: ClassVar[tuple[str, ...]] = ("courant",)
+
     method: Method = "leapfrog"
     """The engine's own staggered leapfrog or classical Runge-Kutta (rk4), or a method of diffrax."""
     courant: Fraction = 0.9

@@ -150,8 +150,9 @@ class Runs(Sequence[Scene]):
         for axis in self.axes:
             if axis.key in self._whole:
                 continue
-            ends = {min(axis.values), max(axis.values)}
-            for value in ends:
+            low, high = min(axis.values), max(axis.values)
+            # between them, too: of length 1 a direction may be at both ends alone
+            for value in {low, high, low + 0.382 * (high - low)}:
                 known = self._base.with_numbers({axis.key: value}).numbers()
                 try:
                     read = self._read({axis.key: value}).numbers()

@@ -130,7 +130,8 @@ def number_at(root: Spot, path: Path) -> Any:
         return spot.value
     kind = model(parent)
     field = None if kind is None else kind.model_fields.get(str(path[-1]))
-    default = None if field is None else field.default
+    chosen = kind is not None and path[-1] in kind.CHOSEN
+    default = None if field is None or chosen else field.default
     return default if isinstance(default, int | float) and not isinstance(default, bool) else Absent
 
 

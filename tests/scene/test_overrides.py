@@ -103,6 +103,23 @@ def test_references_follow_the_runs_that_overrides_leave():
     assert load_study(SNAPBACK, ["pretension=100 kN"]).references == {}
 
 
+@pytest.mark.parametrize(
+    ("swept", "override"),
+    [
+        ('"lines.rope.segments" = [5, 10]', "rope.segments=10"),
+        ('"materials.nylon.breaking_strength" = ["1 MN", "2 MN"]', "breaking_strength=2 MN"),
+        ('"lines.rope.end.held.direction.2" = [1, 2]', "direction.2=2"),
+        ('"lines.rope.end.held.pretension" = ["45 kN", "90 kN"]', "pretension=90 kN"),
+    ],
+)
+def test_references_follow_any_number_that_is_set(rope, swept, override):
+    text = good_scenes.ROPE
+    text = text[: text.index("[sweep]")] + text[text.index("[solver]") : text.index("[references")]
+    text += f'[sweep]\n{swept}\n[references.paper]\nsource = "x"\nvalues = {{ reach = [3, 4] }}\n'
+    study = load_study(good_scenes.write(rope.parent, text), [override])
+    assert study.references["paper"].values["reach"] == (4.0,)
+
+
 def test_references_may_leave_runs_out(rope):
     given = load_study(rope).references["paper"].values["static_strain"]
     assert given[0] == 0.1
@@ -185,3 +202,20 @@ def test_draws_can_be_fewer_and_others(tmp_path):
         SceneError, match=r"sweep\.sample\.count: expected a whole number from 1 to"
     ):
         load_study(good_scenes.write(tmp_path, draws), ["sweep.sample.count=0"])
+
+
+def test_draws_that_were_written_down_are_set_as_before(tmp_path):
+    draws = f'{CUT}[sweep.sample]\ncount = 64\n"lines.rope.mass" = {{ from = 1, to = 2 }}\n'
+    text = load_study(good_scenes.write(tmp_path, draws)).effective_text
+    assert "[[sweep.sample]]" in text
+    assert len(load_study(good_scenes.write(tmp_path, text), ["sweep.sample.count=4"]).runs) == 4
+
+
+def test_a_place_in_short_takes_its_axis_away(tmp_path):
+    swept = f'{CUT}[sweep]\n"events.break.place" = ["20 m", "30 m"]\n'
+    path = good_scenes.write(tmp_path, swept)
+    assert [run.events["break"].place for run in load_study(path).runs] == [20.0, 30.0]
+    study = load_study(path, ["break.breaks=rope@33 m"])
+    assert [(run.events["break"].breaks, run.events["break"].place) for run in study.runs] == [
+        ("rope", 33.0)
+    ]

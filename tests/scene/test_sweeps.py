@@ -6,31 +6,10 @@ import good_scenes
 import numpy as np
 import pytest
 from scipy.stats import kstest, lognorm, norm, qmc, truncnorm, uniform
+from swept_rope import HOLD, LIST, PRETENSION, REFERENCE, TIME, faults, study_of, values
 
-from lumpedcable.scene import CHECKED, SceneError, load_study, run_checks
+from lumpedcable.scene import CHECKED, load_study, run_checks
 from lumpedcable.scene.draws import spread, unit_draws
-
-PRETENSION = "lines.rope.end.held.pretension"
-TIME = "events.break.time"
-HOLD = "lines.rope.start.fixed.2"
-LIST = f'[sweep]\n"{PRETENSION}" = ["45 kN", "180 kN"]\n'
-REFERENCE = good_scenes.ROPE.index("[references.paper]")
-
-
-def study_of(folder, sweep, overrides=()):
-    """The rope with another sweep (and no references, which belong to its own)."""
-    text = good_scenes.ROPE[:REFERENCE].replace(LIST, "")
-    return load_study(good_scenes.write(folder, text + sweep), overrides)
-
-
-def faults(folder, sweep):
-    with pytest.raises(SceneError) as caught:
-        study_of(folder, sweep)
-    return [(fault.key, fault.message) for fault in caught.value.faults]
-
-
-def values(study, key):
-    return [study.runs.values(run)[key] for run in range(len(study.runs))]
 
 
 @pytest.mark.parametrize(
@@ -69,37 +48,6 @@ def test_zipped_keys_move_together_and_multiply_with_the_rest(tmp_path):
     ]
     rows = [(50.0, 0.001), (60.0, 0.002), (70.0, 0.003)]
     assert seen == [(t, *row) for t in (45e3, 180e3) for row in rows]
-
-
-def test_cases_have_names_and_keys_of_their_own(tmp_path):
-    study = study_of(
-        tmp_path,
-        f'[[sweep.cases]]\nname = "as built"\n'
-        f'[[sweep.cases]]\nname = "tight"\n"{PRETENSION}" = "180 kN"\n'
-        f'[[sweep.cases]]\nname = "long"\nlines.rope.length = "80 m"\n"{TIME}" = 0\n',
-    )
-    assert [study.runs.name(run) for run in range(3)] == ["as built", "tight", "long"]
-    seen = [
-        (r.lines["rope"].end.held.pretension, r.lines["rope"].length, r.events["break"].time)
-        for r in study.runs
-    ]
-    assert seen == [(45e3, 60.0, 0.005), (180e3, 60.0, 0.005), (45e3, 80.0, 0.0)]
-
-
-def test_what_a_case_leaves_out_may_be_what_its_absence_stands_for(tmp_path):
-    start = "events.break.start"  # 0 if it is not given
-    study = study_of(
-        tmp_path,
-        f'[[sweep.cases]]\nname = "at once"\n[[sweep.cases]]\nname = "later"\n{start} = "2 ms"\n',
-    )
-    assert [r.events["break"].start for r in study.runs] == [0.0, 0.002]
-
-
-def test_a_case_without_keys_is_the_scene_as_it_is(tmp_path):
-    study = study_of(tmp_path, f'[[sweep.cases]]\n[[sweep.cases]]\n"{PRETENSION}" = "180 kN"\n')
-    asked = study.scene.lines["rope"].end.held.pretension
-    assert [r.lines["rope"].end.held.pretension for r in study.runs] == [asked, 180e3]
-    assert asked != 180e3
 
 
 @pytest.mark.parametrize("method", ["random", "latin-hypercube", "sobol"])
