@@ -215,7 +215,7 @@ def _water(scene: Scene) -> Water:
     assert sea.depth is not None
     amplitude, omega, depth = sea.height / 4.0 * np.sqrt(2.0), 2.0 * np.pi / sea.period, sea.depth
     drawn = SeaState.of(sea.height, sea.period, sea.gamma, sea.seed, 1)  # type: ignore[arg-type]
-    phase, ramp, surface = float(drawn.phase[0]), sea.flow.ramp, sea.flow.surface
+    phase, ramp, surface = float(drawn.phase[0]), sea.flow.ramp, scene.sea_level
     number = brentq(
         lambda k: GRAVITY * k * np.tanh(k * depth) - omega**2, 1e-6, 10.0 * omega**2, xtol=1e-14
     )

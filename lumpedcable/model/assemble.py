@@ -228,8 +228,10 @@ def _current(scene: Scene, coordinates: Coordinates) -> AbstractCurrent | None:
         return TableCurrent(vector(profile.z), jnp.stack(along, axis=1))
     velocity = coordinates.vector(profile.velocity)
     if isinstance(profile, PowerPart):
+        own = None if fluid is scene.water else profile.surface  # air knows nothing of the sea's
+        level = scene.sea_level if own is None else own
         return PowerLawCurrent(
-            velocity, number(profile.exponent), number(profile.depth), number(profile.surface)
+            velocity, number(profile.exponent), number(profile.depth), number(level)
         )
     return UniformCurrent(velocity)
 

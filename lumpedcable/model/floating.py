@@ -200,7 +200,7 @@ def _hydrostatics(scene: Scene, body: Body, coordinates: Coordinates) -> Hydrost
     tilt = coordinates.turns() ** 2 @ (weight * jnp.stack([*heights, jnp.zeros(())]))
     return Hydrostatics(
         coordinates.vector((0.0, 0.0, 1.0)),
-        body.hull.surface + above - draught - coordinates.origin[2],
+        scene.sea_level + above - draught - coordinates.origin[2],
         weight / draught,
         tilt,
     )
@@ -233,7 +233,7 @@ def _resistances(
                 length,
                 number(part.viscosity),
                 number(part.roughness),
-                number(body.hull.surface),
+                number(scene.sea_level),
                 current,
             )
         )

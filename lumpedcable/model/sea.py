@@ -57,6 +57,6 @@ def sea_flow(scene: Scene, coordinates: Coordinates) -> SeaFlow | None:
     axes, origin = jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float)
     flow = scene.sea.flow
     return SeaFlow(
-        sea_state(scene), axes.T @ ahead, origin @ ahead, *coordinates.over(flow.surface),
+        sea_state(scene), axes.T @ ahead, origin @ ahead, *coordinates.over(scene.sea_level),
         if_given(flow.ramp),
     )  # fmt: skip

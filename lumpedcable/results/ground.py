@@ -43,7 +43,7 @@ def ground_of(scene: Mapping[str, Any]) -> Ground:
     """What the tables of a scene in SI numbers tell of water and bed.
 
     The surface is drawn where the scene says how high it is, or at z = 0 where there is a bed below it,
-    something floats or waves go over it; water without any of these is everywhere.
+    something floats, waves go over it or a current dies out under it; water is everywhere without them.
     """
     water, bed, sea = scene.get("water"), scene.get("seabed"), scene.get("sea")
     surface = None
@@ -54,9 +54,9 @@ def ground_of(scene: Mapping[str, Any]) -> Ground:
         tellers = [water, current, flow, *hulls]
         told = [number_in(t, "surface") for t in tellers if isinstance(t, dict)]
         surface = next((height for height in told if height is not None), None)
-        if surface is None and (
-            any(isinstance(t, dict) for t in (bed, sea)) or any(h is not None for h in hulls)
-        ):
+        dies_out = isinstance(current, dict) and current.get("profile") == "power"
+        known = (bed, sea, *hulls, current if dies_out else None)
+        if surface is None and any(isinstance(t, dict) for t in known):
             surface = 0.0
     return Ground(isinstance(water, dict), surface, _bed(bed) if isinstance(bed, dict) else None)
 

@@ -77,8 +77,8 @@ class Hull(Part):
     """Height of the centre of gravity over the water's surface in m, instead of above_keel."""
     resistance: Resistance | None = None
     """Resistance of the skin to motion along the length. Absent: none."""
-    surface: Length = 0.0
-    """Height z of the water's surface in m."""
+    surface: Length | None = None
+    """Height z of the water's surface in m. Absent: as the scene tells it elsewhere, or 0."""
 
 
 class BodyControl(Part):

@@ -46,8 +46,8 @@ class PowerCurrent(Part):
     """Exponent of the profile, about 1/7 for a tidal current."""
     depth: PositiveLength
     """Depth in m below the surface at which the current has died out."""
-    surface: Length = 0.0
-    """Height z of the surface in m."""
+    surface: Length | None = None
+    """Height z of the surface in m. Absent: as the scene tells it elsewhere, or 0."""
 
 
 class TableCurrent(Part):
@@ -101,8 +101,9 @@ class Fluid(Part):
 class SeaFlow(Part):
     """How the water moves in waves, by linear theory: it drags on lines and pushes them."""
 
-    surface: Length = 0.0
-    """Height z in m of the mean surface; above it the water moves as in it."""
+    surface: Length | None = None
+    """Height z in m of the mean surface; above it the water moves as in it. Absent: as the scene tells
+    it elsewhere, or 0."""
     ramp: PositiveTime | None = None
     """Time in s over which the motion grows from rest. Absent: at once."""
 

@@ -21,17 +21,21 @@ SAME = 1e-9  # relative, and in m: what conversions of units leave
 def surfaces(
     bodies: Mapping[str, Any], water: Fluid | None, sea: Sea | None
 ) -> Iterator[tuple[Path, float]]:
-    """Yield each key that tells of the surface at rest, and its height z in m."""
-    if water is not None and water.surface is not None:
-        yield ("water", "surface"), water.surface
-    current = None if water is None else water.current
+    """Yield each key that tells of the surface at rest, and its height z in m.
+
+    What the scene does not say of one of them is as the first says that there is.
+    """
+    current, flow = water and water.current, sea and sea.flow
+    tellers: dict[Path, Any] = {("water",): water}
     if isinstance(current, PowerCurrent):
-        yield ("water", "current", "surface"), current.surface
-    if sea is not None and sea.flow is not None:
-        yield ("sea", "flow", "surface"), sea.flow.surface
+        tellers["water", "current"] = current
+    tellers["sea", "flow"] = flow
     for name, body in bodies.items():
-        if isinstance(body, Body) and body.hull is not None:
-            yield ("bodies", name, "hull", "surface"), body.hull.surface
+        if isinstance(body, Body):
+            tellers["bodies", name, "hull"] = body.hull
+    for path, part in tellers.items():
+        if part is not None and part.surface is not None:
+            yield (*path, "surface"), part.surface
 
 
 def surface_problems(

@@ -70,7 +70,7 @@ def test_every_kind_of_part_is_read(bridle):
     assert scene.water is None
     assert scene.gravity is None
     assert scene.air.current.velocity == pytest.approx((10 * 1852 / 3600, 0, 0))
-    assert scene.air.current.surface == 0.0
+    assert scene.air.current.surface is None
     kinds = {name: type(material) for name, material in scene.materials.items()}
     assert kinds == {
         "steel": LinearMaterial,

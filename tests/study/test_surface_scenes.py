@@ -39,3 +39,51 @@ def test_a_buoy_follows_its_waves(tmp_path):
     heave, waves = found["heave"][late], found["waves"][late]
     assert np.corrcoef(heave, waves)[0, 1] > 0.85
     assert np.std(heave) == pytest.approx(np.std(waves), rel=0.1)
+
+
+RAISED = """
+gravity = 9.81
+water = {{ density = 1025, surface = {z}, current = {{ profile = "power", velocity = [1, 0, 0], \
+exponent = 0.2, depth = 10 }} }}
+sea = {{ height = 1, period = 5, components = 3, depth = 20, flow = {{}} }}
+[materials.rope]
+law = "linear"
+EA = 1e5
+[bodies.ball]
+mass = 60
+volume = 0.1
+position = [6, 0, {z}]
+free = ["x", "y", "z"]
+[lines.rope]
+material = "rope"
+length = 10
+segments = 4
+mass = 1
+diameter = 0.03
+drag = {{ normal = 1.2, tangential = 0.01 }}
+start = {{ fixed = [0, 0, {z} - 8] }}
+end = "ball"
+[measures.waves]
+elevation = [6, 0]
+[output]
+duration = 2
+every = 0.5
+"""
+
+
+def test_what_does_not_tell_its_surface_has_that_of_the_water(tmp_path):
+    # the whole scene 5 m higher: current, waves and what floats on them
+    found = []
+    for z in (0.0, 5.0):
+        text = RAISED.replace("{z} - 8", "{low}").format(z=z, low=z - 8)
+        folder = tmp_path / str(z)
+        folder.mkdir()
+        (folder / "scene.toml").write_text(text)
+        ran = run_scenes(folder, load_study(folder / "scene.toml"))
+        assert ran.statuses == ["OK"]
+        with open_result(folder / "result.h5") as result:
+            place = result.body("ball", "position")[0] - [0.0, 0.0, z]
+            found.append((place, ran["tension"], result.measures()["waves"][0]))
+    assert np.ptp(found[0][0][:, 2]) > 0.1  # it goes with the waves
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(other, one, rtol=1e-7, atol=1e-7)
