@@ -2,7 +2,16 @@
 
 from enum import IntEnum
 
-__all__ = ["ADVICE", "MEANING", "SIGNS", "PlatformError", "Status", "advice_of", "remark_of"]
+__all__ = [
+    "ADVICE",
+    "CALMED",
+    "MEANING",
+    "SIGNS",
+    "PlatformError",
+    "Status",
+    "advice_of",
+    "remark_of",
+]
 
 
 class PlatformError(Exception):
@@ -69,6 +78,9 @@ MEANING = {
 
 _ON_BEDS = "; of inextensible lines on a bed, lower solver.step"
 
+CALMED = ", or give the line what it has of materials.NAME.damping and lines.NAME.drag"
+"""What may keep a line from reversing; of one line its keys, without what it has already."""
+
 ADVICE = {
     Status.OK: "",
     Status.STATICS_NOT_CONVERGED: (
@@ -89,7 +101,7 @@ ADVICE = {
     ),
     Status.LINE_REVERSED: (
         "what happens after this time is a pile-up that no line model resolves: use the results "
-        "up to it, or give the line what it has of materials.NAME.damping and lines.NAME.drag"
+        f"up to it{CALMED}"
     ),
     Status.TOO_MANY_STEPS: "raise solver.max_steps, loosen rtol, or use the leapfrog method",
     Status.INTERRUPTED: "run it again",

@@ -1,5 +1,8 @@
 """The largest tension of each line, and how far those of all go through the range of their laws."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
@@ -16,10 +19,22 @@ def largest_tension(line: Line, tension: Float[Array, " n"]) -> Float[Array, ""]
     return jnp.max(tension)
 
 
-def tensions_of(model: Model, along: dict[str, Float[Array, " n"]]) -> dict[str, Float[Array, ""]]:
-    """The largest tension (N) of each line, "tension of NAME", and of all, "tension"."""
-    found = {_of(name): largest_tension(model.lines[name], t) for name, t in along.items()}
-    return found | ({"tension": jnp.max(jnp.stack(list(found.values())))} if found else {})
+def tensions_of(
+    model: Model,
+    along: dict[str, Float[Array, " n"]],
+    at_ends: Mapping[str, Float[Array, ""]] = MappingProxyType({}),
+) -> dict[str, Float[Array, ""]]:
+    """The largest tension (N) of each line, "tension of NAME", and of all segments, "tension".
+
+    Of a line it is that `at_ends` too, where a segment's is that of its middle.
+    """
+    found = {name: largest_tension(model.lines[name], t) for name, t in along.items()}
+    if not found:
+        return {}
+    whole = {"tension": jnp.max(jnp.stack(list(found.values())))}
+    for name, most in at_ends.items():
+        found[name] = jnp.maximum(found[name], most)
+    return whole | {_of(name): most for name, most in found.items()}
 
 
 def so_far(

@@ -294,7 +294,7 @@ def sample(
         bent = moments(model, t, {name: e.line.shape for name, e in found.items()})
     place = follow(model, t, y.displacement)
     finite = jnp.ones((), bool)
-    turned = {}
+    turned, most_at_ends = {}, {}
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
     for name, line in model.lines.items():
         e, own = found[name].line, y.velocity[name]
@@ -313,6 +313,7 @@ def sample(
             end_tension(line, whole, node, e.shape, _resisted(line, found[name], node, own), met)
             for node, met in zip(line.ends, found[name].boundaries, strict=True)
         ]
+        most_at_ends[name] = jnp.max(jnp.stack(at_ends))
         if line.seam is None:
             fields[name], ends[name] = kept, jnp.stack(at_ends)
         else:
@@ -328,8 +329,8 @@ def sample(
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
     stored = energies(model, found, y.displacement, y.velocity)
-    none = jnp.full((), jnp.nan)  # without a line that has nodes
-    largest = {"tension": none, "kinetic": stored["kinetic"]} | tensions_of(model, tensions)
+    none = {"tension": jnp.full((), jnp.nan)}  # without a line that has nodes
+    largest = {"kinetic": stored["kinetic"]} | none | tensions_of(model, tensions, most_at_ends)
     largest |= stretches(model, {name: found[name].line.shape.strain for name in model.lines})
     largest |= reversals(model, turned)
     back = largest.pop("reversed", jnp.zeros(())) > 0.0

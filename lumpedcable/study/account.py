@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -146,8 +147,9 @@ class Balance:
 def balance(
     account: Account, status: NDArray[np.int64], when: NDArray[np.float64],
     times: NDArray[np.float64],
+    starts: Mapping[str, NDArray[np.float64]] = MappingProxyType({}),
 ) -> Balance:  # fmt: skip
-    """The energy account of every run, up to where it went wrong."""
+    """The energy account of every run, up to where it went wrong; `starts` (s) of its breaks."""
     found = Balance(len(status), len(times))
     if not account.energy:
         return found
@@ -173,23 +175,35 @@ def balance(
         # what has not moved has released rounding alone, which nothing can be a share of
         moving = released > _told(account)
         closure = np.divide(worst, released, out=np.zeros_like(worst), where=moving)
-        tolerated = np.maximum(ENERGY_LIMIT * released, _tolerated(account))
-        opened = np.abs(residual) > tolerated[:, None]
+        tolerated = np.maximum(
+            ENERGY_LIMIT * released[:, None], _tolerated(account, times, starts.values())
+        )
+        opened = usable & (np.abs(residual) > tolerated)
     found.residual[rest] = residual[rest]
     found.closure[rest], found.released[rest] = closure[rest], released[rest]
     found.opened[rest] = opened[rest]
     return found
 
 
-def _tolerated(account: Account) -> NDArray[np.float64]:
-    """Energy (J) that each run may leave open however little it has released.
+def _tolerated(
+    account: Account, times: NDArray[np.float64], starts: Iterable[NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Energy (J) that each run may leave open, however little it has released, (runs, times).
 
-    A hundredth of the strain energy that it starts with, so that the first steps of a break are no
-    alarm; and what rounding can do, which is all that a line at rest has.
+    A hundredth of the strain energy that it starts with, or has when one of its breaks begins, so that
+    the first steps of a break are no alarm; and what rounding can do, which is all that a line at rest
+    has.
     """
-    rounding = _rounding(account)
+    rounding = _rounding(account)[:, None]
     strain = account.energy.get("strain")
-    return rounding if strain is None else np.maximum(0.01 * strain[:, 0], rounding)
+    if strain is None:
+        return rounding
+    held = np.broadcast_to(strain[:, :1], strain.shape)
+    for start in starts:
+        last = np.clip(np.searchsorted(times, start, side="right") - 1, 0, len(times) - 1)
+        there = np.take_along_axis(strain, last[:, None], axis=1)
+        held = np.where(times >= start[:, None], np.fmax(held, there), held)
+    return np.maximum(0.01 * held, rounding)
 
 
 def _rounding(account: Account) -> NDArray[np.float64]:

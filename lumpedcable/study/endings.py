@@ -38,6 +38,7 @@ class Ended:
         when: when that was (s), NaN of what went well, shape (runs,).
         energy: how energy went, until then.
         beyond: strains beyond those that a material is used for.
+        starts: by event, when it begins in each run (s), inf where it never does, shape (runs,).
     """
 
     contents: Contents
@@ -49,6 +50,7 @@ class Ended:
     when: NDArray[np.float64]
     energy: Balance
     beyond: Strained
+    starts: Starts
 
     @cached_property
     def begun(self) -> NDArray[np.bool_]:
@@ -83,11 +85,6 @@ class Ended:
         """Which runs end at their start, since their step is too long even there, shape (runs,)."""
         return (self.when <= 0.0) & (self.step > self.bound)
 
-    @cached_property
-    def starts(self) -> Starts:
-        """By event, when it begins in each run (s), inf where it never does, shape (runs,)."""
-        return starts_of(self.contents.laid.study, self.part, self.account)
-
     def largest(self, name: str) -> NDArray[np.float64]:
         """The largest value of each run up to where it went wrong, NaN where it never began."""
         history = self.account.largest[name]
@@ -107,19 +104,21 @@ def ended_of(contents: Contents, part: Part, ready: Ready, account: Account) -> 
     times = (np.arange(account.count + 1) * every).astype(float)
     converged = np.asarray(ready.converged)[: len(part.runs)]
     status, when = statuses(account, converged, times)
-    energy = balance(account, status, when, times)
-    opened = energy.opened.any(axis=1) & (status == Status.OK)
+    starts = starts_of(contents.laid.study, part, account)
+    energy = balance(account, status, when, times, starts)
+    # what is open went wrong before anything else that did: after that the account is not looked at
+    opened = energy.opened.any(axis=1)
     status[opened] = Status.ENERGY_NOT_CLOSED
     when = np.where(opened, times[energy.opened.argmax(axis=1)], when)
     beyond = strained(contents, part, ready, account, curve_of)
     over = beyond.over(status, when, times)
     if over.any():
         status[over], when[over] = Status.STRAIN_EXCEEDED, times[beyond.first[over]]
-        energy = balance(account, status, when, times)
+        energy = balance(account, status, when, times, starts)
     well = status == Status.OK
     if not account.complete:
         status[well], when[well] = Status.INTERRUPTED, times[account.reached]
     elif part.plan.stop is not None:
         moving = well & np.isnan(account.stopped)
         status[moving], when[moving] = Status.STILL_MOVING, times[-1]
-    return Ended(contents, part, ready, account, times, status, when, energy, beyond)
+    return Ended(contents, part, ready, account, times, status, when, energy, beyond, starts)

@@ -153,10 +153,13 @@ def plan_of(scene: Scene, layout: Layout, runs: int = 1) -> Plan:
 
 
 def _borne(scene: Scene, layout: Layout) -> tuple[str, ...]:
-    """The pieces of lines that have a strength, unless there is but one: it has the largest tension."""
+    """The pieces of lines that have a strength; the only one has it kept in any case.
+
+    So a strength that a single line gets, or loses, is none of its program's business.
+    """
     strong = {n for n, x in scene.materials.items() if x.breaking_strength is not None}
     found = (p.name for p in layout.pieces if scene.lines[p.line].material in strong)
-    return tuple(found) if len(layout.pieces) > 1 else ()
+    return tuple(found) if len(layout.pieces) > 1 else tuple(p.name for p in layout.pieces)
 
 
 def peaked(scene: Scene) -> bool:

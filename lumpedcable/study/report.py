@@ -150,7 +150,7 @@ def _table(
         column("case", justify="left")
     for axis in _shown_axes(study):
         swept.append(column(axis.label.replace(" ", "\n")))
-    if len(ends) > 1:
+    if _several(study, ends):
         column("end", justify="left")
     for quantity, (words, unit, _, _) in _heads(study).items() if ends else ():
         numbers.append(column(words, unit))
@@ -199,6 +199,11 @@ def _shown_axes(study: Study) -> list[Axis]:
     ]
 
 
+def _several(study: Study, ends: Sequence[str]) -> bool:
+    """Whether it must be told which end a row is of: where another could have broken, too."""
+    return len(ends) > 1 or (len(ends) == 1 and len(study.scene.events) > 1)
+
+
 def _heads(study: Study) -> dict[str, tuple[str, str, float, str]]:
     """The columns of an end that recoils: with when it breaks, where nobody knew before."""
     found = any(event.tension is not None for event in study.scene.events.values())
@@ -223,7 +228,7 @@ def _row(
     if study.runs.named:
         cells.append(study.runs.name(outcome.run))
     cells += [format_quantity(values[axis.key], axis.unit) for axis in _shown_axes(study)]
-    if len(ends) > 1:
+    if _several(study, ends):
         cells.append(end)
     numbers = outcome.recoils.get(end, {})
     for quantity, (_, _, factor, form) in _heads(study).items() if ends else ():

@@ -73,6 +73,9 @@ def rest_table(study: Study, target: Path) -> None:
         for body in study.scene.settling:
             console.print(Text(body))
             console.print(_settled(study, result, body))
+        if study.scene.measures:
+            console.print(Text("measures"))
+            console.print(_asked(study, result))
         said = list(enumerate(zip(result.status, result.status_message, strict=True)))
         print_told(console, ((k, why) for k, (state, why) in said if state != OK))
         remarks = ((k, remark_of(why)) for k, (_, why) in said)
@@ -134,13 +137,29 @@ def _which(study: Study, run: int) -> list[str]:
 def _settled(study: Study, result: ResultFile, body: str) -> WholeTable:
     """Where a body that settles is at rest."""
     place, turn = (result.body(body, key)[:, 0] for key in ("position", "attitude"))
-    table = new_table()
-    heads = [axis.label.replace(" ", "\n") for axis in study.axes]
-    heads += [f"{name}\n(m)" for name in "xyz"] + [f"{name}\n(deg)" for name in ANGLES]
-    for words in ("run", *heads):
-        table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
+    heads = [f"{name}\n(m)" for name in "xyz"] + [f"{name}\n(deg)" for name in ANGLES]
     # rounding has no sign to show
     columns = [_texts(np.round(v, 9) + 0.0) for v in (*place.T, *np.degrees(turn).T)]
+    return _rows(study, result, heads, columns)
+
+
+def _asked(study: Study, result: ResultFile) -> WholeTable:
+    """The numbers that the scene asks for, of the state of rest."""
+    heads, columns, told = [], [], result.summary()["run"]
+    for name, part in study.scene.measures.items():
+        factor, unit = _unit(told[name], part.UNIT)
+        heads.append(f"{name}\n({unit})")
+        columns.append(_texts(told[name] * factor))
+    return _rows(study, result, heads, columns)
+
+
+def _rows(
+    study: Study, result: ResultFile, heads: Sequence[str], columns: Sequence[Sequence[str]]
+) -> WholeTable:
+    """One row a run: what is swept, and columns under their heads."""
+    table = new_table()
+    for words in ("run", *(axis.label.replace(" ", "\n") for axis in study.axes), *heads):
+        table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
     for run in range(min(result.runs, MOST_ROWS)):
         cells = [*_which(study, run), *(texts[run] for texts in columns)]
         table.add_row(*map(Text, cells))

@@ -86,7 +86,7 @@ def utilised(
         return Utilised(np.full(runs, np.nan), [""] * runs)
     shares = np.full((len(strong), runs, len(times)), np.nan)
     for k, piece in enumerate(strong):
-        tension = account.largest.get(f"tension of {piece.name}", account.largest["tension"])
+        tension = account.largest[f"tension of {piece.name}"]
         strength = _strengths(study, part.runs, piece.line)
         shares[k] = np.where(good & np.isfinite(tension), tension, np.nan) / strength[:, None]
     known = np.where(np.isfinite(shares), shares, -np.inf)
@@ -97,7 +97,8 @@ def utilised(
         piece = strong[int(each[:, run].argmax())]
         row = known[int(each[:, run].argmax()), run]
         strength = float(_strengths(study, part.runs, piece.line)[run])
-        place = _place(part, ready, account, piece.line, int(run)) if sound[run] else None
+        borne = most[run] * strength
+        place = _place(part, ready, account, piece.line, int(run), borne) if sound[run] else None
         at = "" if place is None else f" at {place:.4g} m"
         when = quantity(float(times[int((row > 1.0).argmax())]), "s", 6)
         lines = {one.line for one, own in zip(strong, each[:, run], strict=True) if own > 1.0}
@@ -111,9 +112,14 @@ def utilised(
     return Utilised(most, words)
 
 
-def _place(part: Part, ready: Ready, account: Account, line: str, run: int) -> float | None:
-    """Unstretched distance (m) from the start of a line of its segment that bore the most, if known."""
-    best, place, before = -np.inf, None, 0.0
+def _place(
+    part: Part, ready: Ready, account: Account, line: str, run: int, borne: float
+) -> float | None:
+    """Unstretched distance (m) from the start of a line of where it bore the most, if that is known.
+
+    It is the middle of a segment, or its end where no segment bore as much as the line, `borne` (N).
+    """
+    best, place, before, to_end = -np.inf, None, 0.0, 0.0
     for piece in part.structure.layout.of_line(line):
         own = ready.model.lines[piece.name]
         count = np.asarray(own.reference).shape[-1] - 1
@@ -125,5 +131,7 @@ def _place(part: Part, ready: Ready, account: Account, line: str, run: int) -> f
             if peaks.size and np.nanmax(peaks, initial=-np.inf) > best:
                 top = int(np.nanargmax(peaks))
                 best, place = peaks[top], before + float(mine[:top].sum() + 0.5 * mine[top])
+                side = int(top == len(mine) - 1) - int(top == 0)
+                to_end = 0.5 * side * float(mine[top])
             before += float(mine.sum())
-    return place
+    return place if place is None or borne <= best * (1.0 + 1e-9) else place + to_end

@@ -11,7 +11,7 @@ from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PEAK_TENSION, exact_name
 from lumpedcable.scene import Scene
 from lumpedcable.scene.outcomes import QUANTITIES
-from lumpedcable.status import Status
+from lumpedcable.status import CALMED, Status
 from lumpedcable.study.account import Account
 from lumpedcable.study.begins import source_of
 from lumpedcable.study.carried import measure_names, measure_outcomes, missed_extremes
@@ -141,10 +141,12 @@ def _too_long(ended: Ended, run: int) -> str:
 
 
 def _about(message: str, scene: Scene, name: str) -> str:
-    """A message on a line, or a part of one, with its name and those of its keys."""
+    """A message on a line that reversed, or a part of one, with its name and what it could be given."""
     source = source_of(scene, name)
-    keys = {"materials.NAME": f"materials.{scene.lines[source].material}",
-            "lines.NAME": f"lines.{source}", "the line reversed": f"{name} reversed"}  # fmt: skip
-    for general, own in keys.items():
-        message = message.replace(general, own, 1)
-    return message
+    line = scene.lines[source]
+    damping = scene.materials[line.material].damping
+    calming = {f"materials.{line.material}.damping": damping, f"lines.{source}.drag": line.drag}
+    missing = [key for key, own in calming.items() if own is None]
+    calmed = ", or give the line what it has of " + " and ".join(missing) if missing else ""
+    message = message.replace("the line reversed", f"{name} reversed", 1)
+    return message.replace(CALMED, calmed, 1)

@@ -77,13 +77,8 @@ def both_ways(study, of):
     return [dict(zip(one.keys, map(float, one.slopes), strict=True)) for one in found]
 
 
-@pytest.mark.parametrize(
-    "asked",
-    [
-        pytest.param("max velocity at rope@24m", marks=pytest.mark.slow),
-        "max tension at rope@30m",
-    ],
-)
+@pytest.mark.parametrize("asked", ["max velocity at rope@24m", "max tension at rope@30m"])
+@pytest.mark.slow
 def test_a_place_stays_at_its_distance_from_the_start(tmp_path, asked):
     # of a longer line of as many segments it lies nearer to the start's node, or segment
     study = study_of(tmp_path, SLACK)

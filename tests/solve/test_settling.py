@@ -247,7 +247,8 @@ settle = true
 """ + line_text("rope", "wire", 3, 4, 0.01, fixed(0, 0, 4), '"box.eye"')  # fmt: skip
 
 
-@pytest.mark.parametrize("angle", [pytest.param(2.0, marks=pytest.mark.slow), np.pi])
+@pytest.mark.parametrize("angle", [2.0, np.pi])
+@pytest.mark.slow
 def test_a_body_that_hangs_does_not_stand_on_its_head(tmp_path, angle):
     ran = run_text(tmp_path, HUNG.replace("ANGLE", str(angle)) + "[output]")
     assert ran.statuses == ["OK"]
@@ -287,12 +288,13 @@ def laid(height, attitude, line, out="[output]"):
     ("height", "attitude", "line"),
     [
         (0.6, [0, 0.1, 0], SLACK),  # by a step that is downhill no more, onto its edge: 1.326 rad
-        pytest.param(0.6, [0, -0.3, 0], SLACK, marks=pytest.mark.slow),
+        (0.6, [0, -0.3, 0], SLACK),
         # nothing holds its yaw, nor where it is
-        pytest.param(0.4, [0.1, 0.05, 0], LOOSE, marks=pytest.mark.slow),
-        pytest.param(0.26, [0.01, 0.005, 0], LOOSE, marks=pytest.mark.slow),
+        (0.4, [0.1, 0.05, 0], LOOSE),
+        (0.26, [0.01, 0.005, 0], LOOSE),
     ],
 )
+@pytest.mark.slow
 def test_a_box_on_a_bed_lies_flat(tmp_path, height, attitude, line):
     ran = run_text(tmp_path, laid(height, attitude, line, output("0.5 s")))
     assert ran.statuses == ["OK"]

@@ -196,6 +196,7 @@ def hanging(law, *, more="", sea="flow = {}"):
     return "gravity = 9.81\n" + text
 
 
+@pytest.mark.slow
 def test_rods_swing_in_waves_as_a_stiff_line_does(tmp_path):
     found, smooth = [], 'flow = { ramp = "4 s" }'
     for law, step in (('law = "inextensible"', '[solver]\nstep = "2 ms"\n'),

@@ -59,3 +59,32 @@ def test_what_rests_has_no_share_of_what_it_released(dtype):
     energy["lost_drag"] = 2.5e9 * grown
     found = balance(account, np.array([int(Status.OK)]), np.array([np.nan]), TIMES)
     assert found.closure == pytest.approx(1.0)
+
+
+def pulled_tight(start):
+    """Account of a run that is strained to 100 J by 0.3 s and has 0.8 J open after it, and its break."""
+    strain = np.array([[0.0, 10.0, 50.0, 100.0, 99.2]])
+    energy = {"kinetic": 0.0 * strain, "strain": strain}
+    energy["work_moved"] = np.array([[0.0, 10.0, 50.0, 100.0, 100.0]])
+    part = SimpleNamespace(plan=SimpleNamespace(dtype="float64"), steps=100)
+    account = SimpleNamespace(energy=energy, part=part, count=4)
+    return account, {"break": np.array([start])}
+
+
+def test_what_has_been_pulled_tight_may_have_released_little_when_it_has_just_broken():
+    status, when = np.array([int(Status.OK)]), np.array([np.nan])
+    account, starts = pulled_tight(0.35)
+    assert not balance(account, status, when, TIMES, starts).opened.any()
+    # 0.5 J of the 50 J that it had at 0.25 s would be too much, as is any without a break
+    account, starts = pulled_tight(0.25)
+    assert balance(account, status, when, TIMES, starts).opened.tolist() == [[False] * 4 + [True]]
+    account, starts = pulled_tight(np.inf)
+    assert balance(account, status, when, TIMES, starts).opened.any()
+
+
+def test_what_comes_after_another_end_is_no_business_of_the_account():
+    account, _ = pulled_tight(np.inf)
+    for when, told in ((0.4, False), (0.45, True)):
+        status = np.array([int(Status.LINE_REVERSED)])
+        found = balance(account, status, np.array([when]), TIMES)
+        assert bool(found.opened.any()) is told

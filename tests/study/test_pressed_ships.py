@@ -85,6 +85,7 @@ def test_a_scene_has_the_dimensions_that_its_waves_ask_for(tmp_path, direction, 
     assert "".join(seen) == axes
 
 
+@pytest.mark.slow
 def test_it_heaves_as_an_oscillator_that_the_pressure_pushes(tmp_path):
     time, wave, place, _ = ran(tmp_path, scene())
     omega = 2.0 * np.pi / 7.0

@@ -15,6 +15,8 @@ from lumpedcable.scene.outcomes import QUANTITIES, RESULTS, SUMMARIES, TAKEN
 from lumpedcable.status import Status
 from lumpedcable.study import report, tables
 from lumpedcable.study.outcome import Outcome
+from lumpedcable.study.rest_report import rest_table
+from lumpedcable.study.run import run_study
 from lumpedcable.study.summary import empty_table
 
 SNAPBACK = Path(__file__).parents[2] / "configs" / "snapback.toml"
@@ -181,3 +183,48 @@ def test_of_many_different_failures_the_first_are_told(monkeypatch):
     text = printed(monkeypatch, 120, study, outcomes)
     assert len(re.findall(r"^run \d+: undefined at \d+ ms$", text, re.MULTILINE)) == 10
     assert "and 190 more runs went wrong" in text
+
+
+def test_which_end_broke_is_told_where_another_could_have(monkeypatch, tmp_path):
+    text = SNAPBACK.read_text()
+    study = load_study(SNAPBACK)
+    assert "rope.end" not in printed(monkeypatch, 120, study, [outcome(0)])
+    more = text[: text.index("[references")] if "[references" in text else text
+    (tmp_path / "two.toml").write_text(
+        more + '\n[events.other]\nbreaks = "rope@30 m"\ntime = "1 ms"\ntension = "1 MN"\n'
+    )
+    two = load_study(tmp_path / "two.toml")
+    assert "rope.end" in printed(monkeypatch, 120, two, [outcome(0)])
+
+
+HANGS = """
+gravity = 9.81
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+[lines.rope]
+material = "wire"
+length = 10
+segments = 4
+mass = 2
+start = { fixed = [0, 0, 0] }
+end = "free"
+[measures.pull]
+tension = "rope.start"
+[sweep]
+"lines.rope.mass" = [2, 4]
+[output]
+"""
+
+
+def test_a_scene_at_rest_tells_its_measures(tmp_path):
+    (tmp_path / "scene.toml").write_text(HANGS)
+    study = load_study(tmp_path / "scene.toml")
+    run_study(study, tmp_path / "rest.h5")
+    with redirect_stdout(StringIO()) as out:
+        rest_table(study, tmp_path / "rest.h5")
+    text = out.getvalue()
+    told = text[text.index("measures") :]
+    assert "pull" in told
+    assert "196.200" in told  # N, the weight of 20 kg
+    assert "392.400" in told

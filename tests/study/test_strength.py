@@ -134,6 +134,35 @@ def test_where_and_when_it_was_first_beyond(tmp_path):
         assert line.unstretched_segment(0)[most.argmax()] == pytest.approx(place)
 
 
+HANGING = """
+gravity = 9.81
+[materials.chain]
+law = "linear"
+EA = "1 GN"
+breaking_strength = "1 MN"
+[lines.chain]
+material = "chain"
+length = 1000
+segments = 10
+mass = "105 kg/m"
+start = { fixed = [0, 0, 0] }
+end = "free"
+[output]
+duration = "2 s"
+every = "1 s"
+"""
+
+
+@pytest.mark.parametrize("overrides", [(), ("output={}",)])
+def test_an_end_bears_more_than_the_middle_of_its_segment(tmp_path, overrides):
+    weight = 105 * 9.81 * 1000
+    _, (outcome,) = run(tmp_path, HANGING, *overrides)
+    assert outcome.utilisation == pytest.approx(weight / 1e6, rel=1e-6)
+    assert 'line "chain" bears 1.03 MN' in outcome.message
+    if not overrides:
+        assert " at 0 m, 1.03 times its breaking strength" in outcome.message
+
+
 def test_of_a_run_that_goes_wrong_it_is_that_of_before(tmp_path):
     # strained beyond 0.3 it goes on to 400 kN, which are none of a law for less than 300
     _, (outcome,) = run(tmp_path, PULLED)
@@ -176,5 +205,5 @@ HANGS = "gravity = 9.81\n" + "\n".join(
 
 def test_of_inextensible_lines_too(tmp_path):
     _, (outcome,) = run(tmp_path, HANGS)
-    assert outcome.utilisation == pytest.approx(8.75 * 9.81 / 50, rel=1e-6)
-    assert 'line "chain" bears 85.84 N at 1.25 m' in outcome.message
+    assert outcome.utilisation == pytest.approx(10 * 9.81 / 50, rel=1e-6)
+    assert 'line "chain" bears 98.1 N at 0 m' in outcome.message
