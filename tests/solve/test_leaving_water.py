@@ -191,7 +191,8 @@ TOP = 26.0
 PERIOD = 4.0
 
 
-@pytest.mark.parametrize("segments", [3, pytest.param(16, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("segments", [3, 16])
+@pytest.mark.slow
 def test_a_rope_on_a_soft_one_dips_in_and_out_as_one_mass(tmp_path, segments):
     sways = f'position = [0, 0, {TOP}], amplitude = [0, 0, 2.0], period = "{PERIOD} s"'
     top = f"{{ motion = {{ {sways} }} }}"

@@ -26,7 +26,11 @@ def lines_of(*changes: str, scene: Path = SNAPBACK, most: int = 1000) -> list[st
 
 @pytest.mark.parametrize(
     "changes",
-    [(), ("solver.step=0.5 ms",), pytest.param(("solver.method=rk4",), marks=pytest.mark.slow)],
+    [
+        pytest.param((), marks=pytest.mark.slow),
+        ("solver.step=0.5 ms",),
+        pytest.param(("solver.method=rk4",), marks=pytest.mark.slow),
+    ],
 )
 def test_steps_are_those_that_are_taken(tmp_path, changes):
     study = load_study(SNAPBACK, [*QUICK, *TWO, *changes])

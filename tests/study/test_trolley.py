@@ -100,7 +100,12 @@ def test_the_spline_is_exact_where_it_must_be():
 
 
 @pytest.mark.parametrize(
-    ("place", "depth"), [pytest.param(2.5, 5e-3, marks=pytest.mark.slow), (2.55, 1e-6), (1.0, 1e-6)]
+    ("place", "depth"),
+    [
+        pytest.param(2.5, 5e-3, marks=pytest.mark.slow),
+        pytest.param(2.55, 1e-6, marks=pytest.mark.slow),
+        (1.0, 1e-6),
+    ],
 )
 def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place, depth):
     # two inextensible arcs of a catenary that meet under a sheave, w per stretched length; H and the
