@@ -206,8 +206,8 @@ class _Reader:
 
     def point(self, row: Row, early: bool, found: Mooring) -> Point:
         name, kind, *numbers = row.words
-        body = re.fullmatch(r"(?i)body0*(\d+)", kind)
-        if not (body and body[1] in found.bodies) and kind.lower() not in KINDS:
+        body = _body_of(kind, found)
+        if not body and kind.lower() not in KINDS:
             words = f"expected a point that is fixed, coupled, free or on a body, found {kind!r}"
             self.told(row, f"point {name}", words)
         if early:  # with forces
@@ -220,14 +220,14 @@ class _Reader:
             self.number(row, f"point {name}", word, NOT_NEGATIVE) for word in numbers[3:7]
         )
         kind = KINDS.get(kind.lower(), "body" if body else "free")
-        return Point(kind, place, mass, volume, CdA, Ca, body=body[1] if body else "")
+        return Point(kind, place, mass, volume, CdA, Ca, body)
 
     def rod(self, row: Row, found: Mooring) -> None:
         """The two ends of a rod that does not move by itself, as points that have its direction."""
         name, _, kind, *numbers = row.words
         key = f"rod {name}"
-        body = re.fullmatch(r"(?i)body0*(\d+)", kind)
-        taken = KINDS.get(kind.lower(), "body" if body and body[1] in found.bodies else "free")
+        body = _body_of(kind, found)
+        taken = KINDS.get(kind.lower(), "body" if body else "free")
         if taken == "free":
             found.left.append(f"rod {name}, which is {kind}")
             return
@@ -239,7 +239,7 @@ class _Reader:
             self.told(row, key, "expected two ends that lie apart, found one place")
         for end, place in (("A", first), ("B", last if count else first)):  # of no length without
             found.points[f"R{name}{end}"] = Point(
-                taken, place, 0.0, 0.0, 0.0, 0.0, body=body[1] if body else "", axis=(first, last)
+                taken, place, 0.0, 0.0, 0.0, 0.0, body, axis=(first, last)
             )
 
     def failure(self, row: Row, found: Mooring) -> None:
@@ -315,6 +315,12 @@ class _Reader:
 
     def told(self, row: Row | None, key: str, words: str) -> None:
         self.faults.append(Fault(self.file, row and row.line, key, words))
+
+
+def _body_of(kind: str, found: Mooring) -> str:
+    """The body that something is on, "" where it is on none that there is."""
+    named = re.fullmatch(r"(?i)body0*(\d+)", kind)
+    return named[1] if named and named[1] in found.bodies else ""
 
 
 def _bare(point: str) -> str:

@@ -122,6 +122,7 @@ class _Writer:
 
     def bodies(self) -> Iterator[str]:
         """Free bodies, and free points that something weighs or that more than two lines meet at."""
+        points = self.mooring.points
         for name, body in self.mooring.bodies.items():
             held = self._on(name)
             if body.kind != "free":
@@ -134,15 +135,14 @@ class _Writer:
                     f"not taken over: CdA of body {name}; give it a size, and drag on its faces"
                 )
             middle = zip(body.place, body.along(body.centre), strict=True)
-            points = {p: self.mooring.points[p].place for p in held}
             keys = {
                 "mass": body.mass, "inertia": list(body.inertia), "volume": body.volume or None,
                 "position": [place + off for place, off in middle],
                 "attitude": list(body.attitude) if any(body.turned) else None,
                 "added_mass": list(body.Ca) if body.volume and any(body.Ca) else None,
                 "points": {
-                    f"point{p}": [x - c for x, c in zip(place, body.centre, strict=True)]
-                    for p, place in points.items()
+                    f"point{p}": [x - c for x, c in zip(points[p].place, body.centre, strict=True)]
+                    for p in held
                 },
                 "settle": True,
             }  # fmt: skip

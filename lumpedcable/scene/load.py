@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path as FilePath
@@ -28,6 +28,7 @@ from lumpedcable.scene.runs import Axis, Factor, Runs, by_path, with_values
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.sweep import MAX_RUNS, read_factors
 from lumpedcable.scene.texts import FileError, read_text
+from lumpedcable.scene.tree import Spot, spot_at
 from lumpedcable.scene.validate import read_scene
 from lumpedcable.scene.writer import to_toml
 
@@ -101,8 +102,7 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
     sweep_is_right = not wrong and not reader.faults
 
     # an override may name a number that stands in the sweep alone, which is no number of the scene's own
-    lent = {at: value for row in _first_rows(data, own) for at, value in row.items()}
-    lent = {at: value for at, value in lent.items() if _is_open(data, at)}
+    lent, _ = _first_values(data, own)
     changed = changes.apply(overrides, with_values(data, lent), sweep)
     reader.origins, reader.faults = changed.origins, reader.faults + changed.faults
     for at in lent:
@@ -183,24 +183,34 @@ class _Reader:
 
         A number that the scene has keeps its value, unless that does not go with the first row.
         """
-        rows = list(_first_rows(data, factors))
-        open_ = {at: v for row in rows for at, v in row.items() if _is_open(data, at)}
-        found = None
-        for values in (open_, {at: v for row in rows for at, v in row.items()}):
-            whole = with_values(data, values)
-            scene, problems = read_scene(whole, fill(whole, self.file.parent))
-            found = found or (whole, scene, list(problems))
-            if not problems:
-                return whole, scene, []
-        return found or (data, None, [])
+        alone, rows = _first_values(data, factors)
+        found = self._whole(data, alone)
+        if found[2] and rows != alone:
+            other = self._whole(data, rows)
+            found = found if other[2] else other
+        return found
+
+    def _whole(
+        self, data: dict[str, Any], values: dict[Path, Any]
+    ) -> tuple[dict[str, Any], Scene | None, list[Problem]]:
+        """Raw data with values put in, the scene that this is, None where it is faulty, its faults."""
+        whole = with_values(data, values)
+        scene, problems = read_scene(whole, fill(whole, self.file.parent))
+        return whole, scene, list(problems)
 
 
-def _first_rows(data: dict[str, Any], factors: Iterable[Factor]) -> Iterator[dict[Path, Any]]:
-    """Yield the first row of each factor with a number that stands in the sweep alone."""
+def _first_values(
+    data: dict[str, Any], factors: Iterable[Factor]
+) -> tuple[dict[Path, Any], dict[Path, Any]]:
+    """The first values of what stands in the sweep alone, and these with what moves together with it."""
+    alone: dict[Path, Any] = {}
+    rows: dict[Path, Any] = {}
     for factor in factors:
         row = by_path(factor.at(0))
-        if any(_is_open(data, path) for path in row):
-            yield row
+        mine = {path: value for path, value in row.items() if _is_open(data, path)}
+        alone |= mine
+        rows |= row if mine else {}
+    return alone, rows
 
 
 def _as_given(scene: Scene, data: dict[str, Any], factors: Iterable[Factor]) -> Scene:
@@ -210,9 +220,8 @@ def _as_given(scene: Scene, data: dict[str, Any], factors: Iterable[Factor]) -> 
     """
     given: dict[str, float] = {}
     for axis in (axis for factor in factors for axis in factor.axes):
-        vector: Any = data
-        for key in axis.path[:-1]:
-            vector = vector.get(key) if isinstance(vector, dict) else None
+        spot = spot_at(Spot(Scene, data), axis.path[:-1])
+        vector = None if spot is None else spot.value
         if isinstance(vector, list) and all(isinstance(x, int | float) for x in vector):
             at = axis.key.rpartition(".")[0]
             given |= {f"{at}.{k}": float(x) for k, x in enumerate(vector)}

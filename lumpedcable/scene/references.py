@@ -16,6 +16,7 @@ from lumpedcable.scene.quantities import Quantity
 from lumpedcable.scene.run import Reference
 from lumpedcable.scene.runs import Factor
 from lumpedcable.scene.scene import Scene
+from lumpedcable.scene.tree import Absent, Spot, number_at, numeric, spot_at
 
 
 def result_problems(scene: Scene, data: Mapping[str, Any]) -> Iterator[Problem]:
@@ -67,7 +68,7 @@ def aligned(
     if not scene.references or tuple(file_factors) == tuple(factors):
         return scene.references
     asked = [axis.key for factor in file_factors for axis in factor.axes]
-    stated = {key: _stated(scene, data, key) for key in asked}
+    stated = {key: _stated(Spot(Scene, data), key) for key in asked}
     places = [_place(run, file_factors) for run in _numbers(stated, factors)]
     kept = {}
     for name, reference in scene.references.items():
@@ -81,18 +82,12 @@ def aligned(
     return kept
 
 
-def _stated(scene: Scene, data: Any, key: str) -> float:
-    """The number of a scene at a key, a component of a direction as it is given; NaN without one."""
-    read: Any = scene
-    for step in key.split("."):
-        if isinstance(data, dict | list):
-            data = data.get(step) if isinstance(data, dict) else data[int(step)]
-        if isinstance(read, tuple):
-            read = read[int(step)]
-        else:
-            read = read.get(step) if isinstance(read, dict) else getattr(read, step, None)
-    found = next((x for x in (data, read) if isinstance(x, int | float)), math.nan)
-    return float(found)
+def _stated(root: Spot, key: str) -> float:
+    """The number of a scene at a key in SI, of a direction as it is given; NaN without one."""
+    path = tuple(key.split("."))
+    raw, spot = number_at(root, path), spot_at(root, path)
+    kind = None if spot is None or raw is Absent else numeric(spot)
+    return math.nan if kind is None else float(kind.read(raw))
 
 
 def _numbers(numbers: dict[str, float], factors: Sequence[Factor]) -> Iterator[Mapping[str, float]]:

@@ -2,11 +2,11 @@
 
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from adopted import scene_of, tells
 from command_line import say
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
@@ -78,15 +78,6 @@ Line LineType UnstrLen NumSegs NodeAnch NodeFair Flags/Outputs
 0.4 FrictionCoefficient
 ---- need this line
 """
-
-
-def scene_of(folder, text):
-    """The tables of the scene that a file becomes, which reads, and the remarks."""
-    (folder / "mooring.txt").write_text(text, encoding="utf-8")
-    toml, remarks = mooring_scene(read_moordyn(folder / "mooring.txt"), "a mooring")
-    (folder / "mooring.toml").write_text(toml)
-    load_study(folder / "mooring.toml")
-    return tomllib.loads(toml), remarks
 
 
 def test_every_number_is_where_a_scene_has_it(tmp_path):
@@ -208,11 +199,7 @@ def test_what_has_no_counterpart_is_told(tmp_path):
 )  # fmt: skip
 def test_a_mistake_is_told_with_its_line(tmp_path, old, new, line, words):
     assert old in LATE
-    (tmp_path / "mooring.txt").write_text(LATE.replace(old, new))
-    with pytest.raises(SceneError) as caught:
-        read_moordyn(tmp_path / "mooring.txt")
-    found = [(fault.line, str(fault)) for fault in caught.value.faults]
-    assert any(at == line and words in text for at, text in found), found
+    tells(tmp_path, LATE.replace(old, new), line, words)
 
 
 def test_a_section_may_go_on_further_down(tmp_path):
