@@ -27,6 +27,8 @@ if first and metadata.version("jaxlib").startswith("0.10."):
 # it sets jax up, before that is used for the first time: else what jax is told would depend on which
 # tests run, and in which order
 importlib.import_module("lumpedcable.study.compiled")
+# tests replace functions, and would keep for others what these do
+importlib.import_module("lumpedcable.study.kept").KEEPS = False
 gc.set_threshold(50_000, 50, 100)  # as the command line does: jax leaves little garbage
 
 MAPS = Path("/proc/self/maps")

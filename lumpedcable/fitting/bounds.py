@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-import jax
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +13,7 @@ from lumpedcable.fitting.minimise import Found
 from lumpedcable.fitting.residual import value_and_jacobian
 from lumpedcable.fitting.transforms import before_bounds, share_of
 from lumpedcable.study.compiled import RUN_ONCE
+from lumpedcable.study.kept import program
 
 __all__ = ["AT_BOUND", "at_bounds", "falling", "inside", "way_of", "with_slopes"]
 
@@ -69,7 +69,7 @@ def with_slopes(spec: Spec, arrays: Arrays, found: Found) -> Found:
     return found._replace(slope=np.where(moved, slope, found.slope))
 
 
-@partial(jax.jit, static_argnames=("spec",), compiler_options=RUN_ONCE)
+@partial(program, static=("spec",), options=RUN_ONCE)
 def _slopes(spec: Spec, arrays: Arrays, z):
     return value_and_jacobian(spec, arrays, z)[2]
 

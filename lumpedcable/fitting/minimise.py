@@ -14,6 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.residual import failed_runs, penalised, residual, value_and_jacobian
 from lumpedcable.study.compiled import RUN_OFTEN
+from lumpedcable.study.kept import program
 
 __all__ = ["REVERSE_FROM", "Found", "loss", "search", "searches"]
 
@@ -150,11 +151,7 @@ class Marquardt(optx.AbstractGaussNewton):
         return (state.terminate & free) | stuck | (counted.idle >= MOST_IDLE), state.result
 
 
-@partial(
-    jax.jit,
-    static_argnames=("spec", "solver", "tolerance", "max_steps"),
-    compiler_options=RUN_OFTEN,
-)
+@partial(program, static=("spec", "solver", "tolerance", "max_steps"), options=RUN_OFTEN)
 def search(
     spec: Spec, arrays: Arrays, z: Float[Array, " p"], solver: str, tolerance: float, max_steps: int
 ) -> Found:
@@ -162,11 +159,7 @@ def search(
     return _search(spec, arrays, z, solver, tolerance, max_steps)
 
 
-@partial(
-    jax.jit,
-    static_argnames=("spec", "solver", "tolerance", "max_steps", "axes"),
-    compiler_options=RUN_OFTEN,
-)
+@partial(program, static=("spec", "solver", "tolerance", "max_steps", "axes"), options=RUN_OFTEN)
 def searches(
     spec: Spec, arrays: Arrays, z: Float[Array, "lanes p"], solver: str, tolerance: float,
     max_steps: int, axes: Any = None,

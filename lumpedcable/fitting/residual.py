@@ -26,6 +26,7 @@ from lumpedcable.solve.stop import time_of
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import RUN_ONCE
+from lumpedcable.study.kept import program
 from lumpedcable.study.strains import MORE
 
 __all__ = [
@@ -107,7 +108,7 @@ def _turned(numbers: dict[str, Any], chosen: tuple[str, ...]) -> dict[str, Any]:
     return numbers
 
 
-group_start = jax.jit(started, static_argnames=("spec",), compiler_options=RUN_ONCE)
+group_start = program(started, ("spec",), RUN_ONCE)
 
 
 def _coordinates(arrays: GroupArrays) -> Coordinates:

@@ -21,6 +21,7 @@ from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
 from lumpedcable.fitting.uncertainty import effective_of
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN
+from lumpedcable.study.kept import program
 
 __all__ = [
     "UNLIKELY",
@@ -154,7 +155,7 @@ def _others(problem: FitProblem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
     yield from places[order[:RESCUES]]
 
 
-_plain = jax.jit(penalised, static_argnames=("spec",), compiler_options=RUN_OFTEN)
+_plain = program(penalised, ("spec",), RUN_OFTEN)
 
 
 def bad_end(problem: FitProblem, spec: Spec, sought: Sought) -> bool:

@@ -28,6 +28,7 @@ from lumpedcable.scene.measures import BodyMeasure
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, understood
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
+from lumpedcable.study.kept import program
 from lumpedcable.study.plan import (
     asked_step,
     plan_of,
@@ -244,7 +245,7 @@ def _slopes(
     return found[0][0], found[0][1], slopes[: values.size]
 
 
-@partial(jax.jit, static_argnames=("spec",), compiler_options=RUN_ONCE)
+@partial(program, static=("spec",), options=RUN_ONCE)
 def _starts(spec: GroupSpec, arrays: GroupArrays, values, directions):
     """What runs start from, numbers apart from the rest, and the numbers' change in each direction.
 
@@ -265,7 +266,7 @@ def _starts(spec: GroupSpec, arrays: GroupArrays, values, directions):
     return floats, changes, rest, bound, converged
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction", "width"), compiler_options=RUN_OFTEN)
+@partial(program, static=("spec", "reduction", "width"), options=RUN_OFTEN)
 def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, width: int, first):
     """The scalar, its status and so many derivatives from the `first`, together through time."""
     floats, changes, rest, bound, converged = starts
@@ -285,7 +286,7 @@ def _forwards(spec: GroupSpec, arrays: GroupArrays, starts, reduction: str, widt
     return value[0], status[0], slopes
 
 
-@partial(jax.jit, static_argnames=("spec", "reduction"), compiler_options=RUN_BACK)
+@partial(program, static=("spec", "reduction"), options=RUN_BACK)
 def _backwards(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
     """The scalar, its status and its derivatives, by one way back."""
 

@@ -35,6 +35,7 @@ from lumpedcable.solve.plan import Numbers, Plan
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.study.alike import together
 from lumpedcable.study.devices import platform, shared_out
+from lumpedcable.study.kept import kept, program
 from lumpedcable.study.lanes import across
 from lumpedcable.study.packed import Packed, pack
 from lumpedcable.study.whole import keep_whole
@@ -166,8 +167,9 @@ def _prepare(
         return Ready(pack(cast(found.model, dtype)), bound, found.converged, found.imbalance)
 
     common = dict(shared), axes, origin
+    told = "prepare", structure.skeleton, structure.layout, dtype
     if not beside:
-        return shared_out(each(one), (dict(swept),), common)
+        return shared_out(partial(kept, each(one), told), (dict(swept),), common)
     # followed once, for a run alone: under two maps each of its operations takes twice as long
     example = jax.tree.map(lambda x: x[0], dict(swept)) | {k: x[0, 0] for k, x in beside.items()}
     again, _ = followed(one, example, *common)
@@ -176,7 +178,8 @@ def _prepare(
         return jax.vmap(lambda own: again({**mine, **own}, *common))(beside)
 
     every = jax.vmap(cell, in_axes=(0, 0, None, None, None))
-    found = shared_out(every, (dict(swept), dict(beside)), common)
+    every_one = partial(kept, every, told)
+    found = shared_out(every_one, (dict(swept), dict(beside)), common)
     return jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), found)
 
 
@@ -199,7 +202,7 @@ def begin_batch(models: Packed, plan: Plan, numbers: Numbers) -> tuple[Packed, P
 
         return in_one_piece(plan, numbers.steps > 0, each(one), models)
 
-    return shared_out(every, (models,), (numbers,))
+    return shared_out(partial(kept, every, ("begin", plan)), (models,), (numbers,))
 
 
 @partial(jax.jit, static_argnames=("plan",), donate_argnames=("runs",), compiler_options=RUN_OFTEN)
@@ -227,7 +230,8 @@ def advance_batch(
 
         return in_one_piece(plan, count >= 0, partial(across, one), models, runs)
 
-    return shared_out(every, (models, runs), (numbers, first, count, ends))
+    every_one = partial(kept, every, ("advance", plan))
+    return shared_out(every_one, (models, runs), (numbers, first, count, ends))
 
 
 def each(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -278,7 +282,7 @@ def followed(function: Callable[..., Any], *examples: Any) -> tuple[Callable[...
     return lambda *given: jax.tree.unflatten(form, flat(*jax.tree.leaves(given))), shapes
 
 
-@partial(jax.jit, compiler_options=RUN_ONCE)
+@partial(program, options=RUN_ONCE)
 def linearise(model: Model) -> Linear:
     """Stiffness and masses of one model at rest, for its natural modes."""
     return linearised(model)

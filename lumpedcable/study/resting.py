@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from functools import partial
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -22,6 +21,7 @@ from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure
+from lumpedcable.study.kept import program
 
 __all__ = ["AtRest", "Resting", "RestingLine", "UnrestError"]
 
@@ -60,7 +60,7 @@ class _Found(NamedTuple):
     imbalance: Float[Array, ""]
 
 
-@partial(jax.jit, static_argnames=("structure",))
+@partial(program, static=("structure",))
 def _at_rest(
     structure: Structure,
     axes: Float[Array, "3 d"],

@@ -3,7 +3,15 @@
 from pathlib import Path
 from typing import Any
 
-__all__ = ["keep_whole"]
+__all__ = ["keep_whole", "write_whole"]
+
+
+def write_whole(target: Path, value: bytes) -> None:
+    """Write a file that is there whole or not at all."""
+    from lumpedcable.results.target import drafted  # loads h5py, for what is compiled alone
+
+    with drafted(target) as draft:
+        draft.write_bytes(value)
 
 
 def keep_whole() -> bool:
@@ -26,12 +34,9 @@ def keep_whole() -> bool:
         if self.eviction_enabled or not key or "://" in str(self.path):
             plain(self, key, value)
             return
-        from lumpedcable.results.target import drafted  # loads h5py, for what is compiled alone
-
         target = Path(self.path) / f"{key}{ending}"
         if not target.exists():
-            with drafted(target) as draft:
-                draft.write_bytes(value)
+            write_whole(target, value)
 
     lru_cache.LRUCache.put = put
     return True
