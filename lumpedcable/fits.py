@@ -358,9 +358,9 @@ def response(
         takes a method of fixed steps, `jax.jacfwd` any.
 
     Raises:
-        SceneError: the scene or a change is wrong, or the run would take more steps than anybody waits
-            for.
-        ValueError: the scene has no such number, no such result or no such run.
+        SceneError: the scene or a change is wrong.
+        ValueError: the scene has no such number, no such result or no such run, `spare` is no share, or
+            the run would take more steps than anybody waits for.
     """
     from lumpedcable.fitting.response import Response
 

@@ -26,6 +26,7 @@ Array = NDArray[Any]
 MOST_KEYS = 300  # of the saved times
 SIDES = 10
 SLOWEST, FASTEST = 4.0, 20.0  # s that a film may last; else time is stretched or pressed to fit
+FAR = 1e4  # m from the origin, where single precision leaves millimetres; the roots of lines stand there
 COLOURS = ((0.0, 0.168, 0.445), (0.665, 0.112, 0.0), (0.0, 0.342, 0.174), (0.604, 0.191, 0.386))
 
 
@@ -37,15 +38,20 @@ def write_gltf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     """
     lines = lines_of(result, run or 0)
     time = result.field_time
-    keys = np.unique(np.linspace(0, len(time) - 1, MOST_KEYS).round().astype(int))
+    good = np.all([np.isfinite(line.position).all(axis=(1, 2)) for line in lines], axis=0)
+    good = np.flatnonzero(good)  # a run that failed ends there
+    spread = np.linspace(0, max(good.size - 1, 0), MOST_KEYS).round().astype(int)
+    keys = good[np.unique(spread)[: good.size]]
     places = [_y_up(line.position[keys]) for line in lines]
-    good = np.all([np.isfinite(p).all(axis=(1, 2)) for p in places], axis=0)
-    keys, places = keys[good], [p[good] for p in places]  # a run that failed ends there
+    origin = np.zeros(3)
+    if any(np.abs(place).max(initial=0.0) > FAR for place in places):
+        origin = places[0][0, 0].round()
+        places = [place - origin for place in places]
     time = time[keys] - (time[keys[0]] if len(keys) else 0.0)
     last = float(time[-1]) if len(time) else 0.0
     pace = min(max(last, SLOWEST), FASTEST) / last if last > 0.0 else 1.0
     extent = max((float(np.ptp(p, axis=(0, 1)).max()) for p in places if p.size), default=1.0)
-    built = _Builder(time * pace, extent / 800.0)
+    built = _Builder(time * pace, extent / 800.0, origin)
     for number, (line, place) in enumerate(zip(lines, places, strict=True)):
         built.line(line.name, place, number)
     extras = {"seconds_per_second": pace, "source": result.path.name}
@@ -61,7 +67,7 @@ def _y_up(position: Array) -> Array:
 class _Builder:
     """The JSON and the buffer of a file while they grow."""
 
-    def __init__(self, time: Array, radius: float) -> None:
+    def __init__(self, time: Array, radius: float, origin: Array) -> None:
         self.blob = bytearray()
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
@@ -72,6 +78,7 @@ class _Builder:
         self.samplers: list[dict[str, Any]] = []
         self.channels: list[dict[str, Any]] = []
         self.radius = radius
+        self.origin = {"translation": origin.tolist()} if origin.any() else {}
         self.time = self.array(time, "SCALAR", bounds=True)
         self.tube = [self._shape(*_cylinder(), self.array), self._shape(*_ball(), self.array)]
 
@@ -124,7 +131,7 @@ class _Builder:
             node = self._moved(f"{name} node {i}", first + 1, {"translation": place[:, i]})
             self.nodes[node]["scale"] = [self.radius] * 3
             children.append(node)
-        self.nodes.append({"name": name, "children": children})
+        self.nodes.append({"name": name, **self.origin, "children": children})
         self.roots.append(len(self.nodes) - 1)
 
     def _moved(self, name: str, mesh: int, paths: dict[str, Array]) -> int:

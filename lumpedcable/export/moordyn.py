@@ -37,7 +37,8 @@ def write_moordyn(result: ResultFile, target: Path, run: int | None) -> list[Pat
                 channels.append((channel, data.field(field, number)))
             elif "tension" in line.segments:
                 channels.append((channel, line.segments["tension"][:, segment]))
-    others = [target.with_name(f"{target.stem}_Line{k}.out") for k in range(1, len(lines) + 1)]
+    own = target.name.removesuffix(".out")
+    others = [target.with_name(f"{own}_Line{k}.out") for k in range(1, len(lines) + 1)]
     for path in others:  # before the first is written
         keep_others(path, "MoorDyn")
     made = [_table(target, result.time, [(name, "(N)", values) for name, values in channels])]

@@ -58,7 +58,7 @@ def write_vtkhdf(result: ResultFile, target: Path, run: int | None) -> list[Path
         ):
             root.create_dataset(name, data=np.asarray(value, "i8"))
         root.create_dataset("Types", data=np.full(cells, _LINE, "u1"))
-        root.create_dataset("Points", data=points.reshape(-1, 3).astype("f4"))
+        root.create_dataset("Points", data=points.reshape(-1, 3).astype("f8"))
         own = {"PointData": {}, "CellData": {}}
         for field in dict.fromkeys(field for li in lines for field in li.nodes):
             own["PointData"][field] = np.concatenate(

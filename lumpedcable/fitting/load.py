@@ -93,6 +93,10 @@ def load_fit(path: FilePath) -> FitStudy:
         name: reader.problem(file, choice.free, ("choices", name, "free"), choice)
         for name, choice in file.choices.items()
     }
+    few = main is not None and not main.known_noise and main.points <= len(main.parameters)
+    if file.sample is not None and few:
+        found = f"{main.points} values of unknown noise for {len(main.parameters)} numbers"
+        reader.tell([Problem(("sample",), f"expected more values than numbers, found {found}")])
     reader.stop()
     assert main is not None
     return FitStudy(
@@ -195,7 +199,7 @@ class _Reader:
         shape = re.compile(
             re.escape(before) + r"([^/]+)" + re.escape(rest).replace(re.escape(ROPE), r"\1")
         )
-        paths = glob.glob(pattern.replace(ROPE, "*"), root_dir=self.folder)
+        paths = glob.glob("*".join(map(glob.escape, pattern.split(ROPE))), root_dir=self.folder)
         return {match.group(1) for p in paths if (match := shape.fullmatch(p))}
 
     # --- scenes -----------------------------------------------------------------------------

@@ -37,6 +37,7 @@ MOST_ROWS = 30
 # R-hat from which chains disagree; independent draws below which they are few
 MIXED, FEW = 1.02, 100
 MOST_NUMBERS = 5
+FEW_MORE = 2  # degrees of freedom up to which Student's t has no variance
 OTHER_STARTS = "give other starts, or more of them (method.starts)"
 
 
@@ -176,6 +177,12 @@ def remarks_of(fitted: Fitted) -> list[str]:
     draws = fitted.draws
     if draws is not None and not (np.all(draws.r_hat < MIXED) and np.all(draws.size > FEW)):
         said.append("The chains do not agree yet: raise sample.draws and sample.warmup.")
+    more = problem.points - len(names)
+    if draws is not None and not problem.known_noise and more <= FEW_MORE:
+        said.append(
+            f"With {more} more values than numbers and no noise given the draws scatter so far that "
+            "their standard deviations mean nothing; their intervals do."
+        )
     if draws is not None and draws.diverging:
         said.append(f"{draws.diverging} steps of the sampler went wrong: raise sample.accept.")
     if len(fitted.starts) > 1:
@@ -199,6 +206,8 @@ def _of_profile(fitted: Fitted, profile: Profile) -> list[str]:
 
 def _quality(fitted: Fitted) -> str:
     problem, left, free = fitted.problem, fitted.certainty.factor, fitted.certainty.free
+    if fitted.failures:
+        return f"{problem.points} values, not all of which have an answer."
     if not free:
         text = f"{problem.points} values, no more than the numbers that they are to tell: what is left "
         text += "says nothing of the noise."
@@ -233,13 +242,17 @@ def _spread_of_starts(fitted: Fitted) -> str:
 
 def _choices(all_: Mapping[str, Fitted]) -> Table:
     """The laws compared, the best by BIC first."""
-    heads = ("law", "numbers", "left over", "AIC", "BIC")
-    table = table_of(heads, wrap=range(len(heads)))
-    best = [min(getattr(f.criteria, key) for f in all_.values()) for key in ("aic", "bic")]
+    heads = ("law", "numbers", "left over", "AIC", "BIC", "status")
+    table = table_of(heads, left=(0, 5), wrap=range(len(heads)))
+    aic, bic = (min(getattr(f.criteria, key) for f in all_.values()) for key in ("aic", "bic"))
     for name, f in sorted(all_.items(), key=lambda item: item[1].criteria.bic):
+        numbers, status = f"{f.certainty.effective:.3g}", status_of(f)
+        if f.failures:
+            table.add_row(Text(name), numbers, "-", "-", "-", status)
+            continue
         table.add_row(
-            Text(name), f"{f.certainty.effective:.3g}", f"{f.certainty.factor:.3g}",
-            f"+{f.criteria.aic - best[0]:.1f}", f"+{f.criteria.bic - best[1]:.1f}",
+            Text(name), numbers, f"{f.certainty.factor:.3g}",
+            f"+{f.criteria.aic - aic:.1f}", f"+{f.criteria.bic - bic:.1f}", status,
         )  # fmt: skip
     return table
 

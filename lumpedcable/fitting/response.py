@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
 from functools import partial
@@ -57,6 +58,8 @@ class Response:
         self, study: Study, of: str | None, by: Sequence[str], run: int = 0, spare: float = 0.0
     ) -> None:
         """See `lumpedcable.response`, which says what is raised."""
+        if not 0.0 <= spare < math.inf:
+            raise ValueError(f"spare: expected a share of at least 0, found {spare!r}")
         scene = study.runs[run]
         scalar: Scalar = asked_scalar(study, of, run)
         self.of: str = str(scalar)

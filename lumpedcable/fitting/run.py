@@ -170,6 +170,9 @@ def fitted_from(problem: FitProblem, spec: Spec, sought: Sought, seconds: float)
         low=np.where(bound, low, certainty.low), high=np.where(bound, high, certainty.high)
     )
     criteria = criteria_of(left, problem.points, certainty.effective, known)
+    if failures:  # what has no answer has no deviations, and is not the best for that
+        certainty = certainty._replace(factor=np.inf)
+        criteria = Criteria(np.inf, np.inf)
     return Fitted(
         problem, values, certainty, criteria, predicted, deviation, rough, failures,
         tuple(map(bool, bound)), spec, sought, seconds,

@@ -34,7 +34,7 @@ def can_sample() -> bool:
 
 
 def with_sample(fitted: Fitted, sampling: Sampling) -> Fitted:
-    """A fit with draws from the distribution of its parameters.
+    """A fit with draws from the distribution of its parameters; without, where not all has an answer.
 
     The density is that of normal noise, exp(-S/2) with S the sum of squares over the noise; where the
     noise was not given it is integrated out with the density 1/s, which leaves S^(-n/2) of n values
@@ -46,6 +46,8 @@ def with_sample(fitted: Fitted, sampling: Sampling) -> Fitted:
     Raises:
         ImportError: NumPyro is not installed.
     """
+    if fitted.failures:
+        return fitted
     from numpyro.diagnostics import effective_sample_size, split_gelman_rubin
     from numpyro.infer import MCMC, NUTS
 

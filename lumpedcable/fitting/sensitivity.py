@@ -206,13 +206,12 @@ def setting_of(
     at = np.array([scene.numbers()[key] for key in keys])
     _, bound, _ = group_start(spec, arrays, at)
     bound = np.asarray(bound)
-    steps = int(rounded_steps(scene, bound)[0])
+    steps = math.ceil(int(rounded_steps(scene, bound)[0]) * (1.0 + spare))
     if total_steps(scene, steps) > MOST_STEPS:
-        step = float(asked_step(scene, bound)[0])
+        step = float(asked_step(scene, bound)[0]) / (1.0 + spare)
         raise EndlessError(endless_words(scene, scene.output.duration, step))
     unjudged = arrays._replace(courant=jnp.asarray(jnp.inf))
     if back:
-        steps = math.ceil(steps * (1.0 + spare))
         judged = arrays if solver.step is None else unjudged
         return replace(spec, steps=steps), judged
     # more than that are taken by nobody: the run itself takes so many

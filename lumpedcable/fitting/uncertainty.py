@@ -122,7 +122,10 @@ def certainty_of(
     whole = slope * sizes
     v, inverse = _directions(whole)
     effective = effective_of(whole, deviation.size)
-    free = points - (effective if whole.shape[0] > deviation.size else count)
+    # what is held at a bound has met nothing of the noise
+    smooth = whole.shape[0] > deviation.size
+    told = effective_of(whole[:, inner], deviation.size) if smooth else np.sum(inner)
+    free = points - told
     free = float(free) if free > LEAST_FREE else 0.0
     reached = float(np.sqrt(np.sum(deviation**2) / (free or 1.0)))
     s = given if known else reached if free else np.inf

@@ -1,9 +1,7 @@
 """Exports, read by other programs' readers or by hand, hold the file's numbers."""
 
 import csv
-import json
 import os
-import struct
 import subprocess
 import sys
 
@@ -12,26 +10,10 @@ import numpy as np
 import pytest
 import synthetic_result
 from command_line import ROOT, refused, say
+from exported import HALF, RUN
 
 from lumpedcable.export import FORMATS, export_result
 from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
-
-RUN = 3
-HALF = len(synthetic_result.TIMES) // 2
-
-
-@pytest.fixture(scope="module")
-def file(tmp_path_factory):
-    path = tmp_path_factory.mktemp("export") / "r.h5"
-    return synthetic_result.snapback(path, segments=8, sag=4.0, padded=1)
-
-
-@pytest.fixture(scope="module")
-def fields(file):
-    """Places, velocities and tensions of the run, without the padding."""
-    with open_result(file) as result:
-        rope = result.line("rope")
-        return rope.position(RUN)[:, :9], rope.velocity(RUN)[:, :9], rope.tension(RUN)[:, :8]
 
 
 def test_vtk_reads_it_step_by_step(file, fields, tmp_path):
@@ -59,66 +41,6 @@ def test_vtk_reads_it_step_by_step(file, fields, tmp_path):
         # segment j lies between nodes j and j + 1
         ends = [[grid.GetCell(j).GetPointId(k) for k in (0, 1)] for j in range(8)]
         assert ends == [[j, j + 1] for j in range(8)]
-
-
-class Glb:
-    """A binary glTF, read by the book."""
-
-    def __init__(self, path):
-        data = path.read_bytes()
-        magic, version, size = struct.unpack_from("<4sII", data)
-        assert (magic, version, size) == (b"glTF", 2, len(data))
-        length, kind = struct.unpack_from("<I4s", data, 12)
-        assert kind == b"JSON"
-        self.head = json.loads(data[20 : 20 + length], parse_constant=self.refuse)
-        size, kind = struct.unpack_from("<I4s", data, 20 + length)
-        assert (kind, size) == (b"BIN\0", self.head["buffers"][0]["byteLength"])
-        self.blob = data[28 + length :]
-
-    @staticmethod
-    def refuse(text):
-        raise AssertionError(f"{text} is not JSON")
-
-    def array(self, index):
-        accessor = self.head["accessors"][index]
-        view = self.head["bufferViews"][accessor["bufferView"]]
-        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
-        count = accessor["count"] * width
-        values = np.frombuffer(self.blob, "<f4", count, view["byteOffset"])
-        return values.reshape(accessor["count"], width).astype(float)
-
-    def tracks(self, name):
-        """Times, translations, rotations and scales of a node by its name."""
-        (node,) = [k for k, n in enumerate(self.head["nodes"]) if n.get("name") == name]
-        (film,) = self.head["animations"]
-        found = {}
-        for channel in film["channels"]:
-            if channel["target"]["node"] == node:
-                sampler = film["samplers"][channel["sampler"]]
-                found["time"] = self.array(sampler["input"])[:, 0]
-                found[channel["target"]["path"]] = self.array(sampler["output"])
-        return found
-
-
-def test_gltf_moves_every_segment_between_its_nodes(file, fields, tmp_path):
-    (made,) = export_result(file, "gltf", tmp_path / "r.glb", RUN)
-    glb = Glb(made)
-    position = fields[0]
-    # 200 ms are stretched to 4 s
-    assert glb.head["animations"][0]["extras"]["seconds_per_second"] == pytest.approx(20)
-    for j in (0, 7):
-        track = glb.tracks(f"rope segment {j + 1}")
-        assert track["time"] == pytest.approx(20 * synthetic_result.TIMES, rel=1e-6)
-        turn, reach = track["rotation"], track["scale"][:, 1:2]
-        assert np.linalg.norm(turn, axis=1) == pytest.approx(np.ones(201), rel=1e-6)
-        # the mesh reaches from y = -1/2 to 1/2; y turned by q = (u, w) is y + 2 u x (u x y + w y)
-        u, w, y = turn[:, :3], turn[:, 3:], np.array([0.0, 1.0, 0.0])
-        half = 0.5 * reach * (y + 2.0 * np.cross(u, np.cross(u, y) + w * y))
-        for sign, node in ((-1, j), (1, j + 1)):
-            end = track["translation"] + sign * half
-            x, z, minus_y = end.T  # y is up there
-            assert np.allclose(np.stack([x, -minus_y, z], axis=1), position[:, node], atol=1e-4)
-    assert glb.tracks("rope node 4")["translation"][:, 0] == pytest.approx(position[:, 4, 0])
 
 
 def test_csv_holds_all_histories_of_all_runs(file, tmp_path):
@@ -240,24 +162,11 @@ def test_moordyn_tables_have_its_channels(file, fields, tmp_path):
     assert np.allclose(table[:, names.index("Seg8Te")], tension[:, 7], rtol=1e-7)
 
 
-@pytest.fixture(scope="module")
-def blown(tmp_path_factory):
-    """The same file, of whose run 3 all from half-way on, when it went wrong, is beyond all bounds."""
-    path = tmp_path_factory.mktemp("export") / "blown.h5"
-    synthetic_result.snapback(path, segments=8, sag=4.0, padded=1, failed=(RUN,))
-    with h5py.File(path, "r+") as changed:
-        for name in ("position", "velocity", "tension", "strain"):
-            changed[f"lines/rope/{name}"][RUN, HALF:] = 1e35
-        changed["energy/kinetic"][RUN, HALF:] = 1e125
-    return path
-
-
-def test_gltf_ends_where_a_run_went_wrong(blown, fields, tmp_path):
-    (made,) = export_result(blown, "gltf", tmp_path / "r.glb", RUN)
-    track = Glb(made).tracks("rope node 8")
-    # 99 ms, the last time before half-way, stretched to 4 s
-    assert track["time"] == pytest.approx(4.0 / 0.099 * synthetic_result.TIMES[:HALF], rel=1e-6)
-    assert track["translation"][:, 0] == pytest.approx(fields[0][:HALF, 8, 0], rel=1e-6)
+def test_moordyn_tables_of_targets_with_a_dot_do_not_replace_each_other(file, tmp_path):
+    made = [export_result(file, "moordyn", tmp_path / f"case.{run}", run)[1] for run in (0, RUN)]
+    assert [path.name for path in made] == ["case.0_Line1.out", "case.3_Line1.out"]
+    first, second = (np.loadtxt(path, skiprows=2) for path in made)
+    assert not np.array_equal(first, second)
 
 
 def test_tables_and_grids_read_nan_from_where_a_run_went_wrong(blown, file, tmp_path):

@@ -1,14 +1,17 @@
 """Static tables: recovery, intervals, what cannot be told, other losses, solvers and laws."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, write_bench
 from nylon_line import tension
+from rich.console import Console
 
-from lumpedcable.fitting.report import remarks_of
+from lumpedcable.fitting.report import _choices, remarks_of
 from lumpedcable.fitting.run import fit_problem
+from lumpedcable.status import Status
 
 KNOWN = 'noise = "1 %"\n'
 
@@ -187,3 +190,31 @@ free = { "materials.nylon.EA" = {} }
 def test_what_a_choice_leaves_free(tmp_path, choice, keys):
     problem = two_materials(tmp_path, f"[choices.other]\nset = {choice}\n").choices["other"]
     assert [p.key for p in problem.parameters] == keys
+
+
+WEAK = """scene = "scene.toml"
+set = { "materials.nylon.p5" = "1 N" }
+[free]
+"materials.nylon.p1" = { start = "100 kN", high = "110 kN" }
+"materials.nylon.p4" = { start = "100 kN", high = "120 kN" }
+[experiments.record]
+file = "record.csv"
+time = { column = "t (ms)" }
+observe = [{ quantity = "tension", at = "rope.start", column = "F (kN)", noise = "1 kN" }]
+"""
+
+
+def test_a_law_without_an_answer_is_not_the_best(tmp_path):
+    """A line that is pulled by 300 kN has no equilibrium where its law never bears that."""
+    rows = "".join(f"{t},300\n" for t in range(11))
+    (tmp_path / "record.csv").write_text(f"t (ms),F (kN)\n{rows}")
+    weak = fit_problem(fit_of(tmp_path, WEAK, SCENE.replace("45 kN", "300 kN")).problem)
+    assert weak.failures == (("record", Status.STATICS_NOT_CONVERGED),)
+    assert weak.criteria.aic == weak.criteria.bic == weak.certainty.factor == np.inf
+    assert remarks_of(weak)[0] == "11 values, not all of which have an answer."
+    good = fit_problem(bench_of(tmp_path, TRUTH, noise=0.01, more=KNOWN).problem)
+    console = Console(record=True, width=200, file=io.StringIO())
+    console.print(_choices({"weak": weak, "as given": good}))
+    rows = [line.split() for line in console.export_text().splitlines()]
+    assert ["as", "given", "5", f"{good.certainty.factor:.3g}", "+0.0", "+0.0", "ok"] in rows
+    assert rows.index(["weak", "2", "-", "-", "-", "run", "failed"]) > 3

@@ -77,6 +77,19 @@ def test_a_number_at_its_lower_bound_leaves_the_others_what_they_are(tmp_path, b
     assert not profile.better
 
 
+def test_the_noise_is_found_from_what_the_numbers_away_from_their_bounds_leave(tmp_path):
+    """With c1 held at 0 the spread of c0 is that of a straight line alone: three degrees of freedom."""
+    fitted = bent(tmp_path, "")
+    assert fitted.at_bound == (False, True)
+    square = STRAIN @ STRAIN
+    best = STRAIN @ LOAD / square
+    noise = np.sqrt(np.sum((LOAD - best * STRAIN) ** 2) / 3)
+    assert fitted.certainty.std[0] == pytest.approx(noise / np.sqrt(square), rel=1e-5)
+    # Student's t with 3 degrees of freedom, 97.5 %: 3.1824 (tables)
+    reach = (fitted.certainty.high[0] - fitted.values[0]) / fitted.certainty.std[0]
+    assert reach == pytest.approx(3.1824, abs=1e-4)
+
+
 def test_a_number_at_its_upper_bound_has_a_profile_below_it(tmp_path):
     study = written(tmp_path, LINEAR, TOO_LOW)
     fitted = with_profiles(fit_problem(study.problem))

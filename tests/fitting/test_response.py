@@ -140,3 +140,14 @@ def test_another_number_of_numbers_is_told(speed):
         speed([1.0, 2.0])
     with pytest.raises(ValueError, match="run: expected one from 0 to 0, found 3"):
         lc.response("configs/hard/snap.toml", ["EA"], run=3)
+
+
+@pytest.mark.parametrize("spare", [np.nan, np.inf, -0.5])
+def test_a_share_of_steps_is_one(scene, spare):
+    with pytest.raises(ValueError, match="spare: expected a share of at least 0, found"):
+        lc.response(scene, ["pretension"], "last velocity at rope.end", SHORT, spare=spare)
+
+
+def test_more_steps_than_anybody_waits_for_are_refused(scene):
+    with pytest.raises(ValueError, match="more steps are needed than may be taken"):
+        lc.response(scene, ["pretension"], "last velocity at rope.end", SHORT, spare=1e9)

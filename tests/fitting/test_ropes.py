@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from command_line import refused, say
 from fit_files import BENCH, NAMES, SCENE, TRUTH, fit_of, free, write_bench
-from nylon_line import P5
+from nylon_line import P5, tension
 
 from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.run import fit_problem
 
 ROPES = {"a1": (1.0, 40), "b.2": (1.15, 64), "07": (0.9, 51)}
 """Their p1 to p4 over the nylon rope's, and how many points were measured."""
+STRAIN = np.linspace(0.005, 0.32, 40)
 TEXT = 'scene = "scene.toml"\nropes = "*"\n' + free(TRUTH[:4], NAMES[:4])
 TEXT += BENCH.replace("bench.csv", "coil-{rope}.csv")
 
@@ -35,6 +36,14 @@ def test_every_rope_comes_back_as_it_is(tmp_path):
     for name, fitted in fit_ropes(study.ropes).items():
         assert fitted.converged
         assert fitted.values == pytest.approx(ROPES[name][0] * TRUTH[:4], rel=1e-6)
+
+
+def test_signs_of_patterns_in_the_name_of_a_folder_are_letters(tmp_path):
+    (tmp_path / "coils [x]").mkdir()
+    text = TEXT.replace("coil-{rope}", "coils [x]/{rope}")
+    for name in ROPES:
+        write_bench(tmp_path, STRAIN, tension(STRAIN), f"coils [x]/{name}.csv")
+    assert list(fit_of(tmp_path, text).ropes) == sorted(ROPES)
 
 
 def test_a_rope_among_others_is_what_it_is_alone(tmp_path):

@@ -10,6 +10,7 @@ from fit_files import BENCH, SCENE, fit_of, write_bench
 
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.sample import with_sample
+from lumpedcable.scene import SceneError
 
 STRAIN = np.linspace(0.02, 0.3, 12)
 LAW = 'law = "polynomial"\ncoefficients = [4e5, 1e5]\n'
@@ -74,3 +75,16 @@ def test_without_the_extra_it_is_told_before_anything_is_computed(tmp_path):
     with mock.patch("importlib.util.find_spec", return_value=None):
         told = refused(tmp_path, "fit", "fit.toml")
     assert 'pip install "lumpedcable[sample]"' in told
+
+
+def test_values_that_are_no_more_than_the_numbers_have_no_distribution(tmp_path):
+    """S^(-n/2) cannot be integrated where a law meets n values exactly."""
+    write_bench(tmp_path, STRAIN[:2], 5e5 * STRAIN[:2])
+    fit_of(tmp_path, TEXT + 'noise = "4 kN"\n' + SAMPLE, LINEAR)
+    with pytest.raises(SceneError) as caught:
+        fit_of(tmp_path, TEXT + SAMPLE, LINEAR)
+    (fault,) = caught.value.faults
+    assert (fault.line, fault.key) == (11, "sample")
+    assert "expected more values than numbers, found 2 values of unknown noise" in str(fault)
+    write_bench(tmp_path, STRAIN[:3], 5e5 * STRAIN[:3])
+    assert fit_of(tmp_path, TEXT + SAMPLE, LINEAR).sampling is not None

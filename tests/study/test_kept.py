@@ -10,11 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tiny_scene import TINY
 
 from lumpedcable.study import kept as module
 from lumpedcable.study.kept import kept, program
 from lumpedcable.study.packed import Packed, pack
-from tests.study.test_kept_programs import TINY
 
 ROOT = Path(__file__).parents[2]
 

@@ -8,31 +8,11 @@ from pathlib import Path
 
 import pytest
 from jax._src.lru_cache import LRUCache
+from tiny_scene import TINY
 
 import lumpedcable  # noqa: F401  (its cache writes whole files)
 
 ROOT = Path(__file__).parents[2]
-TINY = """
-[materials.hooke]
-law = "linear"
-EA = "1 MN"
-[lines.rope]
-material = "hooke"
-length = "10 m"
-segments = 8
-mass = "1 kg/m"
-start = { fixed = [0, 0, 0] }
-end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }
-[events.break]
-breaks = "rope.end"
-time = "40 ms"
-[solver]
-waves = "plain"
-[output]
-duration = "4 ms"
-every = "2 ms"
-quantities = ["position"]
-"""
 COUNTED = """
 import sys
 from collections import Counter
