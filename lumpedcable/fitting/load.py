@@ -93,9 +93,9 @@ def load_fit(path: FilePath) -> FitStudy:
         name: reader.problem(file, choice.free, ("choices", name, "free"), choice)
         for name, choice in file.choices.items()
     }
-    few = main is not None and not main.known_noise and main.points <= len(main.parameters)
-    if file.sample is not None and few:
-        found = f"{main.points} values of unknown noise for {len(main.parameters)} numbers"
+    drawn = main if file.sample is not None else None
+    if drawn is not None and not drawn.known_noise and drawn.points <= len(drawn.parameters):
+        found = f"{drawn.points} values of unknown noise for {len(drawn.parameters)} numbers"
         reader.tell([Problem(("sample",), f"expected more values than numbers, found {found}")])
     reader.stop()
     assert main is not None
