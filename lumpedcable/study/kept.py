@@ -42,9 +42,12 @@ SOURCES = code_of()  # of what is imported; whoever edits it meanwhile imports s
 
 
 class Followed(NamedTuple):
-    """The operations of a function of a flat list of arrays, and the tree of what comes out of it."""
+    """The operations of a function of a flat list of arrays, and the tree of what comes out of it.
 
-    program: export.Exported
+    Without a program they cannot be kept, which others need not try again.
+    """
+
+    program: export.Exported | None
     form: Any
 
 
@@ -86,14 +89,16 @@ def kept(function: Callable[..., Any], told: Any, *arguments: Any) -> Any:
     place = _place(told, arguments)
     if place is None:
         return function(*arguments)
-    found = _read(place)
-    if found is None:
-        found = _followed(function, arguments)
-        if found is None:
-            return function(*arguments)
+    known = _read(place)
+    found = _followed(function, arguments) if known is None else known
+    if found.program is None:
+        result = function(*arguments)  # tells what is wrong, if it is the function
+    else:
+        leaves = found.program.call(*jax.tree.leaves(arguments))
+        result = jax.tree.unflatten(found.form, leaves)
+    if known is None:
         _write(place, found)
-    leaves = found.program.call(*jax.tree.leaves(arguments))
-    return jax.tree.unflatten(found.form, leaves)
+    return result
 
 
 def _place(told: Any, arguments: Any) -> Path | None:
@@ -121,11 +126,8 @@ def _versions() -> list[str]:
     return [metadata.version(name) for name in FOLLOWED_WITH]
 
 
-def _followed(function: Callable[..., Any], arguments: Any) -> Followed | None:
-    """The operations of a function, None if there are some that cannot be kept.
-
-    What is wrong with the function itself is told again when it is called.
-    """
+def _followed(function: Callable[..., Any], arguments: Any) -> Followed:
+    """The operations of a function, if they can be kept and nothing is wrong with it."""
     leaves, tree = jax.tree.flatten(arguments)
     form = None
 
@@ -138,7 +140,7 @@ def _followed(function: Callable[..., Any], arguments: Any) -> Followed | None:
     try:
         return Followed(export.export(jax.jit(flat))(*given), form)
     except Exception:
-        return None
+        return Followed(None, None)
 
 
 def _read(place: Path) -> Followed | None:
@@ -153,9 +155,10 @@ def _write(place: Path, found: Followed) -> None:
     """Keep it if that can be done; without it everything works, only slower."""
     if code_of() != SOURCES:
         return
-    whole = io.BytesIO()
+    whole, plain = io.BytesIO(), found.program
     try:
-        plain = dataclasses.replace(found.program, _get_vjp=None)
+        if plain is not None:
+            plain = dataclasses.replace(plain, _get_vjp=None)
         _Pickler(whole).dump((plain, found.form))
         write_whole(place, zlib.compress(whole.getvalue(), QUICK))
     except Exception:

@@ -135,17 +135,19 @@ def test_what_is_wrong_with_a_function_is_told_as_ever(folder):
     assert files(folder) == []
 
 
-def test_operations_that_cannot_be_kept_are_done(folder):
+def test_operations_that_cannot_be_kept_are_done_and_not_tried_again(folder):
     seen = []
 
     def talking(tree):
         jax.debug.callback(seen.append, tree["y"])
         return tree["y"] + 1.0
 
-    assert called(talking, "talking", TREE) == 3.0
-    jax.effects_barrier()
-    assert len(seen) == 1
-    assert files(folder) == []
+    function = Counted(talking)
+    for calls in (2, 3):  # once in vain, for good
+        assert called(function, "talking", TREE) == 3.0
+        jax.effects_barrier()
+        assert function.calls == calls
+    assert seen == [2.0, 2.0]
 
 
 def test_arguments_that_are_structure_are_told_by_their_values(folder):
