@@ -15,8 +15,8 @@ from benchmarks.measures import FINE, Histories, front_time
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, load_study
-from lumpedcable.solve.observe import signs
 from lumpedcable.solve.plan import Numbers
+from lumpedcable.solve.signs import signs
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import advance_batch, begin_batch, prepare_batch
 from lumpedcable.study.packed import unpacked

@@ -35,10 +35,12 @@ class Status(IntEnum):
     LENGTH_LOST = 11
     STEP_NOT_FOUND = 12
     STRAIN_EXCEEDED = 13
+    LINE_RUN_OUT = 14
 
 
 SIGNS = (
     Status.BODY_UPENDED,
+    Status.LINE_RUN_OUT,
     Status.LENGTH_LOST,
     Status.STEP_BOUND_BROKEN,
     Status.TOO_MANY_STEPS,
@@ -74,6 +76,7 @@ MEANING = {
         "stayed too large, however short it was"
     ),
     Status.STRAIN_EXCEEDED: "a line stretched beyond max_strain of its material",
+    Status.LINE_RUN_OUT: "a body that runs on a line came to an end of it, where it is no longer borne",
 }
 
 _ON_BEDS = "; of inextensible lines on a bed, lower solver.step"
@@ -126,6 +129,10 @@ ADVICE = {
     Status.STRAIN_EXCEEDED: (
         "raise max_strain if the rope bears that; if not, check the units of lengths, places and "
         "records, and the stiffness; what comes after this time is the law carried on"
+    ),
+    Status.LINE_RUN_OUT: (
+        "use the results up to this time: a line that breaks runs out through the trolley, which falls "
+        "then, and here holds on to its end; where nothing breaks, let it stop farther from the post"
     ),
 }
 

@@ -19,9 +19,10 @@ from lumpedcable.model.model import Model
 from lumpedcable.physics.precision import cast
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import begin, interval
-from lumpedcable.solve.observe import Sample, sample, signs
+from lumpedcable.solve.observe import Sample, sample
 from lumpedcable.solve.plan import Numbers, Progress
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
+from lumpedcable.solve.signs import signs
 from lumpedcable.solve.stop import time_of
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import SIGNS, Status

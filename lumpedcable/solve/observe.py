@@ -26,10 +26,9 @@ from lumpedcable.physics.seam import EXTRA
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.physics.waves import Boundary
-from lumpedcable.scene.bodies import STEEP
 from lumpedcable.solve.bound import courant_number
 from lumpedcable.solve.largest import reversals, stretches, tensions_of
-from lumpedcable.status import Status
+from lumpedcable.solve.run_out import run_out
 
 __all__ = [
     "ARRIVAL_DROP",
@@ -39,7 +38,6 @@ __all__ = [
     "Watch",
     "end_tension",
     "sample",
-    "signs",
     "tension_at",
     "tips",
     "watch",
@@ -85,7 +83,7 @@ class Sample(NamedTuple):
     tells of each line, and what `watched` adds; `bodies` the coordinates q and their rates of each body,
     (2, m); `measures` the numbers that the scene asks for, NaN while they do not count; `stuck` is as of
     a run; `upright` the least |cos(pitch)| so far of bodies that turn in space; `tips` how far ends have
-    moved (m) and their velocities (m/s).
+    moved (m) and their velocities (m/s); `run_out` by trolley whether its line has come to an end.
     """
 
     fields: dict[str, dict[str, Array]]
@@ -102,6 +100,7 @@ class Sample(NamedTuple):
     lost: Bool[Array, ""]
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (a default that nobody changes)
     tips: dict[str, Float[Array, "2 d"]] = {}  # noqa: RUF012
+    run_out: dict[str, Bool[Array, ""]] = {}  # noqa: RUF012
 
 
 def end_tension(
@@ -351,24 +350,8 @@ def sample(
     not_yet = jnp.zeros((), bool)
     return Sample(
         fields, energy, ends, largest, finite, back, courant, stuck, bodies, measures,
-        stopped=not_yet, lost=not_yet,
+        stopped=not_yet, lost=not_yet, run_out=run_out(model, found, place),
     )  # fmt: skip
-
-
-def signs(seen: Sample, limit: float = 1.0) -> dict[Status, Bool[Array, "..."]]:
-    """Which of `status.SIGNS` samples show; `limit` is the Courant number that a step may have."""
-    upended = seen.finite & False
-    for least in seen.upright.values():
-        upended = upended | (least < STEEP)
-    return {
-        Status.BODY_UPENDED: upended,
-        Status.LENGTH_LOST: seen.lost,
-        Status.STEP_BOUND_BROKEN: seen.courant > limit,
-        Status.TOO_MANY_STEPS: seen.stuck == Status.TOO_MANY_STEPS,
-        Status.STEP_NOT_FOUND: seen.stuck == Status.STEP_NOT_FOUND,
-        Status.NON_FINITE: ~seen.finite,
-        Status.LINE_REVERSED: seen.reversed,
-    }
 
 
 def parts(line: Line, fields: dict[str, Array]) -> tuple[dict[str, Array], dict[str, Array]]:

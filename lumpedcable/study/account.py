@@ -11,8 +11,9 @@ import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.seams import parts_of
-from lumpedcable.solve.observe import Sample, signs
+from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.plan import Progress, peaks_of
+from lumpedcable.solve.signs import signs
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import Ready
 

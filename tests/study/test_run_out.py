@@ -1,0 +1,73 @@
+"""A line that breaks runs out through the trolley on it: the run says when, and is right until then."""
+
+import numpy as np
+import pytest
+from engine_runs import run_text
+
+from lumpedcable.status import Status
+
+EA, MASS, PULL, AWAY = 5e6, 3.0, 60e3, 10.0
+HIGHLINE = f"""
+gravity = "9.81 m/s2"
+[materials.steel]
+law = "linear"
+EA = "5 MN"
+tension_only = true
+damping = "5 kN s"
+[bodies.cargo]
+mass = "100 kg"
+on = {{ line = "highline", place = "{AWAY} m" }}
+[lines.highline]
+material = "steel"
+length = "60 m"
+segments = 60
+mass = "3 kg/m"
+start = {{ fixed = [0, 0, "20 m"] }}
+end = {{ winch = {{ at = ["60.5 m", 0, "20 m"], tension = "60 kN", speed = "2 m/s" }} }}
+"""
+PARTED = """
+[events.part]
+breaks = "highline.start"
+start = "0.1 s"
+time = "5 ms"
+[output]
+duration = "1.2 s"
+every = "10 ms"
+"""
+ROLLS = """
+[output]
+duration = "8 s"
+every = "50 ms"
+keep = "histories"
+"""
+
+
+def nearest(ran):
+    """Number of the node nearest to the trolley, (outputs,)."""
+    nodes, place = ran.lines["highline"]["position"][0], ran.bodies["cargo"]["position"][0]
+    return np.argmin(np.linalg.norm(nodes - place[:, None], axis=-1), axis=1)
+
+
+def test_a_highline_that_parts_runs_out_through_its_trolley(tmp_path):
+    ran = run_text(tmp_path, HIGHLINE + PARTED)
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.LINE_RUN_OUT
+    before = ran.time < outcome.status_time
+    assert np.all(nearest(ran)[before] > 0)
+    assert nearest(ran)[before.sum()] == 0
+    # let go it runs with T/(m c), c^2 = EA/m, till half a segment is left; its weight and a winch that
+    # still pulls only make it faster, the winch no more than twice as fast
+    longest = (AWAY - 0.5) / (PULL / np.sqrt(EA * MASS))
+    assert 0.5 * longest < outcome.status_time - 0.105 < longest
+    assert abs(outcome.energy_closure) < 1e-3
+    assert "runs out through the trolley" in outcome.message
+
+
+@pytest.mark.slow
+def test_a_trolley_that_rolls_to_a_post_says_so(tmp_path):
+    """Down 15 m over 60 m it comes there within seconds; before, it is borne as ever."""
+    ran = run_text(tmp_path, HIGHLINE.replace('0, "20 m"], tension', '0, "5 m"], tension') + ROLLS)
+    (outcome,) = ran.outcomes
+    assert outcome.status is Status.LINE_RUN_OUT
+    place = ran.bodies["cargo"]["position"][0, ran.time < outcome.status_time]
+    assert 58.0 < place[-1, 0] < 60.5
