@@ -1,4 +1,4 @@
-"""Whole jobs from the command line: the main job, a study that keeps fields, 10,000 breaks and maps.
+"""Whole jobs from the command line: the main job, a buoy, a study with fields, 10,000 breaks and maps.
 
 Each in a process of its own with a cache of programs of its own, and then once more with what the
 cache has by then: seconds, largest memory, what is written, and how fast.
@@ -25,7 +25,15 @@ FEW = (  # what a quick look leaves of the 10,000: nine
     "lines.rope.end.fixed.0=['65.97 m', '72.68 m', '77.54 m']", "lines.rope.drag.tangential=[0.01]",
 )  # fmt: skip
 FIELD_RUNS = 1024
-MAIN_JOB, FIELDS, TEN_THOUSAND, MAPS = "main job", "fields", "10,000 breaks", "their maps"
+BUOY_SCENE = CONFIGS / "surface" / "buoy.toml"
+BRIEF = ("output.duration=11 s", "output.every=0.5 s")
+MAIN_JOB, BUOY, FIELDS, TEN_THOUSAND, MAPS = (
+    "main job",
+    "buoy",
+    "fields",
+    "10,000 breaks",
+    "their maps",
+)
 
 
 class Job(NamedTuple):
@@ -45,6 +53,8 @@ def jobs(quick: bool) -> tuple[Job, ...]:
     return (
         Job(MAIN_JOB, "`run configs/snapback.toml`, N = 200, fields each 1 ms", 8,
             ("run", str(CONFIGS / "snapback.toml"), *_set("lines.rope.segments=20" if quick else ""))),
+        Job(BUOY, "`run configs/surface/buoy.toml`: a body on three chains in waves", 1,
+            ("run", str(BUOY_SCENE), *_set(*BRIEF if quick else ()))),
         Job(FIELDS, "`study` of the parted line, N = 100, fields each 1 ms", count,
             ("study", str(SCENE), *_set(swept, 'output.keep="fields"', "segments=100"))),
         Job(TEN_THOUSAND, "`study configs/studies/snapback-map.toml`", 9 if quick else 10_000,
