@@ -20,6 +20,7 @@ ALLOWED = {
     "shown": {"page"},
     "status": set(),
     "timings": set(),
+    "sources": set(),
     "scene": set(),
     "exact": set(),
     "results": set(),
@@ -37,7 +38,7 @@ ALLOWED = {
     "__main__": {"cli"},
 }
 COMMANDS = {"cli", "commands"}  # import what a command needs when it runs
-FREE = {"status", "timings"}  # words and numbers that any room may use
+FREE = {"status", "timings", "sources"}  # words and numbers that any room may use
 COMPUTES = {"physics", "model", "solve", "study", "fitting"}
 HEAVY = {"jax", "jaxlib", "diffrax", "equinox", "jaxtyping", "lineax", "optimistix"}
 # libraries that only some rooms know

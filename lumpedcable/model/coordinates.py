@@ -59,6 +59,11 @@ class Coordinates(NamedTuple):
         """A place given in x, y, z (m), in the scene's own coordinates (m)."""
         return jnp.asarray(self.axes).T @ (vector(point) - jnp.asarray(self.origin))
 
+    def points(self, places: Sequence[Sequence[Any]]) -> Float[Array, "n d"]:
+        """Several places, as `point` has one."""
+        table = vector([x for place in places for x in place]).reshape(-1, 3)
+        return (table - jnp.asarray(self.origin)) @ jnp.asarray(self.axes)
+
     def over(self, z: Any) -> tuple[Float[Array, " d"], Float[Array, ""]]:
         """The upward direction (d,) and by how much (m) the origin is higher than z (m)."""
         return self.vector((0.0, 0.0, 1.0)), number(self.origin[2]) - number(z)

@@ -5,6 +5,7 @@ to be a number like any other, one piece with a seam. Everything here is plain P
 scene; equal layouts (and equal skeletons of the scene) share one compiled program.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -258,6 +259,24 @@ def _refuse_branches(scene: Scene, layout: Layout) -> None:
                 "expected at most two ends of inextensible lines at one place or body, found "
                 + ", ".join(ends)
             )
+    held = {f"{piece}.{'end' if node else 'start'}" for j in layout.joints if j.held
+            for piece, node in j.members}  # fmt: skip
+    _refuse_loops([ends for ends in met if not held & {*ends}], [p.name for p in layout.pieces])
+
+
+def _refuse_loops(met: list[list[str]], names: Iterable[str]) -> None:
+    """ValueError where lines lead back to themselves, of ends that meet two by two."""
+    beside = {a: b for pair in met if len(pair) == 2 for a, b in (pair, pair[::-1])}
+    for name in names:
+        loop, here = [name], f"{name}.end"
+        while (next_ := beside.get(here)) is not None:
+            line, side = next_.rsplit(".", 1)
+            if line == name:
+                raise ValueError(
+                    f"expected inextensible lines that end somewhere, found a loop of {', '.join(loop)}"
+                )
+            loop.append(line)
+            here = f"{line}.{'end' if side == 'start' else 'start'}"
 
 
 def _holds(scene: Scene, name: str) -> bool:

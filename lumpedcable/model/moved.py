@@ -37,7 +37,7 @@ def path_of(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotio
 def _moved(scene: Scene, end: MovingEnd, coordinates: Coordinates) -> AbstractMotion:
     motion, share = end.motion, moving(scene)
     if isinstance(motion, RecordedMotion):
-        record = jnp.stack([coordinates.point(place) for place in motion.position])
+        record = coordinates.points(motion.position)
         path = Recorded(vector(motion.time), record)
         # a record has no mean place: at rest the end is where it is at t = 0
         begins = path.position(jnp.zeros(()))

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 if TYPE_CHECKING:
@@ -18,7 +19,10 @@ def number(value: Any) -> Float[Array, ""]:
 
 
 def vector(values: Iterable[Any]) -> Float[Array, " n"]:
-    """Several numbers."""
+    """Several numbers; those that are known, as a file's thousands of rows, as one array."""
+    values = list(values)
+    if all(isinstance(value, float | int) for value in values):
+        return jnp.asarray(np.array(values, float), float)
     return jnp.stack([number(value) for value in values])
 
 

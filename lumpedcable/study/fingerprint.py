@@ -2,17 +2,16 @@
 
 import dataclasses
 import enum
-import hashlib
 import types
-from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 
-__all__ = ["HOLE", "TREE", "UntoldError", "code_of", "fingerprint"]
+from lumpedcable.sources import digest
 
-PACKAGE = Path(__file__).parent.parent
+__all__ = ["HOLE", "TREE", "UntoldError", "fingerprint"]
+
 TREE = type(jax.tree.structure(0))
 HOLE = "*"  # stands for an array where a tree is told by its structure
 KNOWN = {__name__.partition(".")[0], "builtins", "diffrax", "equinox", "jax", "numpy"}
@@ -32,18 +31,7 @@ def fingerprint(*things: Any) -> str:
         UntoldError: there is something else among them, such as an array, a function that was made by
             another, or a class of somebody else.
     """
-    return _digest(repr(_told(things)).encode())
-
-
-def code_of(package: Path = PACKAGE) -> str:
-    """32 hexadecimal digits of the sources that lie in a package's folder, by itself this one's."""
-    files = sorted(package.rglob("*.py"))
-    told = [(file.relative_to(package).as_posix(), _digest(file.read_bytes())) for file in files]
-    return _digest(repr(told).encode())
-
-
-def _digest(words: bytes) -> str:
-    return hashlib.sha256(words).hexdigest()[:32]
+    return digest(repr(_told(things)).encode())
 
 
 def _told(x: Any) -> Any:

@@ -15,15 +15,16 @@ import pickle
 import zlib
 from collections.abc import Callable
 from functools import cache, wraps
-from importlib import metadata
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
 from jax import export
 
+from lumpedcable.sources import SOURCES, code_of
 from lumpedcable.study.devices import platform
-from lumpedcable.study.fingerprint import HOLE, TREE, UntoldError, code_of, fingerprint
+from lumpedcable.study.fingerprint import HOLE, TREE, UntoldError, fingerprint
 from lumpedcable.study.whole import write_whole
 
 __all__ = ["kept", "program"]
@@ -32,13 +33,10 @@ ENDING = ".followed"
 FOLLOWED_WITH = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy")
 SETTINGS = (
     "jax_enable_x64", "jax_default_matmul_precision", "jax_numpy_dtype_promotion",
-    "jax_numpy_rank_promotion", "jax_disable_jit", "jax_default_prng_impl",
+    "jax_numpy_rank_promotion", "jax_default_prng_impl",
 )  # fmt: skip
 QUICK = 1  # level of compression; more takes longer than it saves
-KEEPS = (
-    True  # not where functions of the package are replaced: a file would keep others than it has
-)
-SOURCES = code_of()  # of what is imported; whoever edits it meanwhile imports something else
+KEEPS = True  # not where functions are replaced: a file would keep others than the package's
 
 
 class Followed(NamedTuple):
@@ -105,7 +103,7 @@ def _place(told: Any, arguments: Any) -> Path | None:
     """The file of a program, None where it is not to be kept."""
     config: Any = jax.config
     folder = config.jax_compilation_cache_dir
-    if not KEEPS or not folder or "://" in folder:
+    if not KEEPS or not SOURCES or not folder or "://" in folder or config.jax_disable_jit:
         return None
     leaves, tree = jax.tree.flatten(arguments)
     arrays = [(x.shape, str(x.dtype), x.weak_type) for x in leaves]
@@ -123,7 +121,8 @@ def _surroundings() -> Any:
 
 @cache
 def _versions() -> list[str]:
-    return [metadata.version(name) for name in FOLLOWED_WITH]
+    """Those of what is imported, which need not be what is installed by now."""
+    return [import_module(name).__version__ for name in FOLLOWED_WITH]
 
 
 def _followed(function: Callable[..., Any], arguments: Any) -> Followed:
@@ -146,9 +145,10 @@ def _followed(function: Callable[..., Any], arguments: Any) -> Followed:
 def _read(place: Path) -> Followed | None:
     """What a file tells, None if there is none, or one that is not understood."""
     try:
-        return Followed(*pickle.loads(zlib.decompress(place.read_bytes())))
+        found = Followed(*pickle.loads(zlib.decompress(place.read_bytes())))
     except Exception:
         return None
+    return found if isinstance(found.program, export.Exported | None) else None
 
 
 def _write(place: Path, found: Followed) -> None:

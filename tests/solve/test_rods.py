@@ -187,6 +187,32 @@ def test_a_pulled_block_holds_up_to_its_friction_and_no_further(tmp_path, x, z):
         assert place - place[0] == pytest.approx(gain * ran.time**2 / 2, rel=2e-3, abs=1e-5)
 
 
+RING = """
+[materials.rod]
+law = "inextensible"
+[lines.a]
+start = "c.end"
+end = "b.start"
+[lines.b]
+start = "free"
+end = "c.start"
+[lines.c]
+start = "free"
+end = "free"
+[output]
+duration = "20 ms"
+every = "2 ms"
+[solver]
+step = "1 ms"
+"""
+
+
+def test_rods_that_close_on_themselves_are_told_before_they_are_followed(tmp_path):
+    own = '\nmaterial = "rod"\nlength = "10 m"\nsegments = 2\nmass = "1 kg/m"\nstart'
+    with pytest.raises(SceneError, match=r"scene\.toml.*found a loop of a, b, c"):
+        run_text(tmp_path, RING.replace("\nstart", own))
+
+
 def test_rods_that_branch_are_told(tmp_path):
     third = PENDULUM[PENDULUM.index("[lines.lower]") : PENDULUM.index("[output]")]
     third = third.replace("lines.lower", "lines.third")

@@ -15,8 +15,9 @@ import pytest
 
 from lumpedcable.scene import load_study
 from lumpedcable.solve.plan import Plan
+from lumpedcable.sources import PACKAGE, code_of
 from lumpedcable.study.compiled import Structure
-from lumpedcable.study.fingerprint import PACKAGE, UntoldError, code_of, fingerprint
+from lumpedcable.study.fingerprint import UntoldError, fingerprint
 from lumpedcable.study.packed import Form
 from lumpedcable.study.plan import plan_of, structure_of
 
@@ -122,3 +123,9 @@ def test_each_byte_and_name_of_the_sources_counts(tmp_path):
     assert code_of(tmp_path / "b") == told != changed
     file.rename(tmp_path / "b" / "slope.py")
     assert code_of(tmp_path / "b") not in (told, changed)
+
+
+def test_a_package_without_sources_has_no_digest(tmp_path):
+    """Of compiled files alone nobody knows which code they are."""
+    (tmp_path / "engine.pyc").write_bytes(b"engine")
+    assert code_of(tmp_path) is code_of(tmp_path / "engine.pyc") is None

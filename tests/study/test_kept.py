@@ -1,8 +1,11 @@
 """What programs do is followed once: the next process reads it, and does the same."""
 
 import os
+import pickle
+import shutil
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import h5py
@@ -90,7 +93,10 @@ def test_what_is_told_or_given_otherwise_is_followed_anew(folder, told, tree):
     np.testing.assert_allclose(mine["sum"], np.sum(np.asarray(tree["x"]) ** 2), rtol=1e-6)
 
 
-@pytest.mark.parametrize("left", [b"", b"nonsense", None])
+OTHERS = zlib.compress(pickle.dumps((1, 2)))
+
+
+@pytest.mark.parametrize("left", [b"", b"nonsense", OTHERS, None])
 def test_a_file_that_is_not_understood_is_made_anew(folder, left):
     function = Counted(squares)
     called(function, "squares", TREE)
@@ -120,9 +126,15 @@ def test_without_a_cache_a_function_is_followed_as_ever(folder, monkeypatch):
     called(function, "squares", TREE)
     jax.config.update("jax_compilation_cache_dir", str(folder))
     called(function, lambda: "squares", TREE)  # could be any
+    monkeypatch.setattr(module, "SOURCES", None)
+    called(function, "squares", TREE)
+    monkeypatch.undo()
+    monkeypatch.setattr(module, "KEEPS", True)
     monkeypatch.setattr(module, "write_whole", lambda *_: (_ for _ in ()).throw(OSError("full")))
     called(function, "squares", TREE)
-    assert function.calls == 3
+    assert function.calls == 4
+    with jax.disable_jit():
+        kept(squares, "squares", TREE)
     assert files(folder) == []
 
 
@@ -186,6 +198,31 @@ def bits(file: Path) -> dict[str, np.ndarray]:
             lambda name, x: found.update({name: x[()]}) if isinstance(x, h5py.Dataset) else None
         )
     return {k: v for k, v in found.items() if v.dtype.kind == "f"}
+
+
+@pytest.mark.slow
+def test_sources_that_change_under_a_process_are_not_its_own(tmp_path):
+    """What a notebook has imported stays what it is, whatever is installed meanwhile."""
+    package = tmp_path / "copy"
+    shutil.copytree(ROOT / "lumpedcable", package / "lumpedcable")
+    law = package / "lumpedcable/physics/tension/linear.py"
+    changed = law.read_text().replace("self.EA * strain", "2.0 * self.EA * strain")
+    assert changed != law.read_text()
+    (tmp_path / "scene.toml").write_text(TINY)
+    (tmp_path / "changed.py").write_text(changed)
+    code = f"""
+import sys
+sys.path.insert(0, {str(package)!r})
+import lumpedcable.physics.tension.linear
+from pathlib import Path
+Path({str(law)!r}).write_text(Path("changed.py").read_text())
+"""
+    before = bits(ran(tmp_path, code))["lines/rope/position"]
+    assert files(tmp_path / "cache") == []
+    after = bits(ran(tmp_path, code))["lines/rope/position"]
+    # 50 kN stretch 10 m of 1 MN by 0.5 m, of 2 MN by 0.25 m
+    assert before[0, 0, -1, 0] == pytest.approx(10.5, abs=1e-6)
+    assert after[0, 0, -1, 0] == pytest.approx(10.25, abs=1e-6)
 
 
 FORBIDDEN = """
