@@ -10,8 +10,8 @@ Importing this package is cheap: jax is loaded only by the parts that compute.
 
 from typing import TYPE_CHECKING, Any
 
-import lumpedcable.sources
-import lumpedcable.timings  # noqa: F401 (its clock begins here, and there what code this is)
+import lumpedcable.sources  # which code this is, before anybody changes it
+import lumpedcable.timings  # noqa: F401 (its clock begins here)
 
 __version__ = "0.1.0"
 _FITS = (

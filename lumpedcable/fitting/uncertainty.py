@@ -99,10 +99,11 @@ def certainty_of(
 
     cov = s^2 (J' J)^-1 with J the derivatives of the weighted deviations r. Where the noise is known
     s = 1 and an interval is x +- z std; else s^2 = r'r / (points - p) and z is Student's t
-    (Seber & Wild, Nonlinear Regression, 1989, section 5.1); with no more values than numbers s is
-    infinite. With rows of smoothness the numbers that the data determine take the place of p: the
-    trace of (J' J)^-1 J_data' J_data. The inverse is taken by the singular values of J diag(size),
-    so that a combination without data has an infinite spread and the others keep theirs.
+    (Seber & Wild, Nonlinear Regression, 1989, section 5.1), p numbers being away from their bounds; with
+    no more values than these s is infinite. With rows of smoothness the numbers that the data determine
+    take the place of p: the trace of (J' J)^-1 J_data' J_data. The inverse is taken by the singular
+    values of J diag(size), so that a combination without data has an infinite spread and the others keep
+    theirs.
 
     Args:
         values: the parameters (p,) in SI.

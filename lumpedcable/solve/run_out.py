@@ -13,7 +13,8 @@ __all__ = ["run_out"]
 def run_out(model: Model, found: Found, moved: dict[str, Array]) -> dict[str, Bool[Array, ""]]:
     """Of each body that runs on a line with nodes, whether an end of it is the nearest of them.
 
-    There the line does not run over the wheel any more; `moved` are displacements (m).
+    There the line does not run over the wheel any more; `moved` are displacements (m). What has become
+    undefined is near nothing.
     """
     ended = {}
     for coupled in model.couplings:
@@ -21,7 +22,8 @@ def run_out(model: Model, found: Found, moved: dict[str, Array]) -> dict[str, Bo
             continue
         nodes = found[coupled.line].line.shape.position
         place = model.bodies[coupled.body].reference + moved[body_key(coupled.body)]
-        way = nodes - place[: nodes.shape[0], None]
-        nearest = jnp.argmin(jnp.sum(way**2, axis=0))
-        ended[coupled.body] = (nearest == 0) | (nearest == nodes.shape[1] - 1)
+        square = jnp.sum((nodes - place[: nodes.shape[0], None]) ** 2, axis=0)
+        nearest = jnp.argmin(square)
+        at_end = (nearest == 0) | (nearest == nodes.shape[1] - 1)
+        ended[coupled.body] = at_end & jnp.all(jnp.isfinite(square))
     return ended

@@ -167,7 +167,7 @@ def _prepare(
         return Ready(pack(cast(found.model, dtype)), bound, found.converged, found.imbalance)
 
     common = dict(shared), axes, origin
-    told = "prepare", structure.skeleton, structure.layout, dtype
+    told = "prepare", structure, dtype
     if not beside:
         return shared_out(partial(kept, each(one), told), (dict(swept),), common)
     # followed once, for a run alone: under two maps each of its operations takes twice as long

@@ -1,9 +1,13 @@
 """A line that breaks runs out through the trolley on it: the run says when, and is right until then."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from engine_runs import run_text
 
+from lumpedcable.model.bodies import body_key
+from lumpedcable.solve.run_out import run_out
 from lumpedcable.status import Status
 
 EA, MASS, PULL, AWAY = 5e6, 3.0, 60e3, 10.0
@@ -42,6 +46,17 @@ keep = "histories"
 """
 
 
+def ended(moved):
+    """Whether a line of four segments of 1 m has run out under a trolley, (2, 1), moved from (0, 0)."""
+    nodes = np.array([np.arange(5.0), np.zeros(5)])
+    coupled = SimpleNamespace(line="rope", body="cargo")
+    model = SimpleNamespace(
+        couplings=[coupled], bodies={"cargo": SimpleNamespace(reference=np.zeros(2))}
+    )
+    found = {"rope": SimpleNamespace(line=SimpleNamespace(shape=SimpleNamespace(position=nodes)))}
+    return bool(run_out(model, found, {body_key("cargo"): moved[:, 0]})["cargo"])
+
+
 def nearest(ran):
     """Number of the node nearest to the trolley, (outputs,)."""
     nodes, place = ran.lines["highline"]["position"][0], ran.bodies["cargo"]["position"][0]
@@ -61,6 +76,13 @@ def test_a_highline_that_parts_runs_out_through_its_trolley(tmp_path):
     assert 0.5 * longest < outcome.status_time - 0.105 < longest
     assert abs(outcome.energy_closure) < 1e-3
     assert "runs out through the trolley" in outcome.message
+
+
+def test_what_is_undefined_has_not_run_out():
+    """A place that is no number is nearest to nothing: the run tells what went wrong before."""
+    places = {"near": [[0.4, 0.0]], "between": [[1.6, 0.0]], "undefined": [[np.nan, 0.0]]}
+    shown = {name: ended(np.array(place).T) for name, place in places.items()}
+    assert shown == {"near": True, "between": False, "undefined": False}
 
 
 @pytest.mark.slow
