@@ -201,6 +201,8 @@ set = { "materials.nylon.p5" = "1 N" }
 file = "record.csv"
 time = { column = "t (ms)" }
 observe = [{ quantity = "tension", at = "rope.start", column = "F (kN)", noise = "1 kN" }]
+[method]
+starts = 1
 """
 
 

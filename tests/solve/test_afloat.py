@@ -139,6 +139,7 @@ def test_a_box_falls_freely_until_it_is_wet(tmp_path):
     assert ran.outcomes[0].energy_closure < 5e-3
 
 
+@pytest.mark.slow
 def test_a_buoy_rides_on_waves(tmp_path):
     height, period, mass, volume = 2.0, 6.0, 400.0, 1.0
     sea = f"[sea]\nheight = {height}\nperiod = {period}\ncomponents = 1\n"

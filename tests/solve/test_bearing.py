@@ -126,7 +126,8 @@ def test_friction_stops_it_where_it_does_what_its_motion_had(tmp_path, dimension
     assert work[-1] == pytest.approx(0.5 * MASS * speed**2, rel=1e-3)
 
 
-@pytest.mark.parametrize("segments", [10, pytest.param(80, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("segments", [10, 80])
 def test_a_clump_between_two_lines_lies_as_deep_on_any_mesh(tmp_path, segments):
     """A body without a size stands on the bed with its centre, 10 mm in it.
 

@@ -62,9 +62,13 @@ CASES = {
     "soft": ((100.0, 0.0, 50.0), 130.0, 2e5, 400.0, -10.0),
     "just above the bed": ((160.0, 0.0, 20.0), 165.0, 1e8, 400.0, -30.0),
 }
+LONG = ("anchor on the bed",)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=pytest.mark.slow if case in LONG else ()) for case in CASES],
+)
 def test_end_tensions_and_shape(tmp_path, case):
     # a chain of lumps on a bed that gives: second order in the mesh, first in the sink
     end, length, EA, weight, height = CASES[case]

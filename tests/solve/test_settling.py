@@ -54,6 +54,7 @@ settle = true
 
 
 class TestExactPlaces:
+    @pytest.mark.slow
     def test_between_two_springs(self, tmp_path):
         # on a line: EA/L (x - L) on the left, EA/L (D - x - L) on the right, and a thrust F
         length, apart, thrust = 10.0, 21.0, 3e3

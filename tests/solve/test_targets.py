@@ -174,6 +174,7 @@ def test_a_line_dragged_across():
     assert length(model.lines["tow"]) == pytest.approx(exact.parts[1].length, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_the_taut_line_is_meant_unless_the_slack_one_is_near():
     target = {"change": "lines.line.length", "of": "line.start", "tension": 80e3}
     mine = scene({"line": (92.5, START, END, 16, 3.35)}, {"winch": target})

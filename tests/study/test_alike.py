@@ -122,6 +122,7 @@ def scene_of_lines(which):
     )
 
 
+@pytest.mark.slow
 def test_lines_of_one_scene_move_as_each_does_alone(tmp_path):
     whole = run_text(tmp_path, scene_of_lines((0, 1, 2)))
     for k in (0, 2):
