@@ -60,7 +60,12 @@ step = "5 ms"
             "LINE_REVERSED",
             marks=pytest.mark.slow,
         ),
-        (PILES_UP, (*PULLED, "output.duration=20 ms", "output.every=1 ms"), "OK"),
+        pytest.param(
+            PILES_UP,
+            (*PULLED, "output.duration=20 ms", "output.every=1 ms"),
+            "OK",
+            marks=pytest.mark.slow,
+        ),
         # pulled on at 8 m/s, c = 31.6 m/s: a strain of 0.253, and twice that from the wall at 0.158 s
         pytest.param(PULLED_ON, (), "STRAIN_EXCEEDED", marks=pytest.mark.slow),
         pytest.param(PULLED_ON, ("materials.m.max_strain=0.9",), "OK", marks=pytest.mark.slow),

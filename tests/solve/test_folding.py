@@ -40,6 +40,7 @@ def shape(folder, segments, waves):
     return ran["position"][0, :, :: segments // 12]
 
 
+@pytest.mark.slow
 def test_a_line_that_is_let_go_folds_as_a_plain_chain_does(tmp_path):
     # nothing could hold its folds up; what keeps the lumps of a straight line apart would,
     # by 0.2 m. On this mesh a plain chain is 0.03 m off itself

@@ -71,6 +71,7 @@ every = 0.5
 """
 
 
+@pytest.mark.slow
 def test_what_does_not_tell_its_surface_has_that_of_the_water(tmp_path):
     # the whole scene 5 m higher: current, waves and what floats on them
     found = []
