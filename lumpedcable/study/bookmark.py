@@ -13,7 +13,7 @@ import os
 import time as clock
 import zipfile
 from contextlib import suppress
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from lumpedcable.results import open_result
 from lumpedcable.results.errors import ResultError
 from lumpedcable.results.schema import partial_of
 from lumpedcable.results.target import followed, whole
+from lumpedcable.sources import SOURCES
 from lumpedcable.study.contents import versions
 from lumpedcable.study.devices import platform
 from lumpedcable.study.triggers import Triggers
@@ -84,7 +85,7 @@ class Bookmark:
         """What has to be the same for a run to go on as it began: all numbers of the scene, the runs,
         the program, and what computes."""
         contents = self._contents
-        parts = [contents.study.effective_text, contents.runs.tolist(), versions(), _program()]
+        parts = [contents.study.effective_text, contents.runs.tolist(), versions(), SOURCES]
         parts += [platform(), jax.device_count(), os.cpu_count()]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
@@ -178,11 +179,3 @@ class Bookmark:
         if self._kept:
             with suppress(OSError):  # it fits no other file, so that it may stay
                 self.path.unlink()
-
-
-@cache
-def _program() -> list[str]:
-    """Which files the package is made of, as far as their sizes and times tell."""
-    root = Path(__file__).parents[1]
-    files = ((path, path.stat()) for path in sorted(root.rglob("*.py")))
-    return [f"{path.name} {at.st_size} {at.st_mtime_ns}" for path, at in files]

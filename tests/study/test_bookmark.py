@@ -189,7 +189,7 @@ def test_another_scene_or_program_begins_anew(tmp_path, monkeypatch, what):
     if what == "scene":
         study = study_of(tmp_path, ROPE, "mass=3")
     elif what == "program":
-        monkeypatch.setattr(bookmark, "_program", lambda: ["run.py 1 2"])
+        monkeypatch.setattr(bookmark, "SOURCES", "0" * 32)
     else:
         monkeypatch.setattr(bookmark, "versions", lambda: {"jax": "0"})
     outcomes, _, said = gone_on(study, target)
