@@ -196,7 +196,7 @@ def _gain_at(
     key = body_key(name)
     q, v = body.reference + displacement[key], before[key]
     half = 0.0 if dt is None else 0.5 * dt
-    matrix, vector = body.mass(q), body.force(q, middle, t)
+    matrix, vector = body.mass(q, t), body.force(q, middle, t)
     pull = body_force(model, name, found, displacement)
     vector = vector if pull is None else vector + pull
     parts = {}

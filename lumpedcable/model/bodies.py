@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.physics.body import AbstractBedFriction, AbstractBodyLoad, AbstractBodyResistance
-from lumpedcable.physics.hull import SeaPush
+from lumpedcable.physics.hull import SeaPush, WetAddedMass
 from lumpedcable.physics.rigid import (
     place_of,
     point_rate,
@@ -35,7 +35,7 @@ def body_key(name: str) -> str:
 
 
 class AbstractBody(eqx.Module):
-    """Something with m generalised coordinates q and M(q) q'' = force + what lines pull at it.
+    """Something with m generalised coordinates q and M(q, t) q'' = force + what lines pull at it.
 
     `reference` (m,) is q at the start and `start_velocity` (m,) its rate there, None at rest. `free`
     (m,) is 1 where a coordinate can change and 0 where it is held, None where all can. `friction` acts
@@ -48,12 +48,14 @@ class AbstractBody(eqx.Module):
     friction: eqx.AbstractVar[AbstractBedFriction | None]
 
     @abc.abstractmethod
-    def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
-        """M(q), symmetric and positive."""
+    def mass(self, q: Float[Array, " m"], t: Float[Array, ""] | None = None) -> Float[Array, "m m"]:
+        """M, symmetric and positive, at t (s), None at rest."""
 
     @abc.abstractmethod
-    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
-        """Energy of motion (J): v . M(q) v / 2, of those coordinates that are a motion."""
+    def kinetic(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, ""]:
+        """Energy of motion (J): v . M v / 2, of those coordinates that are a motion."""
 
     @abc.abstractmethod
     def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
@@ -78,7 +80,17 @@ class AbstractBody(eqx.Module):
 
     @abc.abstractmethod
     def works(self) -> tuple[str, ...]:
-        """The kinds of work of `resisting` and of `friction`."""
+        """The kinds of work of `resisting`, of `changing` and of `friction`."""
+
+    def changing(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""]
+    ) -> dict[str, Float[Array, ""]]:
+        """The powers (W) by kind of work of a mass that changes otherwise than as q turns it."""
+        return {}
+
+    def lightest(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
+        """The least M that it may have in that attitude."""
+        return self.mass(q)
 
     def energy(self, q: Float[Array, " m"]) -> Float[Array, ""]:
         """All potential energy (J)."""
@@ -95,9 +107,9 @@ class AbstractBody(eqx.Module):
     ) -> Float[Array, " m"]:
         """Generalised force without lines: -dE/dq, resistance, and the velocity terms of inertia.
 
-        Lagrange's equation of T = v . M(q) v / 2: M v' = Q - (dM/dt) v + dT/dq.
+        Lagrange's equation of T = v . M v / 2: M v' = Q - (dM/dt) v + dT/dq.
         """
-        total = -jax.grad(self.energy)(q) - self.turning(q, v)
+        total = -jax.grad(self.energy)(q) - self.turning(q, v, t)
         return sum(self.resisting(q, v, t).values(), total)
 
     def rate(
@@ -111,7 +123,9 @@ class AbstractBody(eqx.Module):
         matrix, change = jax.jvp(jacobian, (q,), (v,))
         return matrix, matrix @ v, change @ v
 
-    def turning(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
+    def turning(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
         """The velocity terms of inertia: (dM/dt) v - dT/dq."""
         change = jax.jvp(self.mass, (q,), (v,))[1] @ v
         return change - jax.grad(lambda at: 0.5 * v @ self.mass(at) @ v)(q)
@@ -121,7 +135,8 @@ class RigidBody(AbstractBody):
     """A rigid body: coordinates as in `physics.rigid`, with its centre of gravity as its place.
 
     `translation` (d,) are its masses (kg) along its own axes, added mass included, and `inertia`
-    (angles,) its moments of inertia about them (kg m2).
+    (angles,) its moments of inertia about them (kg m2). Of a body that may leave the water the added
+    mass is apart, `added`.
     """
 
     reference: Float[Array, " m"]
@@ -133,14 +148,38 @@ class RigidBody(AbstractBody):
     loads: tuple[AbstractBodyLoad, ...] = ()
     resistances: tuple[AbstractBodyResistance, ...] = ()
     waves: WaveForce | SeaPush | None = None
+    added: WetAddedMass | None = None
 
-    def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
-        """M(q) (kg, kg m, kg m2)."""
+    def masses(
+        self, q: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " d"]:
+        """Along its own axes (kg), with what of the water it takes along at t (s), None at rest."""
+        return self.translation if self.added is None else self.translation + self.added.at(q, t)
+
+    def mass(self, q: Float[Array, " m"], t: Float[Array, ""] | None = None) -> Float[Array, "m m"]:
+        """M (kg, kg m, kg m2)."""
+        return rigid_mass(q, self.masses(q, t), self.inertia)
+
+    def lightest(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
+        """Out of the water."""
         return rigid_mass(q, self.translation, self.inertia)
 
-    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
-        """v . M(q) v / 2 (J)."""
-        return 0.5 * v @ self.mass(q) @ v
+    def kinetic(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, ""]:
+        """v . M v / 2 (J)."""
+        return 0.5 * v @ self.mass(q, t) @ v
+
+    def changing(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""]
+    ) -> dict[str, Float[Array, ""]]:
+        """u . (dm/dt) u / 2 (W) of its wet share, u its velocity along its own axes."""
+        if self.added is None:
+            return {}
+        t = jnp.asarray(t, q.dtype)
+        rate = jax.jvp(self.added.at, (q, t), (v, jnp.ones_like(t)))[1]
+        d = rate.shape[0]
+        return {"added_mass": 0.5 * jnp.dot(rate, (rotation(q[d:]).T @ v[:d]) ** 2)}
 
     def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
         """x + R(angles) point (m)."""
@@ -158,9 +197,11 @@ class RigidBody(AbstractBody):
         """J = dr/dq, J v (m/s) and (dJ/dt) v (m/s2), written down."""
         return point_rate(q, v, point)
 
-    def turning(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, " m"]:
-        """The velocity terms of inertia, written down."""
-        return turning_force(q, v, self.translation, self.inertia)
+    def turning(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
+        """The velocity terms of inertia, written down, with the masses of the moment."""
+        return turning_force(q, v, self.masses(q, t), self.inertia)
 
     def stored(self, q: Float[Array, " m"]) -> dict[str, Float[Array, ""]]:
         """The loads' energies (J)."""
@@ -194,7 +235,8 @@ class RigidBody(AbstractBody):
         return total
 
     def works(self) -> tuple[str, ...]:
-        """The kinds of work of the resistances, of waves, and of friction."""
+        """The kinds of work of the resistances, of added mass that changes, of waves and of friction."""
         kinds = [r.work_name for r in self.resistances]
+        kinds += [] if self.added is None else ["added_mass"]
         kinds += [] if self.waves is None else [self.waves.work_name]
         return tuple(dict.fromkeys(kinds + ["friction"] * (self.friction is not None)))

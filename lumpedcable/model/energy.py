@@ -164,6 +164,7 @@ def powers(
         q, v = body.reference + displacement[key], middle[key]
         forces = body.resisting(q, v, t)
         power = {kind: WORKS[kind][0] * jnp.dot(f, v) for kind, f in forces.items()}
+        power |= body.changing(q, v, t)
         if name in friction:
             power["friction"] = -jnp.dot(friction[name], v)
         gain = after[key] if dt is None else (after[key] - before[key]) / dt
@@ -299,9 +300,9 @@ def _turning(e: Evaluation, v: Float[Array, "d nodes"], line: Line) -> Float[Arr
 
 
 def energies(
-    model: Model, found: Found, displacement: Vectors, velocity: Vectors
+    model: Model, t: Float[Array, ""], found: Found, displacement: Vectors, velocity: Vectors
 ) -> dict[str, Float[Array, ""]]:
-    """Kinetic, strain and potential energies (J) of the whole scene."""
+    """Kinetic, strain and potential energies (J) of the whole scene at t (s)."""
     total: dict[str, Float[Array, ""]] = {}
 
     def add(kind: str, value: Float[Array, ""]):
@@ -332,7 +333,7 @@ def energies(
     for name, body in model.bodies.items():
         key = body_key(name)
         q, v = body.reference + displacement[key], velocity[key]
-        add("kinetic", body.kinetic(q, v))
+        add("kinetic", body.kinetic(q, v, t))
         for kind, value in body.stored(q).items():
             add(kind, value)
     for kind, value in coupling_energies(model, found).items():

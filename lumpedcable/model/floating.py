@@ -23,6 +23,7 @@ from lumpedcable.physics.hull import (
     HullResistance,
     Hydrostatics,
     SeaPush,
+    WetAddedMass,
 )
 from lumpedcable.physics.steering import Station, Steering
 from lumpedcable.physics.wave_force import WaveForce
@@ -48,9 +49,11 @@ def make_body(
     if body.velocity is not None:
         velocity = moving(scene) * coordinates.vector(body.velocity)
         start = jnp.concatenate([velocity, jnp.zeros_like(angles)])
+    added = _wet_added(scene, body, coordinates)
+    whole = _with_added(scene, body, coordinates, mass)
     return RigidBody(
         reference=reference,
-        translation=_with_added(scene, body, coordinates, mass),
+        translation=whole if added is None else jnp.full_like(whole, mass),
         inertia=_inertia(coordinates, body) if body.turns else jnp.full(angles.shape, mass),
         start_velocity=start,
         free=_free(coordinates, body),
@@ -58,6 +61,7 @@ def make_body(
         loads=_given(bearing) + _loads(scene, body, coordinates, reference),
         resistances=_given(damping) + _resistances(scene, body, coordinates, current),
         waves=_waves(scene, body, coordinates),
+        added=added,
     )
 
 
@@ -78,10 +82,24 @@ def _with_added(
 ) -> Float[Array, " d"]:
     """A mass (kg) along each of its axes, and what of the fluid it takes along there."""
     masses = jnp.full((coordinates.dimensions,), mass)
+    added = _added(scene, body, coordinates)
+    return masses if added is None else masses + added
+
+
+def _added(scene: Scene, body: Body, coordinates: Coordinates) -> Float[Array, " d"] | None:
+    """What of the fluid it takes along (kg) along each of its axes, as a whole; None for nothing."""
     if body.added_mass is None or body.volume is None or scene.fluid is None:
-        return masses
+        return None
     shares = jnp.asarray(coordinates.axes).T ** 2 @ vector(body.added_mass)
-    return masses + number(scene.fluid.density) * number(body.volume) * shares
+    return number(scene.fluid.density) * number(body.volume) * shares
+
+
+def _wet_added(scene: Scene, body: Body, coordinates: Coordinates) -> WetAddedMass | None:
+    """The same of a body that may leave the water, by its share that is wet; None where it cannot."""
+    lift, masses = lift_of(scene, body, coordinates), _added(scene, body, coordinates)
+    if lift is None or masses is None:
+        return None
+    return WetAddedMass(masses, lift, sea_flow(scene, coordinates))
 
 
 def _given(one: Any) -> tuple[Any, ...]:

@@ -49,14 +49,16 @@ class Rider(AbstractBody):
         d = self.dimensions
         return q[:d] if self.depth is None else q[:d] + self.depth * self.hanger(q)
 
-    def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
+    def mass(self, q: Float[Array, " m"], t: Float[Array, ""] | None = None) -> Float[Array, "m m"]:
         """M(q) (kg, kg m, kg m2)."""
         if self.depth is None:
             return self.kilograms * jnp.eye(q.shape[0], dtype=q.dtype)
         place, turn = jax.jacfwd(self.centre)(q), jax.jacfwd(self.hanger)(q)
         return self.kilograms * place.T @ place + self.inertia * turn.T @ turn
 
-    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
+    def kinetic(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, ""]:
         """v . M(q) v / 2 (J)."""
         return 0.5 * v @ self.mass(q) @ v
 

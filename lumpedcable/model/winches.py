@@ -115,11 +115,13 @@ class Winch(AbstractBody):
             return self.pull, self.tension, self.stretch
         return self.schedule.at(t)
 
-    def mass(self, q: Float[Array, " m"]) -> Float[Array, "m m"]:
+    def mass(self, q: Float[Array, " m"], t: Float[Array, ""] | None = None) -> Float[Array, "m m"]:
         """m L0 / 3 + J / r^2 (kg), and 1 of the integral."""
         return jnp.diag(jnp.ones_like(q).at[0].set(self.kilograms))
 
-    def kinetic(self, q: Float[Array, " m"], v: Float[Array, " m"]) -> Float[Array, ""]:
+    def kinetic(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, ""]:
         """That of drum and line (J)."""
         return 0.5 * self.kilograms * v[0] ** 2
 

@@ -12,7 +12,7 @@ from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.rigid import rotation
 from lumpedcable.physics.sea import SeaFlow
 
-__all__ = ["BoxDrag", "HullResistance", "Hydrostatics", "SeaPush"]
+__all__ = ["BoxDrag", "HullResistance", "Hydrostatics", "SeaPush", "WetAddedMass"]
 
 
 class Hydrostatics(AbstractBodyLoad):
@@ -133,6 +133,24 @@ class SeaPush(eqx.Module):
             return push
         risen = _risen(self.sea, q[:d], t)
         return push * self.lift.wet(q, risen) + self.lift.by_waves(q, risen)
+
+
+class WetAddedMass(eqx.Module):
+    """What a body that may leave the water takes along of it: C rho V of its share that is wet.
+
+    `masses` C rho V (kg) are along its own axes; `lift` tells the share, `sea` how far waves have lifted
+    the surface. The force is the mass of the moment times the acceleration: that of the water which is
+    parted or thrown up as the share changes, v dm/dt, is left out, as for lines.
+    """
+
+    masses: Float[Array, " d"]
+    lift: BodyLift
+    sea: SeaFlow | None = None
+
+    def at(self, q: Float[Array, " m"], t: Float[Array, ""] | None) -> Float[Array, " d"]:
+        """The masses (kg) along its axes at t (s), None at rest."""
+        risen = _risen(self.sea, q[: self.masses.shape[0]], t)
+        return self.masses * self.lift.wet(q, risen)
 
 
 def _risen(

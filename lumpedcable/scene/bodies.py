@@ -134,7 +134,7 @@ class Body(Part):
     """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
     added_mass: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
     """Mass of water that a rigid body takes along its length, breadth and height, over that which its
-    volume displaces. Absent: none."""
+    volume displaces; with water.surface that of its wet share. Absent: none."""
     control: BodyControl | None = None
     """What steers a rigid body. Absent: nothing."""
     waves: Waves | None = None

@@ -103,7 +103,7 @@ def body_step_bound(body: AbstractBody) -> Float[Array, ""]:
 
 def _frobenius(body: AbstractBody, matrix: Float[Array, "m m"]) -> Float[Array, ""]:
     """The norm of M^-1 times a matrix."""
-    return jnp.sqrt(jnp.sum(jnp.linalg.solve(body.mass(body.reference), matrix) ** 2))
+    return jnp.sqrt(jnp.sum(jnp.linalg.solve(body.lightest(body.reference), matrix) ** 2))
 
 
 def coupling_step_bound(model: Model, coupled: Coupled) -> Float[Array, ""]:

@@ -70,7 +70,7 @@ def chain_of(model: Model, path: Path, t, found, displacement, before, ahead) ->
     `ahead` (s) is the step of positions that follows; None at an instant, as of a jerk.
     """
     d = next(iter(model.lines.values())).dimensions
-    hubs = _hubs(model, path, displacement, before)
+    hubs = _hubs(model, path, t, displacement, before)
     size = max([d, *(hub.q.shape[0] for hub in hubs.values() if not hub.reduced)])
     parts = []
     for leg in path.legs:
@@ -126,7 +126,7 @@ def chain_of(model: Model, path: Path, t, found, displacement, before, ahead) ->
     )
 
 
-def _hubs(model: Model, path: Path, displacement, before) -> dict[int, Hub]:
+def _hubs(model: Model, path: Path, t, displacement, before) -> dict[int, Hub]:
     found: dict[int, Hub] = {}
     for at, name in path.bodies.items():
         body, key = model.bodies[name], body_key(name)
@@ -137,7 +137,7 @@ def _hubs(model: Model, path: Path, displacement, before) -> dict[int, Hub]:
             if where == at and isinstance(end, Attached):
                 points[side] = end.point
         turns = {side: body.rate(q, v, point)[0] for side, point in points.items()}
-        found[at] = Hub(body, q, v, body.mass(q), points, turns, len(points) == 1)
+        found[at] = Hub(body, q, v, body.mass(q, t), points, turns, len(points) == 1)
     return found
 
 

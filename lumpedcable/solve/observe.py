@@ -327,7 +327,7 @@ def sample(
         turned[name] = _reversed(line, e.shape)
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
-    stored = energies(model, found, y.displacement, y.velocity)
+    stored = energies(model, t, found, y.displacement, y.velocity)
     none = {"tension": jnp.full((), jnp.nan)}  # without a line that has nodes
     largest = {"kinetic": stored["kinetic"]} | none | tensions_of(model, tensions, most_at_ends)
     largest |= stretches(model, {name: found[name].line.shape.strain for name in model.lines})

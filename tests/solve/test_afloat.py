@@ -120,8 +120,22 @@ def test_a_box_rolls_and_pitches_as_its_metacentre_has_it(tmp_path, way):
     np.testing.assert_allclose(ran.bodies["buoy"]["attitude"][0, :, way], exact, atol=2e-4)
 
 
-def test_a_box_falls_freely_until_it_is_wet(tmp_path):
+def test_a_box_heaves_with_what_it_takes_along_of_the_water(tmp_path):
+    # as much as belongs to the share of it that is wet, MASS / (RHO V) of C RHO V at rest
+    body = AFLOAT + f'position = [0, 0, {FLOATING + 0.005}]\nadded_mass = [0, 0, 0.8]\nfree = ["z"]'
+    ran = run_text(tmp_path, scene(body, line=ASIDE, output='duration = "6 s"\nevery = "50 ms"'))
+    assert ran.statuses == ["OK"]
+    omega = np.sqrt(RHO * G * BOX[0] * BOX[1] / (1.8 * MASS))
+    exact = FLOATING + 0.005 * np.cos(omega * ran.time)
+    np.testing.assert_allclose(ran.bodies["buoy"]["position"][0, :, 2], exact, atol=5e-5)
+    assert ran.outcomes[0].energy_closure < 1e-5
+
+
+@pytest.mark.parametrize("added", [0.0, 1.2])
+def test_a_box_falls_freely_until_it_is_wet(tmp_path, added):
     body = AFLOAT + 'position = [0, 0, 6]\ndrag = [1, 1, 1]\nfree = ["x", "y", "z"]'
+    if added:
+        body += f"\nadded_mass = [0.3, 0.3, {added}]"
     ran = run_text(tmp_path, scene(body, line=ASIDE, output='duration = "4 s"\nevery = "20 ms"'))
     assert ran.statuses == ["OK"]
     t, z = ran.time, ran.bodies["buoy"]["position"][0, :, 2]
@@ -130,7 +144,8 @@ def test_a_box_falls_freely_until_it_is_wet(tmp_path):
     def moves(_, y):
         share = np.clip((0.5 - y[0]) / BOX[2] + 0.5, 0.0, 1.0)
         drag = 0.5 * RHO * BOX[0] * BOX[1] * share * abs(y[1]) * y[1]
-        return [y[1], -G + (RHO * G * np.prod(BOX) * share - drag) / MASS]
+        wet = RHO * np.prod(BOX) * share
+        return [y[1], (-MASS * G + wet * G - drag) / (MASS + added * wet)]
 
     exact = solve_ivp(moves, (0, 4), [6.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-9, max_step=5e-3)
     dry = t < touches
@@ -140,11 +155,13 @@ def test_a_box_falls_freely_until_it_is_wet(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_buoy_rides_on_waves(tmp_path):
+@pytest.mark.parametrize("added", [0.0, 0.5])
+def test_a_buoy_rides_on_waves(tmp_path, added):
     height, period, mass, volume = 2.0, 6.0, 400.0, 1.0
     sea = f"[sea]\nheight = {height}\nperiod = {period}\ncomponents = 1\n"
     sea += "flow = { surface = 0.5 }\n"
     body = f'mass = {mass}\nvolume = {volume}\nposition = [0, 0, 0.5]\nfree = ["z"]\nsettle = true'
+    body += f"\nadded_mass = [0, 0, {added}]" if added else ""
     text = scene(body, line=ASIDE, output='duration = "20 s"\nevery = "0.1 s"', more=sea)
     ran = run_text(tmp_path, text)
     assert ran.statuses == ["OK"]
@@ -159,7 +176,9 @@ def test_a_buoy_rides_on_waves(tmp_path):
         risen = amplitude * np.cos(omega * t + phase)
         share = cap(y[0] - risen, radius)
         surge = -(omega**2) * risen * np.exp(k * min(y[0], 0.0))
-        return [y[1], -G + RHO * volume * share * (G + surge) / mass]
+        wet = RHO * volume * share
+        push = wet * G + (1.0 + added) * wet * surge
+        return [y[1], (-mass * G + push) / (mass + added * wet)]
 
     exact = solve_ivp(
         moves, (0, 20), [rest, 0.0], t_eval=ran.time, rtol=1e-9, atol=1e-9, max_step=0.02
@@ -167,3 +186,31 @@ def test_a_buoy_rides_on_waves(tmp_path):
     assert np.ptp(exact.y[0]) > amplitude
     np.testing.assert_allclose(z, exact.y[0], atol=0.01 * amplitude)
     assert ran.outcomes[0].energy_closure < 2e-3
+
+
+TUMBLES = (
+    AFLOAT
+    + """
+position = [0, 0, 1.2]
+attitude = [0.3, -0.2, 0.1]
+velocity = [1.5, -0.5, 1]
+inertia = [1500, 4500, 5000]
+added_mass = [0.1, 0.4, 1.2]
+drag = [0.5, 0.8, 1]
+"""
+)
+
+
+def test_the_account_of_a_box_that_tumbles_in_waves_closes_with_the_square_of_the_step(tmp_path):
+    sea = "[sea]\nheight = 1.5\nperiod = 4\ncomponents = 3\nflow = { surface = 0.5 }\n"
+    output = 'duration = "4 s"\nevery = "0.1 s"\n[solver]\nstep = '
+    closures = []
+    for step in (4e-4, 2e-4):
+        text = scene(TUMBLES, line=ASIDE, output=f"{output}{step}", more=sea)
+        ran = run_text(tmp_path, text)
+        assert ran.statuses == ["OK"]
+        closures.append(ran.outcomes[0].energy_closure)
+    assert np.abs(ran.bodies["buoy"]["attitude"][0]).max() > 0.3
+    assert ran.bodies["buoy"]["position"][0, :, 2].max() > 1.2
+    assert closures[1] < closures[0] / 3.0
+    assert closures[1] < 1e-3
