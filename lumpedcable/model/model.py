@@ -7,7 +7,7 @@ from dataclasses import replace
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from lumpedcable.model.bodies import AbstractBody
+from lumpedcable.model.bodies import AbstractBody, RigidBody
 from lumpedcable.model.ends import Driven, End, Joined, Junction, Loaded, Release
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.riders import Coupled
@@ -44,6 +44,11 @@ class Model(eqx.Module):
     couplings: tuple[Coupled, ...] = ()
     measures: dict[str, AbstractMeasured] = eqx.field(default_factory=dict)
     cuts: dict[str, tuple[Joined, Joined]] = eqx.field(default_factory=dict)
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it has rigid bodies: a step then has thousands of operations."""
+        return any(isinstance(body, RigidBody) for body in self.bodies.values())
 
     def end(self, name: str, node: int) -> End:
         """What is at an end of a line."""

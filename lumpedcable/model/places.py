@@ -58,7 +58,20 @@ class PlaceMeasured(AbstractMeasured):
             before = [model.lines[piece] for piece in self.pieces]
             moved = moved + self._at(lines, [line.reference for line in before])
             moved = moved - self._at(before, [line.reference for line in before])
+        if self.kind in ("speed", "velocity") and winch_of(model, self.pieces[0]) is not None:
+            moved = moved - self._passing(model, seen)
         return self._told(moved)
+
+    def _passing(self, model: Model, seen: Seen) -> Float[Array, " d"]:
+        """s r' L' / L (m/s): how fast nodes pass the place s (m) on a line that is paid out."""
+        (piece,) = self.pieces  # a line with a winch is in one
+        line = live_line(model, piece, seen.displacement, seen.velocity)
+        assert line.growth is not None
+        nodes, sizes = seen.displacement[piece] + line.reference, segment_sizes(line)
+        place, starts, ends = self._within([sizes])
+        slopes = (nodes[:, 1:] - nodes[:, :-1]) / sizes
+        here = (starts[0] <= place) & (place < ends[0])
+        return place * line.growth * jnp.sum(jnp.where(here, slopes, 0.0), axis=1)
 
     def _vectors(self, model: Model, seen: Seen) -> list[Float[Array, "d nodes"]]:
         """Of the nodes of each piece what is told of the place: place, way (m) or velocity (m/s)."""
@@ -78,18 +91,11 @@ class PlaceMeasured(AbstractMeasured):
 
     def _at(self, lines: list[Line], values: list[Array]) -> Float[Array, "*d"]:
         """Values of segments or vectors of nodes, linear between them, at the place on the lines."""
-        assert self.place is not None
-        sizes = [segment_sizes(line) for line in lines]
-        # a place at the very end belongs to the last segment
-        place = self.place.astype(sizes[0].dtype)
-        whole = sum(jnp.sum(lengths) for lengths in sizes)
-        place = jnp.minimum(place, whole * (1.0 - 4.0 * jnp.finfo(place.dtype).eps))
-        begin, found = jnp.zeros_like(place), []
-        for line, lengths, own in zip(lines, sizes, values, strict=True):
-            ends = begin + jnp.cumsum(lengths)
-            starts = jnp.concatenate([begin[None], ends[:-1]])
+        sizes, found = [segment_sizes(line) for line in lines], []
+        place, begins, finishes = self._within(sizes)
+        each = zip(lines, sizes, values, begins, finishes, strict=True)
+        for line, lengths, own, starts, ends in each:
             here = (starts <= place) & (place < ends)
-            begin = ends[-1]
             if self.kind == "tension":
                 own = _between(line.seam, own, 0.5 * (starts + ends), place)
                 found.append(jnp.sum(jnp.where(here, own, 0.0)))
@@ -98,6 +104,22 @@ class PlaceMeasured(AbstractMeasured):
                 own = own[:, :-1] + share * (own[:, 1:] - own[:, :-1])
                 found.append(jnp.sum(jnp.where(here, own, 0.0), axis=1))
         return sum(found[1:], found[0])
+
+    def _within(
+        self, sizes: list[Float[Array, " n"]]
+    ) -> tuple[Float[Array, ""], list[Array], list[Array]]:
+        """The place (m), and where segments of such lengths (m) start and end, of pieces in a row."""
+        assert self.place is not None
+        # a place at the very end belongs to the last segment
+        place = self.place.astype(sizes[0].dtype)
+        whole = sum(jnp.sum(lengths) for lengths in sizes)
+        place = jnp.minimum(place, whole * (1.0 - 4.0 * jnp.finfo(place.dtype).eps))
+        begin, starts, ends = jnp.zeros_like(place), [], []
+        for lengths in sizes:
+            ends.append(begin + jnp.cumsum(lengths))
+            starts.append(jnp.concatenate([begin[None], ends[-1][:-1]]))
+            begin = ends[-1][-1]
+        return place, starts, ends
 
 
 class Later(AbstractMeasured):

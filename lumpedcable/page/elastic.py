@@ -224,7 +224,9 @@ def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:
     if flat > 1e-12:
         share = (line.position - first)[:, :2] @ chord[:2] / flat
         below = first[2] + share * chord[2] - line.position[:, 2]
-        rows.append(("sag", "sag below the chord", float(below.max()), "m"))
+        over = (share >= 0.0) & (share <= 1.0)  # or under the chord; its ends are
+        sag = float(below.max(initial=0.0, where=over))
+        rows.append(("sag", "sag below the chord", sag, "m"))
     rows.append(("strain", "largest strain", 100.0 * float(line.strain.max()), "%"))
     return [
         {**shown_number(f"{name}/{key}", words, value, unit), "group": name}

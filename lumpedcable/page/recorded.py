@@ -93,7 +93,7 @@ class _Recorder:
         drawn = len(self.runs) * sum(5 * len(nodes) for nodes in self.nodes.values())
         # frames are those of the timeline's times that show fields; what lies between is drawn between
         pool = result.frames if self.seldom else spread
-        shown = pool[even(len(pool), max(MOST_DRAWN // max(drawn, 1), 20))]
+        shown = pool[even(len(pool), min(max(MOST_DRAWN // max(drawn, 1), 20), MOST_TIMES))]
         self.times = np.union1d(spread, shown)
         self.frames = np.searchsorted(self.times, shown)
 
@@ -367,7 +367,7 @@ def _length(position: Array) -> Array:
 def _sag(position: Array) -> Array:
     """Largest vertical distance of the nodes below the straight line between the ends (m), (time,).
 
-    NaN where the ends stand above each other.
+    Of those nodes over or under it; NaN where the ends stand above each other.
     """
     count = int(np.isfinite(position[0, :, 0]).sum()) or position.shape[1]
     points = position[:, :count]
@@ -376,7 +376,7 @@ def _sag(position: Array) -> Array:
     along = np.sum((points - start)[..., :2] * chord[..., :2], axis=-1)
     share = np.divide(along, flat, out=np.full_like(along, np.nan), where=flat > 1e-12)
     below = start[..., 2] + share * chord[..., 2] - points[..., 2]
-    return _largest(below)
+    return _largest(np.where((share >= 0.0) & (share <= 1.0), below, np.nan))
 
 
 def _largest(table: Array) -> Array:

@@ -1,9 +1,7 @@
 """What lifts a body that the water's surface may cross: a ball or a box, at any height and attitude."""
 
 import abc
-from collections.abc import Callable
-from functools import partial
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -22,17 +20,22 @@ POINTS = np.array([-0.5, 0.5]) / np.sqrt(3.0)
 
 
 class AbstractForm(eqx.Module):
-    """The form of a body that floats: how deep it is under water on the mean."""
+    """The form of a body that floats: how deep it is under water on the mean.
+
+    Its centre is at a `height` (m) over the water, it is turned by `angles` (rad); `up` is the vertical.
+    """
 
     @abc.abstractmethod
     def depth(
         self, height: Float[Array, ""], angles: Float[Array, " a"], up: Float[Array, " d"]
     ) -> Float[Array, ""]:
-        """Depth (m), the mean over its volume with 0 for what is dry.
+        """Depth (m), the mean over its volume with 0 for what is dry."""
 
-        With its centre at a `height` (m) over the water, turned by `angles` (rad); `up` is the vertical.
-        The share of it that is wet is minus the slope of that to the height.
-        """
+    @abc.abstractmethod
+    def wet(
+        self, height: Float[Array, ""], angles: Float[Array, " a"], up: Float[Array, " d"]
+    ) -> Float[Array, ""]:
+        """The share (-) of it that is wet: minus the slope of the depth to the height."""
 
     @abc.abstractmethod
     def stiffest(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
@@ -62,6 +65,13 @@ class Ball(AbstractForm):
         partly = (3.0 - 8.0 * inside + 6.0 * inside**2 - inside**4) / 16.0
         return self.radius * (partly + inside - jnp.minimum(x, inside))
 
+    def wet(
+        self, height: Float[Array, ""], angles: Float[Array, " a"], up: Float[Array, " d"]
+    ) -> Float[Array, ""]:
+        """The share (-) of the ball."""
+        x = jnp.clip(height / self.radius, -1.0, 1.0)
+        return (2.0 - 3.0 * x + x**3) / 4.0
+
     def stiffest(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """3 / (4 R) at half depth; none to angles."""
         return 0.75 / self.radius, jnp.zeros_like(self.radius)
@@ -82,21 +92,22 @@ class Box(AbstractForm):
         self, height: Float[Array, ""], angles: Float[Array, " a"], up: Float[Array, " d"]
     ) -> Float[Array, ""]:
         """Depth (m) of the box."""
-        square = jnp.sort((rotation(angles).T @ up * self.size) ** 2)[::-1]
+        return _depth(height, self._widths(angles, up))
+
+    def wet(
+        self, height: Float[Array, ""], angles: Float[Array, " a"], up: Float[Array, " d"]
+    ) -> Float[Array, ""]:
+        """The share (-) of the box."""
+        return _under(height, self._widths(angles, up)).share
+
+    def _widths(self, angles: Float[Array, " a"], up: Float[Array, " d"]) -> Float[Array, " d"]:
+        """How far it spreads along the vertical by each axis (m), the largest first."""
+        first, *others = _ordered(list((rotation(angles).T @ up * self.size) ** 2))
         # what has no extent along the vertical has nothing to be crossed
-        widest = jnp.sqrt(jnp.where(square[0] > 0.0, square[0], 1.0))
+        widest = jnp.sqrt(jnp.where(first > 0.0, first, 1.0))
         # and what has next to none is as thick as rounding asks for, which its square changes little
-        thin = jnp.cbrt(jnp.finfo(height.dtype).eps) * widest
-
-        def line(heights):
-            return crossed(heights, widest)[1]
-
-        mean, ends = line, 0.5 * widest * jnp.asarray([-1.0, 1.0], height.dtype)
-        for k in range(1, self.size.shape[0]):
-            width = jnp.sqrt(square[k] + thin**2)
-            mean = partial(_averaged, mean, width, ends)
-            ends = jnp.concatenate([ends - 0.5 * width, ends + 0.5 * width])
-        return mean(height)
+        thin = jnp.cbrt(jnp.finfo(first.dtype).eps) * widest
+        return jnp.stack([widest, *(jnp.sqrt(square + thin**2) for square in others)])
 
     def stiffest(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """1 / its least extent, and what a tilt of its longest side does beside its own height."""
@@ -104,18 +115,81 @@ class Box(AbstractForm):
         return 1.0 / least, most**2 / (12.0 * least) + most
 
 
-def _averaged(
-    depth: Callable[..., Array], width: Float[Array, ""], ends: Float[Array, " n"],
-    height: Float[Array, "*heights"],
-) -> Float[Array, "*heights"]:  # fmt: skip
-    """The mean of a depth (m), a polynomial between `ends`, over a width (m) about heights (m)."""
-    places = jnp.clip((jnp.sort(ends) - height[..., None]) / width, -0.5, 0.5)
-    half = jnp.full_like(height[..., None], 0.5)
-    edges = jnp.concatenate([-half, places, half], axis=-1)
-    size, middle = edges[..., 1:] - edges[..., :-1], 0.5 * (edges[..., 1:] + edges[..., :-1])
-    points = middle[..., None] + size[..., None] * jnp.asarray(POINTS, height.dtype)
-    values = depth(height[..., None, None] + width * points)
-    return jnp.sum(size * jnp.mean(values, axis=-1), axis=-1)
+def _ordered(values: list[Float[Array, ""]]) -> list[Float[Array, ""]]:
+    """Numbers, the largest first.
+
+    By comparisons: a step with a sorting in it is no longer one function (`WHOLE_LOOPS` of
+    `study/compiled.py`).
+    """
+    if len(values) == 1:
+        return values
+    first, *others = values
+    found = []
+    for other in _ordered(others):
+        found.append(jnp.maximum(first, other))
+        first = jnp.minimum(first, other)
+    return [*found, first]
+
+
+class _Under(NamedTuple):
+    """What is under water of a box: depth (m), share (-), slopes of the depth to its widths (d,)."""
+
+    depth: Float[Array, ""]
+    share: Float[Array, ""]
+    slopes: Float[Array, " d"]
+
+
+@jax.custom_jvp
+def _depth(height: Float[Array, ""], widths: Float[Array, " d"]) -> Float[Array, ""]:
+    """The mean depth (m) of a box at a height (m) that spreads over widths (m).
+
+    Its slopes are written down: what jax makes of the mean's is ten times as long a program.
+    """
+    return _under(height, widths).depth
+
+
+@_depth.defjvp
+def _depth_changes(values, changes):
+    found = _under(*values)
+    return found.depth, jnp.dot(found.slopes, changes[1]) - found.share * changes[0]
+
+
+def _under(height: Float[Array, ""], widths: Float[Array, " d"]) -> _Under:
+    """Means over the box, by Gauss's rule at places between which what is averaged is a cubic."""
+    heights, weights, shares = height[None], jnp.ones_like(height)[None], []
+    half = 0.5 * widths
+    # of what is averaged over the axes before, where edges and corners meet the water; the least first
+    ends = (
+        [half[:1], jnp.stack([jnp.abs(half[0] - half[1]), half[0] + half[1]])]
+        if half.size > 1
+        else []
+    )
+    for k in reversed(range(1, half.size)):
+        share, weight = _places(heights, widths[k], ends[k - 1])
+        shares = [jnp.repeat(one, share.shape[1]) for one in shares] + [share.ravel()]
+        heights = (heights[:, None] + widths[k] * share).ravel()
+        weights = (weights[:, None] * weight).ravel()
+    share, depth = crossed(heights, widths[0])
+    slopes = [0.5 * share * (1.0 - share), *(-one * share for one in reversed(shares))]
+    means = jnp.stack([depth, share, *slopes]) @ weights
+    return _Under(means[0], means[1], means[2:])
+
+
+def _places(
+    heights: Float[Array, " P"], width: Float[Array, ""], ends: Float[Array, " n"]
+) -> tuple[Float[Array, "P n"], Float[Array, "P n"]]:
+    """Where to take a mean over a width (m) about heights (m), as shares of it, and with what weights.
+
+    The ends between which it is of polynomials lie on either side of 0 alike; those above it are given.
+    """
+    every = jnp.concatenate([-ends[::-1], ends])
+    between = jnp.clip((every - heights[:, None]) / width, -0.5, 0.5)
+    half = jnp.full_like(heights[:, None], 0.5)
+    edges = jnp.concatenate([-half, between, half], axis=1)
+    size, middle = edges[:, 1:] - edges[:, :-1], 0.5 * (edges[:, 1:] + edges[:, :-1])
+    points = middle[..., None] + size[..., None] * jnp.asarray(POINTS, heights.dtype)
+    weights = jnp.broadcast_to(0.5 * size[..., None], points.shape)
+    return points.reshape(heights.size, -1), weights.reshape(heights.size, -1)
 
 
 class BodyLift(AbstractBodyLoad):
@@ -145,8 +219,7 @@ class BodyLift(AbstractBodyLoad):
     def wet(self, q: Float[Array, " m"], risen: Float[Array, ""] | float = 0.0) -> Float[Array, ""]:
         """The share (-) of its volume that is under water, which waves have lifted by `risen` (m)."""
         angles = q[self.up.shape[0] :]
-        height = self.height(q) - risen
-        return -jax.grad(self.form.depth)(height, angles, self.up)
+        return self.form.wet(self.height(q) - risen, angles, self.up)
 
     def by_waves(self, q: Float[Array, " m"], risen: Float[Array, ""]) -> Float[Array, " m"]:
         """The force (N, N m) that it has besides where waves have lifted the surface by `risen` (m)."""

@@ -53,19 +53,24 @@ class SoundFile(ResultFile):
         So it is at the first saved time after its stop, which is of the stop itself, and where stops
         do not count at all that follow.
         """
-        return self._until(self._stops)
+        return self._until(self._stops, self.time)
+
+    @cached_property
+    def shown(self) -> NDArray[np.bool_]:
+        """The same at the times with fields, (run, field_time)."""
+        return self._until(self._stops, self.field_time)
 
     @cached_property
     def moving(self) -> NDArray[np.bool_]:
         """The same where stops count in any case: what has stopped keeps the speed at its stop."""
-        return self._until(True)
+        return self._until(True, self.time)
 
-    def _until(self, stops: bool) -> NDArray[np.bool_]:
+    def _until(self, stops: bool, times: Array) -> NDArray[np.bool_]:
         failed = np.array([status not in WELL for status in self.status])
-        good = ~(failed[:, None] & (self.time >= self.status_time[:, None]))
+        good = ~(failed[:, None] & (times >= self.status_time[:, None]))
         stop = self.summary().get("run", {}).get("stop_time") if stops else None
         if stop is not None:
-            good[:, 1:] &= ~(self.time[None, :-1] >= stop[:, None])
+            good[:, 1:] &= ~(times[None, :-1] >= stop[:, None])
         good[:, 0] = True
         return good
 
@@ -73,11 +78,11 @@ class SoundFile(ResultFile):
         """The same at the times of `times_of`; None where there are none."""
         if times is None:
             return None
-        return self.good if times == "time" else self.good[:, self.frames]
+        return self.good if times == "time" else self.shown
 
     def last_frame(self, run: int) -> int:
         """Number of the last time with fields at which a run was right and on its way."""
-        return int(self.good[run, self.frames].nonzero()[0][-1])
+        return int(self.shown[run].nonzero()[0][-1])
 
     def line(self, name: str) -> LineData:
         """The fields of one line."""

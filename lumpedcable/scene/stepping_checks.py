@@ -26,7 +26,7 @@ def stepping_problems(
 ) -> Iterator[Problem]:
     """Yield what is asked for and not found; None stands for the unreadable."""
     solver = others.get("solver", Solver())
-    yield from _stop(bodies, others.get("output"))
+    yield from _stop(bodies, others.get("output"), solver)
     yield from _long_step(solver, others.get("output"))
     if not isinstance(solver, Solver) or None in lines.values():
         return
@@ -50,10 +50,16 @@ def stepping_problems(
     yield from _rod_lines(rigid)
 
 
-def _stop(bodies: Mapping[str, Any], output: Any) -> Iterator[Problem]:
-    """A body whose end of motion ends the run must move."""
+def _stop(bodies: Mapping[str, Any], output: Any, solver: Any) -> Iterator[Problem]:
+    """A body whose end of motion ends the run must move, in steps at each of which it is looked at."""
     if not isinstance(output, Output) or output.stop is None:
         return
+    if isinstance(solver, Solver) and solver.adaptive:
+        yield Problem(
+            ("output", "stop"),
+            "expected solver.step or solver.courant where the rest of a body ends the run, found "
+            f'"{solver.method}", which chooses its steps itself',
+        )
     moving = [n for n, b in bodies.items() if b is None or any(getattr(b, "velocity", None) or ())]
     if output.stop not in moving:
         told = did_you_mean(output.stop, moving) or f"; known: {', '.join(moving) or 'none'}"

@@ -28,6 +28,7 @@ from lumpedcable.solve.jerk import jerked
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
 from lumpedcable.solve.leapfrog import CableTerm, HalfStep, Leapfrog
+from lumpedcable.solve.listed import listed
 from lumpedcable.solve.observe import Sample, sample, tips, watch, watched, watches
 from lumpedcable.solve.plan import Numbers, Plan, Progress, peaks_of
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
@@ -284,6 +285,7 @@ def advance(
 
     def body(k, carry):
         run, kept = carry
+        k = listed(k) if model.rigid else k
         turns = None
         if ends is not None:
             turns = (

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import END_SPEED
 from lumpedcable.scene import Scene
 from lumpedcable.scene.outcomes import SUMMARIES
@@ -110,7 +111,7 @@ def message_of(status: Status, when: float, remark: str = "", *, step_given: boo
     """
     if status is Status.OK:
         return joined(MEANING[status], remark)
-    at = "" if not np.isfinite(when) else f" at {1e3 * when:.6g} ms"
+    at = "" if not np.isfinite(when) else f" at {quantity(when, 's', 6)}"
     return f"{MEANING[status]}{at}; {advice_of(status, step_given)}"
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
+from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene
 from lumpedcable.status import MEANING, Status, advice_of
 from lumpedcable.study.account import Account
@@ -63,7 +64,7 @@ class Strained:
     def message(self, run: int, when: float) -> str:
         """What happened in a run at a time (s), and what to do about it."""
         status = Status.STRAIN_EXCEEDED
-        at = f"at {1e3 * when:.6g} ms"
+        at = f"at {quantity(when, 's', 6)}"
         return f"{MEANING[status]} {at}: {self.words[run]}; {advice_of(status, False)}"
 
 

@@ -10,6 +10,7 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.results.human import quantity
 from lumpedcable.results.schema import PEAK_TENSION, exact_name
 from lumpedcable.scene import Scene
+from lumpedcable.scene.materials import InextensibleMaterial
 from lumpedcable.scene.outcomes import QUANTITIES
 from lumpedcable.status import CALMED, Status
 from lumpedcable.study.account import Account
@@ -144,8 +145,10 @@ def _about(message: str, scene: Scene, name: str) -> str:
     """A message on a line that reversed, or a part of one, with its name and what it could be given."""
     source = source_of(scene, name)
     line = scene.lines[source]
-    damping = scene.materials[line.material].damping
-    calming = {f"materials.{line.material}.damping": damping, f"lines.{source}.drag": line.drag}
+    material = scene.materials[line.material]
+    calming = {f"lines.{source}.drag": line.drag}
+    if not isinstance(material, InextensibleMaterial):
+        calming = {f"materials.{line.material}.damping": material.damping, **calming}
     missing = [key for key, own in calming.items() if own is None]
     calmed = ", or give the line what it has of " + " and ".join(missing) if missing else ""
     message = message.replace("the line reversed", f"{name} reversed", 1)

@@ -124,7 +124,7 @@ class _Film:
     def __init__(self, result: SoundFile, run: int, seconds: float, more: Beside) -> None:
         self.result, self.run = result, run
         self.saved = result.field_time
-        self.times = self.saved[result.good[run, result.frames]]
+        self.times = self.saved[result.shown[run]]
         others, self.balls, self.faces, self.water = more
         stored = {name: result.line(name) for name in result.lines}
         shown = {
@@ -137,7 +137,9 @@ class _Film:
         names, lines = list(shown), list(shown.values())
         counts = [line.node_count(run) for line in lines]
         self.position = [li.position(run)[:, :n] for li, n in zip(lines, counts, strict=True)]
-        self.tension = [li.tension(run)[:, : n - 1] for li, n in zip(lines, counts, strict=True)]
+        self.tension = [
+            _from_both(li.tension(run)[:, : n - 1]) for li, n in zip(lines, counts, strict=True)
+        ]
         if not any(np.isfinite(place).any() for place in self.position):
             said = result.reason(run)
             raise ResultError(f"{result.path}: run {run} has no positions to show: {said}")
@@ -164,7 +166,7 @@ class _Film:
         if len(names) > 1:
             self.bottom.legend(loc="upper right")
         self.show(0)
-        self.figure.canvas.draw()
+        style.literal(self.figure).canvas.draw()
         self.figure.set_layout_engine("none")  # nothing moves but the lines
 
     def _laid_out(self) -> tuple[Figure, Array, bool]:
@@ -251,9 +253,14 @@ def _solid() -> PolyCollection:
 
 def _to_the_ends(middles: Array, places: Array) -> Array:
     """Where tensions are drawn: a segment has one from node to node, the first and last to the ends."""
-    drawn = np.array(middles)
+    drawn = _from_both(middles)
     drawn[[0, -1]] = places[[0, -1]]
     return drawn
+
+
+def _from_both(values: Array) -> Array:
+    """Values of segments to draw a curve through: of a single one twice, at its either node."""
+    return np.repeat(values, 2, axis=-1) if values.shape[-1] == 1 else np.array(values)
 
 
 def _pace(rate: float) -> str:

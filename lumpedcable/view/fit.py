@@ -119,7 +119,7 @@ def plot_fit(pictures: FitPictures, folder: Path, formats: Sequence[str] = ("png
 def fit_figures(pictures: FitPictures) -> dict[str, Figure]:
     """The figures of a fit by the names that `plot_fit` gives their files."""
     with style.styled():
-        return {name: draw() for name, draw in _figures(pictures)}
+        return {name: style.literal(draw()) for name, draw in _figures(pictures)}
 
 
 def _figures(pictures: FitPictures) -> list[tuple[str, Callable[[], Figure]]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -70,13 +71,8 @@ def plot_result(
         if run is not None:
             result.hold(run)
         style.ready(folder, formats)
-        for name, draw in _whole_figures(result) if run is None else ():
+        for name, draw in _every(result, run):
             made += style.save(draw, folder / name, formats)
-        some = groups(result) if run is None else [alone(result, run)]
-        for group in some if _has_histories(result) else ():
-            for name, draw in _figures(result, group):
-                stem = "_".join(filter(None, [name, group.tag]))
-                made += style.save(draw, folder / stem, formats)
     if not made:
         raise _nothing(path)
     return made
@@ -88,16 +84,33 @@ def figures_of(path: str | Path) -> dict[str, Figure]:
     Raises:
         ResultError: the file cannot be read, or holds nothing to draw.
     """
-    made: dict[str, Figure] = {}
     with SoundFile.open(path) as result, style.styled():
-        for name, draw in _whole_figures(result):
-            made[name] = draw()
-        for group in groups(result) if _has_histories(result) else ():
-            for name, draw in _figures(result, group):
-                made["_".join(filter(None, [name, group.tag]))] = draw()
+        made = {name: style.literal(draw()) for name, draw in _every(result, None)}
     if not made:
         raise _nothing(path)
     return made
+
+
+def _every(result: SoundFile, run: int | None) -> Iterator[tuple[str, Callable[[], Figure]]]:
+    """Names of files without endings, no two alike, and makers of figures, of all runs or one."""
+    used: set[str] = set()
+
+    def other(name: str) -> str:
+        """The name, or with a number what would be that of another figure."""
+        free = name
+        for k in count(2):
+            if free not in used:
+                break
+            free = f"{name}_{k}"
+        used.add(free)
+        return free
+
+    for name, draw in _whole_figures(result) if run is None else ():
+        yield other(name), draw
+    some = groups(result) if run is None else [alone(result, run)]
+    for group in some if _has_histories(result) else ():
+        for name, draw in _figures(result, group):
+            yield other("_".join(filter(None, [name, group.tag]))), draw
 
 
 def _nothing(path: str | Path) -> ResultError:

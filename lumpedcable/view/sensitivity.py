@@ -47,7 +47,7 @@ def plot_sensitivity(
 def sensitivity_bars(heading: str, names: Sequence[str], shares: Array, note: str = "") -> Figure:
     """The bars that `plot_sensitivity` writes."""
     with style.styled():
-        return sensitivity_figure(heading, names, shares, note)
+        return style.literal(sensitivity_figure(heading, names, shares, note))
 
 
 def sensitivity_figure(heading: str, names: Sequence[str], shares: Array, note: str = "") -> Figure:

@@ -22,6 +22,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from lumpedcable.results.disk import reported
@@ -133,6 +134,19 @@ def new_figure(height: float, heading: str) -> Figure:
     FigureCanvasAgg(figure)
     if heading:
         figure.suptitle(wrapped(heading, WIDTH, 9))
+    return figure
+
+
+def literal(figure: Figure) -> Figure:
+    """The figure with words as they are: a dollar in a title or a name opens no formula.
+
+    Numbers at the axes are formulas of Matplotlib's own, 10 with an exponent, and stay so.
+    """
+    both = (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis))
+    numbers = {id(text) for axis in both for text in axis.findobj(Text) if text is not axis.label}
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and id(text) not in numbers:
+            text.set_parse_math(False)
     return figure
 
 
@@ -298,7 +312,7 @@ def save(draw: Callable[[], Figure], stem: Path, formats: Sequence[str]) -> list
     """
     made = []
     with styled():
-        figure = draw()
+        figure = literal(draw())
         for kind in formats:
             path = stem.with_name(f"{stem.name}.{kind}")
             with reported(path), whole(path) as partial:

@@ -255,9 +255,10 @@ class Recorded {
       high = Math.max(high, b * scale.factor);
       const nodes = line.place.row(run).filter(Number.isFinite);
       far = Math.max(far, nodes.at(-1));
-      const x = place.row(run), y = table.row(run, frame).map((v) => v * scale.factor);
+      let x = place.row(run), y = table.row(run, frame).map((v) => v * scale.factor);
       // a segment has one tension from node to node: the first and the last reach to the ends
       if (place === line.middle) {
+        if (nodes.length === 2) [x, y] = [[x[0], x[0]], [y[0], y[0]]];
         x[0] = nodes[0];
         x[x.findLastIndex(Number.isFinite)] = nodes.at(-1);
       }
