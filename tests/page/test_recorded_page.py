@@ -293,3 +293,12 @@ def test_the_page_is_served_to_this_machine_alone(file, tmp_path):
         started.send_signal(signal.SIGINT)
         _, err = started.communicate(timeout=60)
     assert (started.returncode, err) == (0, "")
+
+
+def test_sag_is_that_of_what_hangs_below_the_chord():
+    # 1 m below the middle of a level chord of 4 m; then a steep one that swings out beyond its end
+    hangs = [[0, 0, 0], [1, 0, -0.6], [2, 0, -1], [4, 0, 0]]
+    steep = [[0, 0, 0], [0.005, 0, -1], [1.5, 0, -1], [0.01, 0, -2.2]]
+    sag = module._sag(np.array([hangs, steep], float))
+    # of the steep one its second node is 0.1 m above the chord, -1.1 there, and no node is below
+    np.testing.assert_allclose(sag, [1.0, 0.0], atol=1e-12)

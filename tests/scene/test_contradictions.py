@@ -220,3 +220,19 @@ def test_a_misspelt_freedom_of_a_response_is_told_where_it_stands(tmp_path):
     ((key, message),) = faults(tmp_path, text)
     assert key == "bodies.ship.motion.response.rol"
     assert 'did you mean "roll"' in message
+
+
+def test_a_stop_asks_for_steps_at_each_of_which_the_body_is_looked_at(tmp_path):
+    # a method that chooses its steps would go on past the rest, and say that it still moves
+    text = LINE.split("[events.break]")[0].replace(
+        'end = { fixed = ["55 m", 0, 0] }', 'end = "ship"'
+    )
+    text += '[bodies.ship]\nmass = "1 t"\nposition = ["59 m", 0, 0]\nvelocity = ["1 m/s", 0, 0]\n'
+    text += 'free = ["x"]\n[output]\nduration = "2 s"\nevery = "10 ms"\nstop = "ship"\n'
+    read(tmp_path, text)
+    read(tmp_path, text, "solver.method=dopri5", "solver.step=1 ms")
+    ((key, message),) = faults(tmp_path, text, "solver.method=dopri5")
+    assert key == "output.stop"
+    assert message.startswith(
+        "expected solver.step or solver.courant where the rest of a body ends"
+    )

@@ -34,11 +34,21 @@ def test_a_chain_at_rest_in_a_narrow_u_is_not_reversed(tmp_path, segments):
     assert abs(ran["velocity"]).max() < 1e-6
 
 
-def test_one_that_folds_elsewhere_is_told(tmp_path):
+# rods have no damping that they could be given
+@pytest.mark.parametrize(
+    ("law", "advised"),
+    [
+        ('law = "linear"\nEA = "100 kN"', "materials.steel.damping and lines.chain.drag"),
+        ('law = "inextensible"\n[solver]\nstep = "1 ms"', "what it has of lines.chain.drag"),
+    ],
+)
+def test_one_that_folds_elsewhere_is_told(tmp_path, law, advised):
     # its end is thrown down beside itself, faster than it falls: there it doubles back
     thrown = "{ motion = { position = [0.5, 0, 0], velocity = [2, 0, -10] } }"
+    text = NARROW.replace("{ fixed = [0.5, 0, 0] }", thrown)
     ran = run_text(
-        tmp_path, NARROW.replace("{ fixed = [0.5, 0, 0] }", thrown), "output.duration=0.3 s"
+        tmp_path, text.replace('law = "linear"\nEA = "100 kN"', law), "output.duration=0.3 s"
     )
     assert ran.statuses == ["LINE_REVERSED"]
     assert 0.0 < ran.outcomes[0].status_time < 0.3
+    assert advised in ran.outcomes[0].message

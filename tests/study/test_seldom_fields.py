@@ -136,6 +136,9 @@ def test_a_run_that_has_stopped_keeps_its_last_fields(tmp_path, monkeypatch, kee
     np.testing.assert_allclose(stops, np.array([0.1, 0.4, 0.6, 2]) / 3.924, rtol=1e-4)
     for quantity in ("position", "tension"):
         np.testing.assert_allclose(found[quantity], whole[quantity][:, ::3], rtol=1e-12, atol=1e-9)
+    with SoundFile.open(tmp_path / "result.h5") as result:
+        # the first field that follows a stop is of the stop: 25, 102, 153 and 510 of 0, 120, ..., 600 ms
+        assert [result.last_frame(run) for run in range(4)] == [1, 1, 2, 5]
 
 
 def test_shards_are_one_file_with_both_times(whole, tmp_path):

@@ -303,3 +303,26 @@ def test_a_top_speed_needs_steps_that_keep_it(tmp_path, solver, refused):
         return
     with pytest.raises(SceneError, match=r"winch\.speed: expected solver\.method"):
         load_study(tmp_path / "scene.toml")
+
+
+def test_a_place_of_a_rope_that_is_paid_out_has_the_speed_of_the_rope(tmp_path):
+    # nodes move along the rope as it grows longer; the rope 2 m from where it is held only stretches
+    text = WINCH.replace("amplitude = 0.05", "amplitude = 2").replace("period = 1.5", "period = 6")
+    text = text.replace(
+        'duration = "1.2 s"\nevery = "5 ms"', 'duration = "0.5 s"\nevery = "0.1 ms"'
+    )
+    for kind in ("position", "velocity"):
+        text += f'[measures.{kind}]\n{kind} = "line@2 m"\ncomponent = "x"\n'
+    text += '[measures.speed]\nspeed = "line@2 m"\n'
+    (tmp_path / "scene.toml").write_text(text)
+    run_study(load_study(tmp_path / "scene.toml"), tmp_path / "r.h5")
+    with h5py.File(tmp_path / "r.h5") as file:
+        time, out = file["time"][()], file["lines/line/payout"][0]
+        place, velocity, speed = (
+            file[f"measures/{k}"][0] for k in ("position", "velocity", "speed")
+        )
+    assert np.ptp(out) > 0.5  # of 10 m: the mesh passes the place with up to a fifth of that speed
+    passing = 2.0 * np.gradient(out, time) / out
+    assert np.abs(passing).max() > 0.2
+    np.testing.assert_allclose(velocity[1:-1], np.gradient(place, time)[1:-1], atol=0.01)
+    np.testing.assert_allclose(speed, np.abs(velocity), atol=1e-12)

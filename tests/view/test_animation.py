@@ -2,14 +2,16 @@
 
 from itertools import pairwise
 
+import h5py
 import numpy as np
 import pytest
 import synthetic_result
 from command_line import refused, say
 from PIL import Image
+from synthetic_result import TIMES
 
 from lumpedcable.results.sound import SoundFile
-from lumpedcable.view import animate_result, animation, style
+from lumpedcable.view import animate_result, animation, figures_of, style
 
 
 @pytest.fixture(scope="module")
@@ -109,3 +111,35 @@ def test_waves_that_reach_into_a_film_are_not_cut_off(file):
         film = animation._Film(result, 4, 10.0, ({}, (), (), lambda t, p: water(t, p) + 1e3))
         assert film.sea is None
         assert film.top.get_ylim() == plain
+
+
+def test_dollars_open_no_formula_and_one_segment_has_a_curve(tmp_path):
+    title = r"Shackle for $50 or $60, costs \frac{ each"
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=1, scene="")
+    with h5py.File(path, "r+") as changed:
+        changed.attrs["title"] = title
+    with SoundFile.open(path) as result, style.styled():
+        film = animation._Film(result, 0, 10.0, ({}, (), (), None))
+        words = film.figure.get_suptitle()
+        (curve,) = film.curves
+        x, y = curve.get_data()
+    assert words.replace("\n", " ").startswith(title)
+    np.testing.assert_array_equal(x, [0.0, synthetic_result.LENGTH])
+    assert y[0] == y[1] > 0.0
+    figure = next(fig for name, fig in figures_of(path).items() if name.startswith("end_speed"))
+    figure.canvas.draw()  # no error of a formula
+    assert not figure._suptitle.get_parse_math()
+    plain = [label for ax in figure.axes for label in ax.get_xticklabels()]
+    assert plain
+    assert all(label.get_parse_math() for label in plain)
+
+
+def test_names_that_are_alike_but_for_signs_make_pictures_of_their_own(tmp_path):
+    path = synthetic_result.snapback(tmp_path / "r.h5", pretensions=(45e3,), break_times=(5e-3,))
+    with h5py.File(path, "r+") as changed:
+        for name, value in (("mid_", 1.0), ("mid__", 2.0)):
+            table = changed.create_dataset(f"measures/{name}", data=np.full((1, len(TIMES)), value))
+            table.attrs.update(units="m", long_name=name)
+    made = [name for name in figures_of(path) if name.startswith("measure_")]
+    assert sorted(made) == sorted(set(made))
+    assert len(made) == 2
