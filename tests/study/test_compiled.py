@@ -238,6 +238,47 @@ def test_the_loop_over_the_steps_is_one_function(tmp_path):
     assert " while(" not in entry
 
 
+AFLOAT = """
+gravity = 9.81
+[water]
+density = 1000
+surface = 0
+[materials.wire]
+law = "linear"
+EA = "1 MN"
+[bodies.box]
+mass = 400
+volume = 1
+size = [1, 1, 1]
+position = [0, 0, 0]
+drag = [1, 1, 1]
+added_mass = [0.5, 0.5, 0.5]
+[lines.wire]
+material = "wire"
+length = "5 m"
+segments = 4
+mass = 1
+diameter = "10 mm"
+start = { fixed = [0, 0, -5] }
+end = "box"
+[output]
+duration = "1 s"
+every = "50 ms"
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not compiled.ON_CPU, reason="only the CPU's compiler has the choice")
+def test_with_bodies_the_steps_alone_are_one_function(tmp_path):
+    """A step four times as fast, and no long function of the loop over outputs around them."""
+    text = program(tmp_path, AFLOAT).compile().as_text()
+    calls = [line for line in text.splitlines() if "xla_cpu_small_call" in line]
+    assert len(calls) == 1
+    sorts = re.findall(r"= (\S+) sort\(", text)
+    assert [kind.partition("[")[0] for kind in sorts] == ["s64"]
+    assert " while(" in text[text.index("ENTRY") :]  # that over the outputs
+
+
 @pytest.mark.skipif(not compiled.ON_CPU, reason="elsewhere calls are left as they are")
 def test_a_call_is_one_function(tmp_path):
     # beside it, room is made for what it returns; of more than eight parts XLA asks threads to help
