@@ -213,7 +213,9 @@ def history(
     def gone_on(run: Progress, k, block=None):
         if last is not None:
             run = jax.tree.map(lambda old, now: jnp.where(own(k) == 0, old, now), begun, run)
-        return interval(model, plan, numbers, run, own(k) * numbers.every, block)
+        # with derivatives steps of bodies are so long that one function would take minutes to compile
+        whole, start = not model.rigid, own(k) * numbers.every
+        return interval(model, plan, numbers, run, start, block, whole=whole)
 
     if spec.steps is None:
 

@@ -214,6 +214,7 @@ class _Recorder:
         return {
             "name": name,
             "diameter": self._diameter(name),
+            "paid": line.has("payout"),  # its places are those at the start
             "place": self.pack.exact(places),
             "middle": self.pack.exact(middles),
             # each coordinate over its own range: a small sag of a long line stays smooth

@@ -120,7 +120,7 @@ def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:
 
 def _fixed(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None,
-    turns: tuple[Any, Any] | None,
+    turns: tuple[Any, Any] | None, whole: bool,
 ) -> Progress:  # fmt: skip
     """The steps of one output interval from `start` (s) on, which are equal: `turns`, or all."""
     solver, term = fixed_solver(plan, numbers), CableTerm(jnp.zeros(()))
@@ -129,6 +129,7 @@ def _fixed(
     staggered = isinstance(solver, Leapfrog | Constrained)  # sees to its ends itself
 
     def step(i, run: Progress) -> Progress:
+        i = i if whole else listed(i)
         t0 = start + i * dt
         t1 = start + (i + 1) * dt
         y, _, _, state, result = solver.step(term, t0, t1, run.y, model, run.solver_state, False)
@@ -236,17 +237,17 @@ def _rms(tree: PyTree) -> Float[Array, ""]:
 
 def interval(
     model: Model, plan: Plan, numbers: Numbers, run: Progress, start, block: int | None = None,
-    turns: tuple[Any, Any] | None = None,
+    turns: tuple[Any, Any] | None = None, whole: bool = True,
 ) -> Progress:  # fmt: skip
     """One output interval of a run, from `start` (s) on.
 
     `block` is the number of steps from one state that reverse mode keeps to the next; None: what
     `block_length` says of this interval alone. `turns` are the equal steps that are taken, from which
-    number on and before which; None: all.
+    number on and before which; None: all. They are one function of the CPU's if it is to be `whole`.
     """
     if plan.adaptive:
         return _adaptive(model, plan, numbers, run, start)
-    return _fixed(model, plan, numbers, run, start, block, turns)
+    return _fixed(model, plan, numbers, run, start, block, turns, whole)
 
 
 def advance(

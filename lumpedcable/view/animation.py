@@ -202,7 +202,9 @@ class _Film:
         stretched = "" if true else ", stretched"
         top.set_xlabel(f"{'xyz'[self.across]} (m)")
         top.set_ylabel(f"{'xyz'[self.up]} (m{stretched})")
-        bottom.set_xlabel("distance along the line, unstretched (m)")
+        paid = any(self.result.line(name).has("payout") for name in self.result.lines)
+        start = " at the start" if paid else ""  # a winch makes its line longer, or shorter
+        bottom.set_xlabel(f"distance along the line, unstretched{start} (m)")
         bottom.set_ylabel(style.with_unit("tension", self.unit))
         bottom.set_xlim(0.0, max(float(np.nanmax(m)) for m in self.middle) * 1.01)
         bottom.set_ylim(self.limits)

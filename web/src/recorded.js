@@ -265,7 +265,8 @@ class Recorded {
       return { x, y, colour };
     });
     [low, high] = limits(low, high);
-    this.alongPlot.show({ x: { words: "distance along the line, unstretched", unit: "m", low: 0, high: far },
+    const words = `distance along the line, unstretched${line.paid ? " at the start" : ""}`;
+    this.alongPlot.show({ x: { words, unit: "m", low: 0, high: far },
       y: { unit: scale.unit, low, high }, curves });
   }
 
