@@ -38,6 +38,10 @@ class AbstractForm(eqx.Module):
         """The share (-) of it that is wet: minus the slope of the depth to the height."""
 
     @abc.abstractmethod
+    def reach(self) -> Float[Array, ""]:
+        """How far it reaches from its centre (m)."""
+
+    @abc.abstractmethod
     def stiffest(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """Bounds of the second derivatives of the depth, to the height (1/m) and to angles (m)."""
 
@@ -72,6 +76,10 @@ class Ball(AbstractForm):
         x = jnp.clip(height / self.radius, -1.0, 1.0)
         return (2.0 - 3.0 * x + x**3) / 4.0
 
+    def reach(self) -> Float[Array, ""]:
+        """Its radius."""
+        return self.radius
+
     def stiffest(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """3 / (4 R) at half depth; none to angles."""
         return 0.75 / self.radius, jnp.zeros_like(self.radius)
@@ -102,12 +110,15 @@ class Box(AbstractForm):
 
     def _widths(self, angles: Float[Array, " a"], up: Float[Array, " d"]) -> Float[Array, " d"]:
         """How far it spreads along the vertical by each axis (m), the largest first."""
-        first, *others = _ordered(list((rotation(angles).T @ up * self.size) ** 2))
-        # what has no extent along the vertical has nothing to be crossed
-        widest = jnp.sqrt(jnp.where(first > 0.0, first, 1.0))
-        # and what has next to none is as thick as rounding asks for, which its square changes little
-        thin = jnp.cbrt(jnp.finfo(first.dtype).eps) * widest
-        return jnp.stack([widest, *(jnp.sqrt(square + thin**2) for square in others)])
+        squares = (rotation(angles).T @ up * self.size) ** 2
+        # what has next to no extent along the vertical is as thick as rounding asks for; all alike, so
+        # that nothing jumps where two change places
+        thin = jnp.cbrt(jnp.finfo(squares.dtype).eps) ** 2 * jnp.sum(squares)
+        return jnp.stack(_ordered(list(jnp.sqrt(squares + thin))))
+
+    def reach(self) -> Float[Array, ""]:
+        """To its corners."""
+        return 0.5 * jnp.sqrt(jnp.sum(self.size**2))
 
     def stiffest(self) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """1 / its least extent, and what a tilt of its longest side does beside its own height."""
@@ -119,15 +130,17 @@ def _ordered(values: list[Float[Array, ""]]) -> list[Float[Array, ""]]:
     """Numbers, the largest first.
 
     By comparisons: a step with a sorting in it is no longer one function (`WHOLE_LOOPS` of
-    `study/compiled.py`).
+    `study/compiled.py`). Of equal ones each has the derivatives of one, where a mean of both, as of
+    jax's maximum, would spoil second derivatives.
     """
     if len(values) == 1:
         return values
     first, *others = values
     found = []
     for other in _ordered(others):
-        found.append(jnp.maximum(first, other))
-        first = jnp.minimum(first, other)
+        more = first >= other
+        found.append(jnp.where(more, first, other))
+        first = jnp.where(more, other, first)
     return [*found, first]
 
 

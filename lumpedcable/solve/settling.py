@@ -26,6 +26,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import make_net
 from lumpedcable.model.ships import waves_of
+from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.bearing import BedBearing
 from lumpedcable.physics.vectors import size
 from lumpedcable.physics.wave_force import WaveForce
@@ -211,11 +212,13 @@ def _free(model: Model, name: str) -> Float[Array, " m"]:
 
 
 def _arm(model: Model, name: str) -> Float[Array, ""]:
-    """Distance (m) of a body's farthest point that a line ends at or a bed bears."""
+    """Distance (m) of a body's farthest point that a line ends at, or a bed or the water bears."""
     points = [jnp.linalg.norm(end.point) for _, _, end in attached_ends(model, name)]
     for load in _body(model, name).loads:
         if isinstance(load, BedBearing):
             points.append(jnp.max(size(load.points)))
+        elif isinstance(load, BodyLift):
+            points.append(load.form.reach())
     return jnp.maximum(jnp.max(jnp.stack([jnp.zeros(()), *points])), 1e-3)
 
 

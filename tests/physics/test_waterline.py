@@ -119,6 +119,36 @@ def test_a_box_that_rolls_is_lifted_as_the_polygon_that_is_wet(size):
             assert -turns == pytest.approx(share * arm, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("size", "angles"),
+    [
+        # two extents along the vertical, or three, are one; a last digit beside it they are not
+        ([3.0, 1.0, 0.2], (0.06656816377582381, 0, 0)),
+        ([10.0, 10.0, 0.01], (np.pi / 4, np.arcsin(1 / np.sqrt(3.0)), 0)),
+        ([1.0, 1.0, 1.0], (np.pi / 4, np.arcsin(1 / np.sqrt(3.0)), 0)),
+        ([1.0, 1.0, 1.0], (np.pi / 4, 0, 0)),
+    ],
+)
+def test_its_second_derivatives_are_those_of_its_depth_where_extents_are_alike(size, angles):
+    box, up = Box(jnp.asarray(size)), jnp.asarray(UP[3])
+    at, h = jnp.asarray(angles, float), 2e-4
+
+    def depth(angles):
+        return box.depth(number(0.05), angles, up)
+
+    steps = h * np.eye(3)
+    around = jax.jit(jax.vmap(depth))
+    by_values = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            a, b = steps[i], steps[j]
+            both = np.array([at + a + b, at + a - b, at - a + b, at - a - b])
+            one, two, three, four = around(jnp.asarray(both))
+            by_values[i, j] = (one - two - three + four) / (4.0 * h**2)
+    found = np.asarray(jax.jit(jax.hessian(depth))(at))
+    np.testing.assert_allclose(found, by_values, atol=2e-3 * max(1.0, np.abs(by_values).max()))
+
+
 @pytest.mark.parametrize("way", [0, 1])
 def test_a_tilted_box_rights_itself_with_the_arm_of_naval_architecture(way):
     # wall-sided: GZ = sin(p) (GM + BM tan(p)^2 / 2), GM = KB + BM - KG, KG in its middle

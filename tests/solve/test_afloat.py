@@ -214,3 +214,30 @@ def test_the_account_of_a_box_that_tumbles_in_waves_closes_with_the_square_of_th
     assert ran.bodies["buoy"]["position"][0, :, 2].max() > 1.2
     assert closures[1] < closures[0] / 3.0
     assert closures[1] < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("size", "density", "start", "height", "rests"),
+    [
+        # with a corner down: 0.35 of the square is a triangle as high as its root, from 1 / sqrt(2) down
+        ([1, 1], 0.35, [0, 0.6, 0], np.sqrt(0.5) - np.sqrt(0.35), [np.pi / 4]),
+        ([1, 1], 0.5, [0, 0.1, 0], 0.0, [np.pi / 4]),
+        # half of it under water a cube stands on a corner, a beam of a square section on an edge
+        ([1, 1, 1], 0.5, [0.6, 0.3, 0], 0.0, [np.pi / 4, np.arcsin(1 / np.sqrt(3.0))]),
+        ([2, 1, 1], 0.5, [0.6, 0, 0], 0.0, [np.pi / 4, 0.0]),
+    ],
+)
+def test_square_sections_float_on_an_edge(tmp_path, size, density, start, height, rests):
+    whole = size if len(size) == 3 else [size[0], 1, size[1]]
+    body = f"mass = {RHO * density * np.prod(whole)}\nvolume = {np.prod(whole)}\nsize = {whole}\n"
+    body += f"position = [0, 0, 0.6]\nattitude = {start}\nsettle = true"
+    text = scene(body, line=ASIDE, output='duration = "0.1 s"\nevery = "50 ms"')
+    if len(size) == 2:  # the line lies in its plane
+        text = "dimensions = 2\n" + text.replace('end = "free"', "end = { fixed = [1, 0, 50] }")
+    ran = run_text(tmp_path, text)
+    assert ran.statuses == ["OK"]
+    assert ran.bodies["buoy"]["position"][0, 0, 2] - 0.5 == pytest.approx(height, abs=1e-6)
+    attitude = np.abs(ran.bodies["buoy"]["attitude"][0, 0])
+    found = attitude[1:2] if len(size) == 2 else attitude[:2]
+    np.testing.assert_allclose(found, rests, atol=1e-6)
