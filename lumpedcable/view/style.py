@@ -23,6 +23,7 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from matplotlib.ticker import FixedFormatter
 from numpy.typing import NDArray
 
 from lumpedcable.results.disk import reported
@@ -142,8 +143,9 @@ def literal(figure: Figure) -> Figure:
 
     Numbers at the axes are formulas of Matplotlib's own, 10 with an exponent, and stay so.
     """
-    both = (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis))
-    numbers = {id(text) for axis in both for text in axis.findobj(Text) if text is not axis.label}
+    every = (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis))
+    counted = [axis for axis in every if not isinstance(axis.get_major_formatter(), FixedFormatter)]
+    numbers = {id(text) for axis in counted for text in axis.findobj(Text) if text is not axis.label}
     for text in figure.findobj(Text):
         if isinstance(text, Text) and id(text) not in numbers:
             text.set_parse_math(False)
