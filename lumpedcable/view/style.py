@@ -145,7 +145,9 @@ def literal(figure: Figure) -> Figure:
     """
     every = (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis))
     counted = [axis for axis in every if not isinstance(axis.get_major_formatter(), FixedFormatter)]
-    numbers = {id(text) for axis in counted for text in axis.findobj(Text) if text is not axis.label}
+    numbers = {
+        id(text) for axis in counted for text in axis.findobj(Text) if text is not axis.label
+    }
     for text in figure.findobj(Text):
         if isinstance(text, Text) and id(text) not in numbers:
             text.set_parse_math(False)
