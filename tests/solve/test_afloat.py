@@ -104,7 +104,8 @@ def test_a_box_heaves_as_its_waterplane_has_it(tmp_path):
     assert ran.outcomes[0].energy_closure < 1e-5
 
 
-@pytest.mark.parametrize("way", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [0, 1])
 def test_a_box_rolls_and_pitches_as_its_metacentre_has_it(tmp_path, way):
     name, angle = ("roll", "pitch")[way], 0.01
     attitude = [0.0, 0.0, 0.0]
@@ -201,6 +202,7 @@ drag = [0.5, 0.8, 1]
 )
 
 
+@pytest.mark.slow
 def test_the_account_of_a_box_that_tumbles_in_waves_closes_with_the_square_of_the_step(tmp_path):
     sea = "[sea]\nheight = 1.5\nperiod = 4\ncomponents = 3\nflow = { surface = 0.5 }\n"
     output = 'duration = "4 s"\nevery = "0.1 s"\n[solver]\nstep = '

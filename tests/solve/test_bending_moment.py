@@ -187,6 +187,7 @@ def test_it_is_kept_unless_others_are_asked_for(tmp_path):
         result.line("rod").field("bending_moment")
 
 
+@pytest.mark.slow
 def test_of_finer_and_coarser_runs_all_are_kept(tmp_path):
     sweep = '[sweep]\n"lines.rod.segments" = [6, 10]\n'
     found = run_text(tmp_path, rod(scene=sweep, output=RESTING))

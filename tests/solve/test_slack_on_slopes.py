@@ -70,7 +70,7 @@ def tensions_at_rest(folder, text):
 @pytest.mark.parametrize(
     ("length", "slope", "segments", "stiffness"),
     [
-        (115, 0.1, 100, "100 MPa"),
+        pytest.param(115, 0.1, 100, "100 MPa", marks=pytest.mark.slow),
         pytest.param(115, 0.1, 400, "1 MPa", marks=pytest.mark.slow),
         (108, 0.05, 100, "1 MPa"),
         (113, 0.05, 100, "1 MPa"),

@@ -243,6 +243,7 @@ def test_at_rest_no_wave_has_come_and_each_run_of_a_sweep_has_its_own(tmp_path):
     np.testing.assert_allclose(rest["position"][0, 0, :, 0], 0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_winch_keeps_its_tension_where_the_line_comes_in_whatever_pushes_along_it(tmp_path):
     pull, length, diameter = 50e3, 50.0, 0.2
     line = f"""
