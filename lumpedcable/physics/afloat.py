@@ -171,14 +171,10 @@ def _under(height: Float[Array, ""], widths: Float[Array, " d"]) -> _Under:
     """Means over the box, by Gauss's rule at places between which what is averaged is a cubic."""
     heights, weights, shares = height[None], jnp.ones_like(height)[None], []
     half = 0.5 * widths
-    # of what is averaged over the axes before, where edges and corners meet the water; the least first
-    ends = (
-        [half[:1], jnp.stack([jnp.abs(half[0] - half[1]), half[0] + half[1]])]
-        if half.size > 1
-        else []
-    )
     for k in reversed(range(1, half.size)):
-        share, weight = _places(heights, widths[k], ends[k - 1])
+        # where edges and corners of what the axes before span meet the water, the nearest first
+        ends = half[:1] if k == 1 else jnp.stack([half[0] - half[1], half[0] + half[1]])
+        share, weight = _places(heights, widths[k], ends)
         shares = [jnp.repeat(one, share.shape[1]) for one in shares] + [share.ravel()]
         heights = (heights[:, None] + widths[k] * share).ravel()
         weights = (weights[:, None] * weight).ravel()
