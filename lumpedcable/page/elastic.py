@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.controls import Control, FaultError, Model
+from lumpedcable.page.curves import length, sag
 from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.page.surroundings import surroundings
 from lumpedcable.results.ground import tables
@@ -209,24 +210,17 @@ def _ships(scene: Scene, ships: Mapping[str, Moved]) -> list[dict[str, Any]]:
 
 def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:
     """Read-outs of a line."""
-    first, last = line.position[0], line.position[-1]
     steps = np.diff(line.position, axis=0)
-    length = float(np.linalg.norm(steps, axis=1).sum())
-    chord = last - first
-    flat = float(chord[:2] @ chord[:2])
     along = np.linalg.norm(steps[:, :2], axis=1) / np.linalg.norm(steps, axis=1)
     rows = [
         ("start_tension", "tension at the start", float(line.ends[0]), "N"),
         ("end_tension", "tension at the end", float(line.ends[1]), "N"),
         ("horizontal", "horizontal tension at the start", float(line.tension[0] * along[0]), "N"),
-        ("length", "length as stretched", length, "m"),
+        ("length", "length as stretched", float(length(line.position[None])[0]), "m"),
     ]
-    if flat > 1e-12:
-        share = (line.position - first)[:, :2] @ chord[:2] / flat
-        below = first[2] + share * chord[2] - line.position[:, 2]
-        over = (share >= 0.0) & (share <= 1.0)  # or under the chord; its ends are
-        sag = float(below.max(initial=0.0, where=over))
-        rows.append(("sag", "sag below the chord", sag, "m"))
+    below = float(sag(line.position[None])[0])
+    if np.isfinite(below):
+        rows.append(("sag", "sag below the chord", below, "m"))
     rows.append(("strain", "largest strain", 100.0 * float(line.strain.max()), "%"))
     return [
         {**shown_number(f"{name}/{key}", words, value, unit), "group": name}

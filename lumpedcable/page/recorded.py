@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import moved_bodies
+from lumpedcable.page.curves import largest, length, sag
 from lumpedcable.page.pack import Pack
 from lumpedcable.page.surroundings import points_apart, surroundings
 from lumpedcable.page.thinned import even, extremes, with_peaks
@@ -199,15 +200,15 @@ class _Recorder:
         for run in self.runs:
             position = line.position(int(run))
             drawn.append(position[frames][:, nodes])
-            own["length"].append(_length(position))
-            own["sag"].append(_sag(position))
+            own["length"].append(length(position))
+            own["sag"].append(sag(position))
             if line.has("tension"):
                 fields["tension"].append(line.tension(int(run))[frames][:, segments])
             if line.has("velocity"):
                 speed = np.linalg.norm(line.velocity(int(run)), axis=-1)
                 speed[~self.result.moving[run, self.result.frames]] = np.nan  # it lies
                 fields["speed"].append(speed[frames][:, nodes])
-                own["peak_speed"].append(_largest(speed))
+                own["peak_speed"].append(largest(speed))
         self.derived[name] = own
         places = np.array([line.unstretched_position(int(run))[nodes] for run in self.runs])
         middles = np.array([line.unstretched_segment(int(run))[segments] for run in self.runs])
@@ -357,31 +358,3 @@ def _text(value: float, unit: str) -> str:
 
 def _raised(exponent: str) -> str:
     return exponent.translate(str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")).removeprefix("⁺")
-
-
-def _length(position: Array) -> Array:
-    """Sum of distances between nodes (m), from (time, node, 3); surplus nodes (NaN) add nothing."""
-    steps = np.linalg.norm(np.diff(position, axis=1), axis=-1)
-    return np.where(np.isfinite(steps).any(axis=1), np.nansum(steps, axis=1), np.nan)
-
-
-def _sag(position: Array) -> Array:
-    """Largest vertical distance of the nodes below the straight line between the ends (m), (time,).
-
-    Of those nodes over or under it; NaN where the ends stand above each other.
-    """
-    count = int(np.isfinite(position[0, :, 0]).sum()) or position.shape[1]
-    points = position[:, :count]
-    start, chord = points[:, :1], points[:, -1:] - points[:, :1]
-    flat = np.sum(chord[..., :2] ** 2, axis=-1)
-    along = np.sum((points - start)[..., :2] * chord[..., :2], axis=-1)
-    share = np.divide(along, flat, out=np.full_like(along, np.nan), where=flat > 1e-12)
-    below = start[..., 2] + share * chord[..., 2] - points[..., 2]
-    return _largest(np.where((share >= 0.0) & (share <= 1.0), below, np.nan))
-
-
-def _largest(table: Array) -> Array:
-    """Largest of every row, NaN where there is none."""
-    good = np.isfinite(table)
-    top = np.max(table, axis=1, initial=-np.inf, where=good)
-    return np.where(good.any(axis=1), top, np.nan)

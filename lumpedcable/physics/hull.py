@@ -106,7 +106,7 @@ class BoxDrag(AbstractBodyResistance):
         own = turn.T @ u
         factor = self.factor
         if self.lift is not None:
-            factor = factor * self.lift.wet(q, _risen(self.sea, q[:d], t))
+            factor = factor * _wet(self.lift, self.sea, q, t)
         return jnp.zeros_like(q).at[:d].set(-turn @ (factor * jnp.abs(own) * own))
 
 
@@ -149,8 +149,14 @@ class WetAddedMass(eqx.Module):
 
     def at(self, q: Float[Array, " m"], t: Float[Array, ""] | None) -> Float[Array, " d"]:
         """The masses (kg) along its axes at t (s), None at rest."""
-        risen = _risen(self.sea, q[: self.masses.shape[0]], t)
-        return self.masses * self.lift.wet(q, risen)
+        return self.masses * _wet(self.lift, self.sea, q, t)
+
+
+def _wet(
+    lift: BodyLift, sea: SeaFlow | None, q: Float[Array, " m"], t: Float[Array, ""] | None
+) -> Float[Array, ""]:
+    """The share (-) of a body that is under water, at rest or as waves have lifted it at t (s)."""
+    return lift.wet(q, _risen(sea, q[: lift.up.shape[0]], t))
 
 
 def _risen(

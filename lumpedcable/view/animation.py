@@ -255,14 +255,14 @@ def _solid() -> PolyCollection:
 
 def _to_the_ends(middles: Array, places: Array) -> Array:
     """Where tensions are drawn: a segment has one from node to node, the first and last to the ends."""
-    drawn = _from_both(middles)
+    drawn = np.array(_from_both(middles))
     drawn[[0, -1]] = places[[0, -1]]
     return drawn
 
 
 def _from_both(values: Array) -> Array:
     """Values of segments to draw a curve through: of a single one twice, at its either node."""
-    return np.repeat(values, 2, axis=-1) if values.shape[-1] == 1 else np.array(values)
+    return np.repeat(values, 2, axis=-1) if values.shape[-1] == 1 else values
 
 
 def _pace(rate: float) -> str:

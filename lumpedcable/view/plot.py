@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -97,11 +97,8 @@ def _every(result: SoundFile, run: int | None) -> Iterator[tuple[str, Callable[[
 
     def other(name: str) -> str:
         """The name, or with a number what would be that of another figure."""
-        free = name
-        for k in count(2):
-            if free not in used:
-                break
-            free = f"{name}_{k}"
+        names = chain([name], (f"{name}_{k}" for k in count(2)))
+        free = next(one for one in names if one not in used)
         used.add(free)
         return free
 

@@ -16,6 +16,7 @@ import synthetic_result
 from command_line import ROOT, address, process, refused, say
 
 from lumpedcable.page import recorded as module
+from lumpedcable.page.curves import sag
 from lumpedcable.page.document import document
 from lumpedcable.page.recorded import recorded
 from lumpedcable.results import (
@@ -299,6 +300,6 @@ def test_sag_is_that_of_what_hangs_below_the_chord():
     # 1 m below the middle of a level chord of 4 m; then a steep one that swings out beyond its end
     hangs = [[0, 0, 0], [1, 0, -0.6], [2, 0, -1], [4, 0, 0]]
     steep = [[0, 0, 0], [0.005, 0, -1], [1.5, 0, -1], [0.01, 0, -2.2]]
-    sag = module._sag(np.array([hangs, steep], float))
+    found = sag(np.array([hangs, steep], float))
     # of the steep one its second node is 0.1 m above the chord, -1.1 there, and no node is below
-    np.testing.assert_allclose(sag, [1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found, [1.0, 0.0], atol=1e-12)
