@@ -6,12 +6,12 @@ import atexit
 import io
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from lumpedcable.commands.interrupts import ended_by
 
@@ -21,7 +21,9 @@ __all__ = [
     "Output",
     "Set",
     "SomeRun",
+    "SomeWhole",
     "Timed",
+    "Whole",
     "at_home",
     "bare_name",
     "checked",
@@ -47,8 +49,21 @@ Timed = Annotated[
 ]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Formats = Annotated[list[str] | None, Parameter(name="--format", negative="")]
-OneRun = Annotated[int, Parameter(name="--run")]
-SomeRun = Annotated[int | None, Parameter(name="--run")]
+
+
+def _whole(kind: Any, tokens: Sequence[Token]) -> int:
+    """The number of an option that counts something; cyclopts would round 1.6."""
+    (token,) = tokens
+    try:
+        return int(token.value)
+    except ValueError:
+        raise ValueError(f"expected a whole number, found {token.value!r}.") from None
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]
+SomeWhole = Annotated[int | None, Parameter(converter=_whole)]
+OneRun = Annotated[Whole, Parameter(name="--run")]
+SomeRun = Annotated[SomeWhole, Parameter(name="--run")]
 Set = Annotated[
     list[str] | None,
     Parameter(

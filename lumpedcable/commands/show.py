@@ -10,6 +10,7 @@ from lumpedcable.commands.console import (
     Output,
     Set,
     SomeRun,
+    Whole,
     bare_name,
     fail,
     study_of,
@@ -55,7 +56,7 @@ def view(
     output: Output = None,
     set_: Set = None,
     run_: SomeRun = None,
-    port: int = 0,
+    port: Whole = 0,
     browser: bool = True,
 ) -> None:
     """Open a page: the moving scene of a results file, or a scene at rest that follows its sliders.
@@ -105,7 +106,7 @@ def animate(
     output: Output = None,
     run_: OneRun = 0,
     seconds: float = 8.0,
-    fps: int = 15,
+    fps: Whole = 15,
 ) -> None:
     """Write a run as a film: the line coloured by tension, and its tension along it.
 

@@ -23,6 +23,11 @@ class Form(NamedTuple):
     shapes: tuple[tuple[int, ...], ...]
     types: tuple[str, ...]
 
+    @property
+    def size(self) -> int:
+        """How many numbers it has."""
+        return sum(map(prod, self.shapes))
+
 
 class Packed(eqx.Module):
     """The numbers (..., n) of a tree one after the other, in float64, which holds all that there are."""

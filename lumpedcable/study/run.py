@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -18,20 +18,21 @@ from numpy.typing import ArrayLike, NDArray
 from lumpedcable.model.numbers import number
 from lumpedcable.model.seams import cuts_in
 from lumpedcable.results import ResultWriter
-from lumpedcable.scene import Study
+from lumpedcable.scene import Scene, Study
 from lumpedcable.solve.plan import Numbers
 from lumpedcable.study.account import Account
-from lumpedcable.study.batches import kind
+from lumpedcable.study.ahead import foresee
+from lumpedcable.study.batches import kind, lanes
 from lumpedcable.study.bookmark import Bookmark
 from lumpedcable.study.compiled import Ready, Structure
 from lumpedcable.study.contents import Contents
 from lumpedcable.study.endless import mark_endless
 from lumpedcable.study.laying import Laid, equal_rows, lay_out
 from lumpedcable.study.outcome import Outcome, Table, outcomes_of
-from lumpedcable.study.packed import Packed
+from lumpedcable.study.packed import Form, Packed
 from lumpedcable.study.part import Part
 from lumpedcable.study.places import found_lengths
-from lumpedcable.study.plan import plan_of, stepping
+from lumpedcable.study.plan import plan_of, stepping, tolerances
 from lumpedcable.study.rest import write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
@@ -44,6 +45,7 @@ __all__ = ["run_runs", "run_study"]
 # outputs asked for at once are doubled, up to the plan's, while a call takes less than that (s): few
 # calls for a short run, and a bar that moves and a file that fills up for a long one
 PACE = 0.25
+FEW = 16  # runs that most likely go together: their programs are compiled before that is known
 
 
 def run_study(
@@ -219,7 +221,9 @@ def _prepared(
     if len(rows) == 0:
         return
     laid, scene = outlet.contents.laid, structure.scene
-    ready = starts(laid, structure, block.runs[rows])
+    few = len(rows) <= FEW and not scene.output.static
+    expect = partial(_foresee, laid, structure, len(rows)) if few else lambda form: None
+    ready = starts(laid, structure, block.runs[rows], expect)
     outlet.timings.mark("statics")
     swept = laid.study.runs.columns(block.runs[rows])
     stepped = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
@@ -230,14 +234,31 @@ def _prepared(
     groups = [kept[some] for some in equal_rows(ways[kept])] if len(kept) else []
     sizes = laid.sizes_for(structure, [int(stepped[g[0], 0]) for g in groups], [*map(len, groups)])
     for alike in groups:
-        steps, *tolerances = stepped[alike[0]]
-        here = {name: jnp.asarray(before[alike[0]]) for name, before in cuts.items()}
-        every, rtol, atol = map(number, (scene.output.every, *tolerances))
-        numbers = Numbers(every, jnp.asarray(int(steps)), rtol, atol, here)
+        steps, *errors = stepped[alike[0]]
+        here = {name: before[alike[0]] for name, before in cuts.items()}
+        numbers = _numbers(scene, int(steps), errors, here)
         for mine, size in batched(alike, sizes):
             plan = plan_of(scene, structure.layout, size)
             part = Part(structure, block.runs[rows[mine]], rows[mine], size, plan, numbers)
             yield part, rows_of(ready, filled(mine, size))
+
+
+def _numbers(scene: Scene, steps: int, errors: Iterable[float], cuts: Mapping[str, Any]) -> Numbers:
+    """Those of a plan of so many steps in an output interval, `errors` tolerated, by line its `cuts`."""
+    every, rtol, atol = map(number, (scene.output.every, *errors))
+    return Numbers(
+        every, jnp.asarray(steps), rtol, atol, {k: jnp.asarray(n) for k, n in cuts.items()}
+    )
+
+
+def _foresee(laid: Laid, structure: Structure, runs: int, form: Form) -> None:
+    """Have the programs of so many runs compiled, of models of a form, which most likely go together."""
+    scene, layout = structure.scene, structure.layout
+    size = lanes(runs, laid.sizes_for(structure, [1], [runs]))[0]
+    models = Packed(jax.ShapeDtypeStruct((size, form.size), np.dtype(float)), form)
+    cuts = {piece.name: np.int64(0) for piece in layout.pieces if piece.seam is not None}
+    numbers = _numbers(scene, 1, tolerances(scene.solver), cuts)
+    foresee(models, plan_of(scene, layout, size), numbers)
 
 
 def _run_part(

@@ -12,8 +12,9 @@ import numpy as np
 from lumpedcable.solve.keeping import fields_done
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.plan import Progress
+from lumpedcable.study.ahead import advance_runs
 from lumpedcable.study.batches import COMPILING, steps_at_once
-from lumpedcable.study.compiled import Ready, advance_batch
+from lumpedcable.study.compiled import Ready
 from lumpedcable.study.devices import at_hand
 from lumpedcable.study.packed import Packed, unpacked
 from lumpedcable.study.plan import plan_of
@@ -63,7 +64,7 @@ class Batch:
         return _first(found, count, fields_done(done, count, after))
 
     def _called(self, done: int, count: int, between: Callable[[], None]) -> Any:
-        """What `advance_batch` tells, made again for breaks that were found to begin meanwhile."""
+        """What `advance_runs` tells, made again for breaks that were found to begin meanwhile."""
         # a call writes over the state that it is given
         before = Packed(np.array(self.run.numbers), self.run.form) if self.triggers else None
         found = self._advanced(done, count, between)
@@ -85,7 +86,7 @@ class Batch:
         found: Any = None
         for pair in itertools.pairwise(cuts):
             ends = None if pair == (0, steps) else tuple(map(np.asarray, pair))
-            self.run, found = advance_batch(
+            self.run, found = advance_runs(
                 self.ready.packed, self.plan, self.part.numbers, self.run,
                 np.asarray(done), np.asarray(count), ends,
             )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import jax
@@ -19,6 +19,7 @@ from lumpedcable.study.compiled import (
     prepare_many,
 )
 from lumpedcable.study.laying import Laid, equal_rows
+from lumpedcable.study.packed import Form
 
 __all__ = ["batched", "filled", "rows_of", "starts"]
 
@@ -30,8 +31,13 @@ SOME = 64  # runs of a study for which a program that is slow but soon compiled 
 Tree = TypeVar("Tree")
 
 
-def starts(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
-    """Models at rest for runs of one structure, in their order.
+def starts(
+    laid: Laid,
+    structure: Structure,
+    runs: NDArray[np.int64],
+    expect: Callable[[Form], None] = lambda form: None,
+) -> Ready:
+    """Models at rest for runs of one structure, in their order; `expect` is told their form before.
 
     Numbers that most often do not move the equilibrium (when and how fast something breaks, drag)
     go beside the others: the compiled program then seeks the equilibrium once for all runs that
@@ -44,7 +50,10 @@ def starts(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
     if not cells or len(runs) < FEWEST * len(cells):
         sizes = laid.sizes_for(structure, [STATICS], [len(runs)])
         found = [
-            rows_of(_prepare(laid, structure, runs[filled(mine, size)], ()), np.arange(len(mine)))
+            rows_of(
+                _prepare(laid, structure, runs[filled(mine, size)], (), expect),
+                np.arange(len(mine)),
+            )
             for mine, size in batched(np.arange(len(runs)), sizes)
         ]
         return _joined(found)
@@ -53,7 +62,7 @@ def starts(laid: Laid, structure: Structure, runs: NDArray[np.int64]) -> Ready:
         group = cells[first : first + CELLS]
         table = np.array([filled(cell, CELL) for cell in group])
         table = np.pad(table, ((0, CELLS - len(group)), (0, 0)), mode="edge")
-        ready = _prepare(laid, structure, runs[table], tuple(sorted(beside)))
+        ready = _prepare(laid, structure, runs[table], tuple(sorted(beside)), expect)
         used = np.concatenate([k * CELL + np.arange(len(c)) for k, c in enumerate(group)])
         found.append(rows_of(ready, used))
         order += group
@@ -72,7 +81,11 @@ def _cells(table: NDArray[np.float64]) -> list[NDArray[np.int64]]:
 
 
 def _prepare(
-    laid: Laid, structure: Structure, runs: NDArray[np.int64], late: tuple[str, ...]
+    laid: Laid,
+    structure: Structure,
+    runs: NDArray[np.int64],
+    late: tuple[str, ...],
+    expect: Callable[[Form], None],
 ) -> Ready:
     """Static equilibria of a batch of runs (runs,), or with late numbers of cells (cells, runs)."""
     scene = structure.scene
@@ -89,10 +102,19 @@ def _prepare(
     }
     shared = {key: number(v) for key, v in scene.numbers().items() if key not in numbers}
     axes, origin = laid.coordinates.axes, laid.coordinates.origin
-    common = structure, scene.solver.dtype, axes, origin, shared, swept
-    if beside:
-        return prepare_cells(*common, beside)
-    return (prepare_batch if len(laid.study.runs) <= SOME else prepare_many)(*common)
+    given = (
+        structure,
+        scene.solver.dtype,
+        axes,
+        origin,
+        shared,
+        swept,
+        *([beside] if beside else []),
+    )
+    few = prepare_batch if len(laid.study.runs) <= SOME else prepare_many
+    program = prepare_cells if beside else few
+    expect(program.eval_shape(*given).packed.form)
+    return program(*given)
 
 
 def _joined(found: list[Ready]) -> Ready:

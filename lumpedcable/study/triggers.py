@@ -14,7 +14,8 @@ import numpy as np
 
 from lumpedcable.model.ends import end_name
 from lumpedcable.solve.plan import Progress
-from lumpedcable.study.compiled import Ready, begin_batch
+from lumpedcable.study.ahead import begin_runs
+from lumpedcable.study.compiled import Ready
 from lumpedcable.study.packed import Packed
 from lumpedcable.study.plan import recoil_event
 from lumpedcable.study.starts import rows_of
@@ -98,10 +99,10 @@ def begin_with(triggers: Triggers, part: Part, ready: Ready) -> tuple[Ready, Pac
 
     What carries as much at rest as it breaks at begins to break at once.
     """
-    run, sample = begin_batch(ready.packed, part.plan, part.numbers)
+    run, sample = begin_runs(ready.packed, part.plan, part.numbers)
     while triggers and (begun := triggers.begun(ready.packed, run, np.arange(len(part.runs)))):
         ready = ready._replace(packed=triggers.in_models(ready.packed, begun))
-        run, sample = begin_batch(ready.packed, part.plan, part.numbers)
+        run, sample = begin_runs(ready.packed, part.plan, part.numbers)
     return ready, run, sample
 
 

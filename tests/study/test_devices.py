@@ -27,13 +27,13 @@ import jax
 from lumpedcable.scene import load_study
 from lumpedcable.study import compiled, run, shrinking
 seen = []
-real = shrinking.advance_batch
+real = shrinking.advance_runs
 def watched(*arguments):
     found = real(*arguments)
     leaf = found[0].numbers
     seen.append([len(s.data) for s in leaf.addressable_shards])
     return found
-shrinking.advance_batch = watched
+shrinking.advance_runs = watched
 from pathlib import Path
 run.run_study(load_study(sys.argv[1]), Path(sys.argv[2]))
 print(jax.device_count(), seen[0])

@@ -27,9 +27,9 @@ quantities = ["position", "tension", "energy"]
 def test_an_interval_in_several_calls_is_the_same_interval(text, tmp_path, monkeypatch):
     whole = run_text(tmp_path, text)
     asked = []
-    plainly = shrinking.advance_batch
+    plainly = shrinking.advance_runs
     monkeypatch.setattr(
-        shrinking, "advance_batch", lambda *given: (asked.append(given[-1]), plainly(*given))[1]
+        shrinking, "advance_runs", lambda *given: (asked.append(given[-1]), plainly(*given))[1]
     )
     monkeypatch.setattr(batches, "CALL_TIME", 1e-9)  # less than a step takes
     cut = run_text(tmp_path, text)
