@@ -13,7 +13,7 @@ import good_scenes
 import h5py
 import numpy as np
 import pytest
-from command_line import ROOT, SMALL, process, say
+from command_line import ROOT, SMALL, process, refused, say
 
 import lumpedcable
 
@@ -243,3 +243,22 @@ def _flushed(partial):
             return bool(np.all(file["written"][...] > 1))
     except (OSError, KeyError):
         return False
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("plot", "--run"),
+        ("animate", "--fps"),
+        ("view", "--port"),
+        ("study", "--shard"),
+        ("modes", "-n"),
+    ],
+    ids=" ".join,
+)
+@pytest.mark.parametrize("number", ["1.6", "2e0", "two"])
+def test_a_number_that_counts_is_whole(tmp_path, arguments, number):
+    command, option = arguments
+    told = refused(tmp_path, command, "any", option, number)
+    assert f"{option}: expected a whole number, found {number!r}" in told
+    assert told.count("\n") == 1

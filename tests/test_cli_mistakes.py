@@ -119,26 +119,6 @@ NO_SCENE = [
 ]
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("plot", "--run"),
-        ("animate", "--fps"),
-        ("view", "--port"),
-        ("study", "--shard"),
-        ("modes", "-n"),
-    ],
-    ids=" ".join,
-)
-@pytest.mark.parametrize("number", ["1.6", "2e0", "two"])
-def test_a_number_that_counts_is_whole(results, arguments, number):
-    command, option = arguments
-    name = "scene.toml" if command in ("study", "modes") else "scene.h5"
-    told = refused(results, command, name, option, number)
-    assert f"{option}: expected a whole number, found {number!r}" in told
-    assert told.count("\n") == 1
-
-
 @pytest.mark.parametrize(("path", "words"), [c[1:] for c in NO_SCENE], ids=[c[0] for c in NO_SCENE])
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_what_is_no_scene(tmp_path, command, path, words):
