@@ -117,7 +117,8 @@ class Harmonic(AbstractMotion):
 class Recorded(AbstractMotion):
     """A measured path: times (K,) in s and positions (K, d) in m, joined by a cubic spline.
 
-    Catmull-Rom slopes make the velocity continuous; before and after the record the end rests.
+    Catmull-Rom slopes make the velocity continuous. Before the record the end rests. Behind it, it goes
+    on as it went at last: a step that ends with the record asks where it goes.
     """
 
     time: Float[Array, " K"]
@@ -127,9 +128,8 @@ class Recorded(AbstractMotion):
         """x(t) (m)."""
         last = self.time.shape[0] - 2
         # not `clip`, whose derivative at its bounds is half of that inside
-        t = jnp.where(
-            t < self.time[0], self.time[0], jnp.where(t > self.time[-1], self.time[-1], t)
-        )
+        behind = jnp.where(t > self.time[-1], t - self.time[-1], 0.0)
+        t = jnp.where(t < self.time[0], self.time[0], t) - behind
         k = jnp.clip(jnp.searchsorted(self.time, t, side="right") - 1, 0, last)
         h = self.time[k + 1] - self.time[k]
         s = (t - self.time[k]) / h
@@ -140,7 +140,7 @@ class Recorded(AbstractMotion):
         value = start + s * (
             left + s * (3 * rise - 2 * left - right + s * (left + right - 2 * rise))
         )
-        return value.astype(self.record.dtype)
+        return (value + behind * slope[-1]).astype(self.record.dtype)
 
 
 class Hauled(AbstractMotion):

@@ -67,6 +67,10 @@ def test_a_recorded_motion_meets_its_record():
     # a record of a straight motion is a straight motion
     line = Recorded(times, jnp.stack([2.0 * times, -times], axis=1))
     np.testing.assert_allclose(line.position(num(1.3)), [2.6, -1.3], rtol=1e-12)
+    # and goes on: a step that ends with it looks one step ahead
+    np.testing.assert_allclose(line.position(num(3.4)), [6.8, -3.4], rtol=1e-12)
+    np.testing.assert_allclose(velocity_of(line, num(3.4)), [2.0, -1.0], rtol=1e-12)
+    np.testing.assert_array_equal(line.position(num(-1.0)), [0.0, 0.0])
 
 
 @pytest.mark.parametrize(

@@ -106,12 +106,18 @@ class TestRecorded:
         for t, place in zip(self.path.time, self.path.record, strict=True):
             np.testing.assert_allclose(self.path.position(t), place, atol=1e-14)
 
-    def test_rests_before_and_after_it(self):
-        for t, k in ((-3.0, 0), (10.0, -1)):
-            np.testing.assert_allclose(
-                self.path.position(jnp.asarray(t)), self.path.record[k], rtol=1e-14
-            )
-            np.testing.assert_array_equal(velocity_of(self.path, jnp.asarray(t)), 0.0)
+    def test_rests_before_it(self):
+        before = jnp.asarray(-3.0)
+        np.testing.assert_array_equal(self.path.position(before), self.path.record[0])
+        np.testing.assert_array_equal(velocity_of(self.path, before), 0.0)
+
+    def test_goes_on_behind_it_as_between_its_last_rows(self):
+        (*_, a, b), (*_, x, y) = self.path.time, self.path.record
+        slope = (y - x) / (b - a)
+        for late in (1e-3, 6.5):
+            place = self.path.position(b + late)
+            np.testing.assert_allclose(place, y + late * slope, rtol=1e-14)
+            np.testing.assert_allclose(velocity_of(self.path, b + late), slope, rtol=1e-12)
 
     def test_moves_at_the_record_s_own_slope_at_its_points(self):
         slopes = np.gradient(np.asarray(self.path.record), np.asarray(self.path.time), axis=0)
