@@ -26,7 +26,6 @@ from lumpedcable.results.errors import OutputError, ResultError, check_known
 from lumpedcable.results.joined import copy_whole
 from lumpedcable.results.opening import how_locked
 from lumpedcable.results.reader import open_result
-from lumpedcable.results.schema import FIELD_TIME
 from lumpedcable.results.target import keep_others, whole
 from lumpedcable.scene import SceneError, Study, load_study
 from lumpedcable.shown import Drawn, Figures, Page
@@ -130,13 +129,14 @@ class Result(Drawn):
         """The histories (run, time) of the numbers that the scene asks for; NaN while none counts.
 
         Raises:
-            ResultError: the scene asks for none, or xarray is not installed.
+            ResultError: the scene asks for none, or keeps none, or xarray is not installed.
         """
         with open_result(self.path) as file:
             if not file.measures():
-                raise ResultError(
-                    f"{self.path}: the scene asks for no measures, see [measures.NAME]"
-                )
+                none = "the scene asks for no measures, see [measures.NAME]"
+                if file.scene.get("measures"):
+                    none = "has no histories of its measures, see output.keep"
+                raise ResultError(f"{self.path}: {none}")
         return self._opened("measures")
 
     @property
@@ -146,7 +146,16 @@ class Result(Drawn):
 
     @property
     def energy(self) -> xarray.Dataset:
-        """The energies in J, (run, time)."""
+        """The energies in J, (run, time).
+
+        Raises:
+            ResultError: none are kept, or xarray is not installed.
+        """
+        with open_result(self.path) as file:
+            if not file.energy_terms:
+                raise ResultError(
+                    f"{self.path}: has no energies, see output.quantities and output.keep"
+                )
         return self._opened("energy")
 
     def summary(self, end: str | None = None) -> xarray.Dataset:
@@ -240,14 +249,15 @@ class Result(Drawn):
             raise ResultError(
                 f"{self.path}: {group or 'the file'} cannot be opened: {error}"
             ) from error
-        if group is None or group.startswith("summary"):
+        if group is None:
             return found
-        # times and swept numbers stand at the root of the file
+        # times, axes and swept numbers stand at the root of the file
         root = xarray.open_dataset(self.path, **how)
         shared = {name: root[name] for name in root.variables if set(root[name].dims) <= {"run"}
                   and "key" in root[name].attrs}  # fmt: skip
-        shared |= {name: root[name] for name in ("time", FIELD_TIME) if name in root.variables}
-        return found.assign_coords(shared)
+        shared |= {name: root[name] for name in root.variables
+                   if name in found.dims and root[name].dims == (name,)}  # fmt: skip
+        return found.assign_coords({k: x for k, x in shared.items() if k not in found.data_vars})
 
 
 def open(path: str | Path) -> Result:

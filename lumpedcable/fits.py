@@ -373,8 +373,8 @@ def _study_with(
 ) -> Study:
     """A changed scene that has a run of this number."""
     study = changed_study(scene, changes, more)
-    if not 0 <= run < len(study.runs):
-        raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run}")
+    if not (isinstance(run, int | np.integer) and 0 <= run < len(study.runs)):
+        raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run!r}")
     return study
 
 

@@ -59,6 +59,9 @@ def test_lines_are_labelled_arrays(result):
     assert set(result.energy) >= {"kinetic", "strain", "residual"}
     assert result.summary("rope.end").static_tension.values == pytest.approx([45e3, 90e3])
     assert "energy_closure" in result.summary()
+    assert result.summary().held_pretension.values.tolist() == [45e3, 90e3]
+    along = rope.position.sel(xyz="x")
+    np.testing.assert_array_equal(along, rope.position.isel(xyz=0))
     # arrays that are in use do not keep others from reading
     assert lc.open(result.path).labels == result.labels
 
@@ -150,6 +153,17 @@ def test_mistakes_are_told_as_on_the_command_line(scene, result, tmp_path):
         result.rest("rope")
     with pytest.raises(lc.ResultError, match="asks for no measures"):
         _ = result.measures
+    measures = {"top": {"tension": "rope.start"}}
+    bare = lc.run(scene, {"measures": measures}, keep="summaries", duration="2 ms")
+    with pytest.raises(lc.ResultError, match=r"has no histories of its measures, see output\.keep"):
+        _ = bare.measures
+    with pytest.raises(lc.ResultError, match=r"has no energies, see output\.quantities"):
+        _ = bare.energy
+    for run in (2, 0.0, "0"):
+        with pytest.raises(lc.ResultError, match=f"expected a run from 0 to 1, found {run!r}"):
+            result.view(run)
+        with pytest.raises(ValueError, match=f"run: expected one from 0 to 1, found {run!r}"):
+            lc.sensitivity(scene, run=run)
     with pytest.raises(lc.OutputError, match=r"x\.h5: No such file or directory$"):
         result.save("/proc/nowhere/x.h5")
     with pytest.raises(TypeError, match="pretension: expected it once"):

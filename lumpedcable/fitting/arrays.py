@@ -13,7 +13,7 @@ from jaxtyping import Array, Float, Int
 
 from lumpedcable.fitting.axes import changed_scenes
 from lumpedcable.fitting.data import FitProblem, Record, Smooth
-from lumpedcable.fitting.observe import Grid, Watched, grid_of
+from lumpedcable.fitting.observe import Grid, Watched, grid_of, spacing_of
 from lumpedcable.fitting.transforms import Transform, transform_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.numbers import number
@@ -209,9 +209,21 @@ def grouped(problem: FitProblem) -> list[list[Member]]:
         plan = plan_of(scene, structure.layout)
         plan = seen_plan(plan)
         owned = tuple(key for key in scene.numbers() if problem.owner(key, record.name) is not None)
-        key = (structure, plan, scene.solver, record.watched, owned)
+        key = (structure, plan, scene.solver, record.watched, owned, _pace(record, scene, plan))
         groups.setdefault(key, []).append(Member(record, scene, structure, plan))
     return list(groups.values())
+
+
+def _pace(record: Record, scene: Scene, plan: Plan) -> int | None:
+    """What records that go through time together have alike: about how many steps between outputs.
+
+    A group's runs all take as many as the one that needs the most. None where every step is one.
+    """
+    every = spacing_of(record.series[0].x)
+    if plan.adaptive or every is None:
+        return None
+    step = scene.solver.step
+    return round(math.log2(every)) if step is None else rounded_steps_of(scene, every, step)
 
 
 def _lasting(record: Record) -> Scene:

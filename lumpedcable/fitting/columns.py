@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from lumpedcable.fitting.language import Column
-from lumpedcable.scene.columns import factor_of, read_header, read_rows
+from lumpedcable.scene.columns import factor_of, places_of, read_header, read_rows
 from lumpedcable.scene.part import Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import Quantity, found
 from lumpedcable.scene.texts import FileError
@@ -52,13 +52,15 @@ def read_data(
     """
     problems: list[Problem] = []
     factors = []
-    for where, column, unit in wanted:
-        factor, problem = _factor(where, column, unit)
-        factors.append(factor)
-        problems += [problem] if problem else []
     try:
         names = tuple(column.column for _, column, _ in wanted)
         header = read_header(file, names)
+        wanted = [(where, _named(column, header), unit) for where, column, unit in wanted]
+        for where, column, unit in wanted:
+            factor, problem = _factor(where, column, unit)
+            factors.append(factor)
+            problems += [problem] if problem else []
+        names = tuple(column.column for _, column, _ in wanted)
         missing = [_missing(where, column.column, header, file) for where, column, _ in wanted
                    if header and header.count(column.column) != 1]  # fmt: skip
         if missing:
@@ -76,6 +78,12 @@ def read_data(
     columns = Columns(values, tuple(line for line, _ in rows), file.name)
     huge = [_huge(columns, k, one) for k, one in enumerate(wanted) if np.any(abs(values[k]) > MOST)]
     return (None, huge) if huge else (columns, [])
+
+
+def _named(column: Column, header: Sequence[str]) -> Column:
+    """A column by its whole name, of which what stands before a unit in brackets is enough."""
+    places = places_of(column.column, header)
+    return column.model_copy(update={"column": header[places[0]]}) if len(places) == 1 else column
 
 
 def _huge(columns: Columns, k: int, wanted: tuple[Path, Column, str]) -> Problem:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, Tag
+from pydantic import BeforeValidator, Field, StrictBool, Tag
 
 from lumpedcable.scene.part import Name, Part, Problem, Text, choose, tag
 from lumpedcable.scene.quantities import Count, Fraction, PositiveNumber, fault, found
@@ -171,6 +171,16 @@ class Choice(Part):
     """Free numbers, instead of those in [free] that this scene does not have or `set` gives a value."""
 
 
+def _names_or_all(value: Any) -> Any:
+    """The raw value of `ropes`, if it is one."""
+    names = isinstance(value, list | tuple) and value and all(isinstance(x, str) for x in value)
+    if value is None or value == "*" or names:
+        return value
+    raise fault(
+        f'expected a list of names of ropes, or "*" for all that there are, found {found(value)}'
+    )
+
+
 class FitFile(Part):
     """A fit: free numbers of a scene, and the experiments that shall determine them."""
 
@@ -184,7 +194,7 @@ class FitFile(Part):
     """Free numbers by their full key in the scene."""
     experiments: Annotated[dict[Name, Experiment], Field(min_length=1)]
     """Experiments by name."""
-    ropes: Annotated[tuple[Text, ...], Field(min_length=1)] | Literal["*"] | None = None
+    ropes: Annotated[tuple[Text, ...] | Literal["*"] | None, BeforeValidator(_names_or_all)] = None
     """Names of ropes, each fitted by itself: `{rope}` in the names of files becomes each of them. "*":
     all that there are files of. Absent: one rope."""
     method: FitMethod = FitMethod()

@@ -51,8 +51,8 @@ __all__ = ["FitStudy", "load_fit"]
 ROPE = "{rope}"
 """What stands for a rope's name in the name of a file."""
 SIGNED = 0.1  # of its largest value: data that are as far below 0 are no sizes
-_LETTERS = "names of letters, digits, _, - and ."
-_ROPE_NAME = re.compile(r"\w[\w.-]*")
+_LETTERS = "names that files can have, without / and \\"
+_ROPE_NAME = re.compile(r"[^/\\.][^/\\]*")
 
 
 class FitStudy(NamedTuple):

@@ -27,7 +27,9 @@ LINEAR, FREER = 1e-3, 1e3
 FREE = 1e12
 """One over a damping that holds nothing back: a step that small is no end before."""
 NOTHING = 1e-6
-"""Predicted gain over the loss that is not worth another step, far below what the noise leaves open."""
+"""Predicted gain over the loss that is not worth another step, far below what the noise leaves open.
+Of a loss that forgives outliers, whose steps come nearer by a share each and not by digits, over what
+one deviation as large as the noise costs, if that is less."""
 MOST_IDLE, FEW_IDLE = 8, 3
 """Evaluations one after the other without progress at which a search ends (a refused step is a twentieth
 of the one before); and where none is predicted either."""
@@ -68,6 +70,7 @@ class TrustRegion(optx.AbstractSearch):
     """
 
     runs: int
+    forgiving: bool
     inner: optx.ClassicalTrustRegion = optx.ClassicalTrustRegion(
         high_cutoff=0.75, low_cutoff=1e-3, high_constant=6.0, low_constant=0.05
     )
@@ -93,8 +96,9 @@ class TrustRegion(optx.AbstractSearch):
         size = jnp.where(linear & (size < FREE), size * FREER, size)
         inner = eqx.tree_at(lambda s: s.step_size, inner, size)
         failed = state.failed + failed_runs(self.runs, f_eval_info.residual)
-        gained = first_step | (gain > NOTHING * now)
-        better = first_step | (accept & (now - after > NOTHING * now))
+        nothing = NOTHING * (jnp.minimum(now, 0.5) if self.forgiving else now)
+        gained = first_step | (gain > nothing)
+        better = first_step | (accept & (now - after > nothing))
         idle = jnp.where(better, 0, state.idle + 1)
         return size, accept | settled, result, _Counted(inner, failed, gained, idle)
 
@@ -176,7 +180,8 @@ def _search(spec, arrays, z, solver: str, tolerance: float, max_steps: int) -> F
     z = jnp.asarray(z, float)
     runs = sum(group.every.shape[0] for group in arrays.groups)
     if solver == "levenberg-marquardt":
-        rule = Marquardt(tolerance, tolerance, TrustRegion(runs))  # pyright: ignore[reportCallIssue]
+        region = TrustRegion(runs, spec.loss != "squares")
+        rule = Marquardt(tolerance, tolerance, region)  # pyright: ignore[reportCallIssue]
         solution = optx.least_squares(
             lambda z, a: residual(spec, a, z), rule,
             z, arrays, max_steps=max_steps, throw=False, has_aux=True,

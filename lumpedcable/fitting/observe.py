@@ -32,6 +32,7 @@ __all__ = [
     "Watched",
     "grid_of",
     "look",
+    "spacing_of",
     "watched",
     "weights_of",
 ]
@@ -228,23 +229,29 @@ class Grid(NamedTuple):
     exact: bool
 
 
+def spacing_of(times: NDArray[np.float64]) -> float | None:
+    """The spacing (s) that data times (s) are multiples of, None where there is none to be used."""
+    gaps = np.diff(np.concatenate([[0.0], times]))
+    every = float(np.min(gaps[gaps > 0.0]))
+    # the spacing to all digits that the times have
+    every = times[-1] / max(round(times[-1] / every), 1)
+    k = np.rint(times / every)
+    exact = k[-1] <= MOST_OUTPUTS and np.all(np.abs(times / every - k) <= ON_GRID)
+    return every if exact else None
+
+
 def grid_of(times: NDArray[np.float64], step: float) -> Grid:
     """The output times for data times (s).
 
     Where the data times are multiples of one spacing they are output times themselves. Otherwise
     outputs come at every `step` (s) of the solver, with a cubic through the nearest four.
     """
-    gaps = np.diff(np.concatenate([[0.0], times]))
-    every = float(np.min(gaps[gaps > 0.0]))
-    # the spacing to all digits that the times have
-    every = times[-1] / max(round(times[-1] / every), 1)
-    count = round(times[-1] / every)
-    k = np.rint(times / every).astype(int)
-    exact = count <= MOST_OUTPUTS and bool(np.all(np.abs(times / every - k) <= ON_GRID))
-    if exact:
+    every = spacing_of(times)
+    if every is not None:
+        k = np.rint(times / every).astype(int)
         index = np.repeat(k[:, None], 4, axis=1)
         alone = np.tile([1.0, 0.0, 0.0, 0.0], (k.size, 1))
-        return Grid(every, count, index, alone, alone, True)
+        return Grid(every, round(times[-1] / every), index, alone, alone, True)
     every = min(step, times[-1] / 3.0)
     count = max(int(np.ceil(times[-1] / every * (1.0 - 1e-12))), 3)
     first = np.clip(np.floor(times / every).astype(int) - 1, 0, count - 3)

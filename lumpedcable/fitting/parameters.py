@@ -21,6 +21,8 @@ __all__ = ["Number", "Parameter", "numbers_of", "read_parameters"]
 
 _NOT_PHYSICS = ("solver", "statics")
 
+IN_A_FILE = "data of a CSV file cannot be free: write them out"
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -84,6 +86,8 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
             return [], f'expected a number that varies smoothly, found "{one}", a whole number'
         here = spot_at(root, tuple(one.split(".")))
         if one not in given and here is not None and here.value is not Absent:
+            if _from_file(root, one):
+                return [], f'expected a number of the scene file, found "{one}", {IN_A_FILE}'
             return (
                 [],
                 f'expected a number that moves something, found "{one}", which runs are judged by',
@@ -91,10 +95,17 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
         if one not in given:
             return [], (
                 f'expected a number that the scene gives, found "{one}", which it does not: '
-                "write a value there (data of a CSV file cannot be free: write them out)"
+                f"write a value there ({IN_A_FILE})"
             )
         numbers.append(Number(one, kind, label_of(root, one), given[one], _sided(study, one)))
     return numbers, ""
+
+
+def _from_file(root: Spot, key: str) -> bool:
+    """Whether a number stands in a table that names a file, which it may come from."""
+    path = tuple(key.split("."))
+    tables = (spot_at(root, path[:n]) for n in range(1, len(path)))
+    return any(getattr(table.value, "file", None) for table in tables if table is not None)
 
 
 def _sided(study: Study, key: str) -> bool:

@@ -57,7 +57,7 @@ def recorded(path: str | Path, run: int | None = None) -> Payload:
     """
     # what has stopped goes on to be seen, where it lies
     with SoundFile.open(path, stops=False) as result:
-        result.hold(run or 0)
+        result.hold(0 if run is None else run)
         found = _Recorder(result, run or 0)
         if not found.lines:
             raise ResultError(

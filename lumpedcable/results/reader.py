@@ -129,9 +129,9 @@ class ResultFile:
 
     def hold(self, run: int) -> None:
         """Raise ResultError where there is no such run."""
-        if not 0 <= run < self.runs:
+        if not (isinstance(run, int | np.integer) and 0 <= run < self.runs):
             expected = f"a run from 0 to {self.runs - 1}" if self.runs > 1 else "0, its only run"
-            raise ResultError(f"{self.path}: expected {expected}, found {run}")
+            raise ResultError(f"{self.path}: expected {expected}, found {run!r}")
 
     def label(self, run: int, digits: int = 6) -> str:
         """What sets a run apart, e.g. "pretension 45 kN, break time 5 ms"; "" without a sweep.

@@ -97,6 +97,17 @@ def _bare(cell: str) -> str:
     return _BRACKETS.sub("", cell).strip()
 
 
+def misspelt(columns: Iterable[str], header: Sequence[str]) -> dict[str, str]:
+    """Cells of a header, by the missing column that each would be but for its case or a unit behind."""
+    found = {}
+    for column in columns:
+        like = re.compile(rf"{column}(?:[ _](?:mm|cm|m|deg|rad))?", re.IGNORECASE)
+        cells = [cell for cell in header if like.fullmatch(_bare(cell))]
+        if cells and not places_of(column, header):
+            found[column] = cells[0]
+    return found
+
+
 def renamed(columns: Iterable[str], header: Sequence[str]) -> str:
     """Return '; rename "T" to "t"' for columns that are missing from a header, but resembled."""
     columns, pairs = list(columns), []

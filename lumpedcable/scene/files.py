@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
-from lumpedcable.scene.columns import places_of, read_header, read_rows, renamed, rising
+from lumpedcable.scene.columns import misspelt, places_of, read_header, read_rows, renamed, rising
 from lumpedcable.scene.motions import FREEDOMS, SHIFTS
 from lumpedcable.scene.part import SIDES, Path, Problem
 from lumpedcable.scene.texts import FileError, named_file
@@ -101,6 +101,11 @@ def _fill_ship(path: Path, motion: dict[str, Any], folder: FilePath) -> list[Pro
             raise FileError(
                 f"expected the columns {first} and any of {', '.join(FREEDOMS)}, "
                 f"found {', '.join(header)} in {file.name}{renamed((first, *FREEDOMS), header)}"
+            )
+        for name, cell in misspelt(FREEDOMS, header).items():
+            raise FileError(
+                f'expected the column "{name}", found "{cell}" in {file.name}; rename it, for another '
+                "name if it is no such motion"
             )
         units = _units(named, None if key == "file" else str(path[-1]))
         columns = tuple(units)

@@ -9,6 +9,8 @@ from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, write_bench
 from nylon_line import tension
 from rich.console import Console
 
+from lumpedcable.fitting.columns import read_data
+from lumpedcable.fitting.language import Column
 from lumpedcable.fitting.report import _choices, remarks_of
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.status import Status
@@ -220,3 +222,12 @@ def test_a_law_without_an_answer_is_not_the_best(tmp_path):
     rows = [line.split() for line in console.export_text().splitlines()]
     assert ["as", "given", "5", f"{good.certainty.factor:.3g}", "+0.0", "+0.0", "ok"] in rows
     assert rows.index(["weak", "2", "-", "-", "-", "run", "failed"]) > 3
+
+
+@pytest.mark.parametrize("name", ["load", "load (kN)"])
+def test_a_column_is_named_with_its_unit_or_without(tmp_path, name):
+    (tmp_path / "bench.csv").write_text("strain (%),load (kN)\n1,2\n2,3.5\n")
+    wanted = [((), Column(column="strain"), ""), ((), Column(column=name), "N")]
+    columns, problems = read_data(tmp_path / "bench.csv", (), wanted)
+    assert problems == []
+    assert columns.values == pytest.approx(np.array([[0.01, 0.02], [2e3, 3.5e3]]))

@@ -130,8 +130,8 @@ SPREAD = [
 ]  # fmt: skip
 SPREAD = np.array(SPREAD)
 FIRST, AWAY, CAUCHY = (
-    'start = "60 N"',
-    'start = "40 N", high = "100 N"',
+    'start = "10 N"',
+    'start = "99 N", high = "100 N"',
     '[method]\nloss = "cauchy"\n',
 )
 

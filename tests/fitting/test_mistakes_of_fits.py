@@ -63,6 +63,9 @@ MISTAKES = {
         RECORD.replace("materials.nylon.p1", "lines.rope.mass").replace("200000.0", '2, high = -1'),
         TIMES, "high: expected high above 0 kg/m, found -1 kg/m"),
     "missing column": (GOOD, TABLE.replace("load", "laod"), 'did you mean "laod"?'),
+    "unit of a column by half its name": (
+        GOOD.replace('unit = "kN"', 'unit = "mm"'), TABLE.replace("load", "load (kN)"),
+        'expected a unit of a force (N), found "mm"'),
     "a column misspelt": (GOOD.replace('"load"', '"laod"'), TABLE,
                           'experiments.bench.tension.column: expected a column of bench.csv, '
                           'found "laod"; did you mean "load"?'),

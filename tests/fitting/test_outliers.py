@@ -121,3 +121,21 @@ def test_without_outliers_they_are_those_of_the_noise_given(tmp_path):
     assert found.certainty.covariance == pytest.approx(covariance, rel=1e-5)
     squares = fitted(tmp_path, "squares", load)
     assert squares.certainty.covariance == pytest.approx(np.linalg.inv(X.T @ X), rel=1e-5)
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_a_search_ends_at_the_minimum_however_many_values_there_are(tmp_path, loss):
+    """As scipy finds it: what is left to gain counts, not its share of all that many values cost."""
+    strain = np.tile(E, 50)
+    random = np.random.default_rng(5)
+    far = np.where(random.uniform(size=strain.size) < 0.2, 8.0, 1.0)
+    load = 1e6 * strain + 2e6 * strain**2 + NOISE * far * random.standard_normal(strain.size)
+    rows = [f"{e!r},{t!r}" for e, t in zip(strain.tolist(), load.tolist(), strict=True)]
+    (tmp_path / "bench.csv").write_text("e,T\n" + "\n".join(rows) + "\n")
+    found = fit_problem(fit_of(tmp_path, FIT.format(loss=loss), SCENE).problem)
+    slope = np.stack([strain, strain**2], axis=1) * 1e6 / NOISE
+    best = optimize.least_squares(
+        lambda x: slope @ x - load / NOISE, [1.0, 2.0], loss=loss, f_scale=C,
+        xtol=1e-14, ftol=1e-14, gtol=1e-14,
+    )  # fmt: skip
+    assert np.all(np.abs(found.values - 1e6 * best.x) < 1e-3 * found.certainty.std)

@@ -135,6 +135,18 @@ def test_what_is_asked_wrongly_is_told(scene, by, of, told):
         lc.response(scene, by, of)
 
 
+def test_a_number_of_a_csv_file_is_told(tmp_path):
+    (tmp_path / "path.csv").write_text("t,x,y,z\n0,95,0,0\n0.1,95.1,0,0\n")
+    held = '{ held = { pretension = "50 kN", direction = [1, 0, 0] } }'
+    text = HOOKE.replace(held, '{ motion = { file = "path.csv" } }').replace(
+        "rope.end", "rope.start"
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    key = "lines.rope.end.motion.position.1.0"
+    with pytest.raises(ValueError, match="data of a CSV file cannot be free: write them out"):
+        lc.response(tmp_path / "scene.toml", [key], "max tension at rope.start")
+
+
 def test_another_number_of_numbers_is_told(speed):
     with pytest.raises(ValueError, match=r"expected 3 numbers .* found an array of shape \(2,\)"):
         speed([1.0, 2.0])

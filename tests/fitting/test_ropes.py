@@ -84,6 +84,9 @@ def test_one_rope_has_all_its_pictures_and_a_name_may_hold_a_comma(tmp_path):
         head, row = csv.reader(file)
     assert len(head) == len(row)
     assert row[0] == "B,2"
+    named = (tmp_path / "fit.toml").read_text().replace('ropes = "*"', 'ropes = ["B,2"]')
+    (tmp_path / "named.toml").write_text(named)
+    assert say(tmp_path, "fit", "named.toml", "-o", "named").code == 0
     # as of a file that names no ropes
     assert {"data.png", "laws.png"} < {p.name for p in (tmp_path / "out" / "B,2").iterdir()}
 
@@ -92,7 +95,10 @@ def test_one_rope_has_all_its_pictures_and_a_name_may_hold_a_comma(tmp_path):
     ("text", "said"),
     [(TEXT.replace('ropes = "*"\n', ""), 'expected ropes = ["NAME", ...] for the "{rope}"'),
      (TEXT.replace('"*"', '["a1", "a1"]'), 'expected each rope once, found "a1"'),
-     (TEXT.replace('"*"', '["../a1"]'), 'names of letters, digits, _, - and ., found "../a1"'),
+     (TEXT.replace('"*"', '["../a1"]'), 'names that files can have, without / and \\, found "../a1"'),
+     (TEXT.replace('"*"', '"a1"'), 'ropes: expected a list of names of ropes, or "*" for all'),
+     (TEXT.replace('"*"', '[]'), 'ropes: expected a list of names of ropes, or "*" for all'),
+     (TEXT.replace('"*"', '["a1", 5]'), 'ropes: expected a list of names of ropes, or "*"'),
      (TEXT.replace('"*"', '["a9"]'), "coil-a9.csv"),
      (TEXT.replace("coil-{rope}", "coil-a1"), 'expected "{rope}" in the file of an experiment'),
      (TEXT.replace("coil-{rope}", "spool-{rope}"), "expected files like spool-{rope}.csv"),

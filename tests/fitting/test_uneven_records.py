@@ -13,11 +13,11 @@ from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.transforms import to_unbounded
 from lumpedcable.status import Status
 
-# a record at a low pull, finely sampled, and one at a pull with which the line turns over at 186 ms: as
-# many of its outputs as the other has would end at 500 ms. Together they take as many steps between
-# outputs as the coarse one needs
+# of the pull in kN and the length in ms: with the second pull the line turns over at 186 ms, long before
+# the other record ends
 LINE = nylon_rope(6, "100 ms") + '[solver]\nstep = "1 ms"\n'
-RECORDS = {"fine": (45, 4), "coarse": (400, 20)}
+RECORDS = {"long": (45, 400), "short": (400, 100)}
+EVERY = 4  # ms
 RECORD = """
 [experiments.{name}]
 file = "{name}.csv"
@@ -38,11 +38,11 @@ def folder(tmp_path_factory):
     """The folder with the data of both, as the engine gives them, and what they are (m/s)."""
     folder = tmp_path_factory.mktemp("uneven")
     data = {}
-    for name, (pull, every) in RECORDS.items():
-        ran = run_text(folder, LINE, f"pretension={pull} kN", f"step={every / 20} ms")
+    for name, (pull, last) in RECORDS.items():
+        ran = run_text(folder, LINE, f"pretension={pull} kN", f"duration={last} ms")
         assert list(ran.statuses) == ["OK"]
-        data[name] = ran["velocity"][0, every::every, -1, 0]
-        rows = [f"{t * every},{v!r}" for t, v in enumerate(data[name].tolist(), start=1)]
+        data[name] = ran["velocity"][0, EVERY::EVERY, -1, 0]
+        rows = [f"{t * EVERY},{v!r}" for t, v in enumerate(data[name].tolist(), start=1)]
         (folder / f"{name}.csv").write_text("t,v\n" + "\n".join(rows) + "\n")
     return folder, data
 
@@ -62,12 +62,27 @@ def test_a_record_is_not_run_beyond_its_own_data(folder):
         assert model[0, : told.size] == pytest.approx(told, abs=1e-6 * np.max(np.abs(told)))
 
 
+def test_records_of_other_spacings_are_stepped_as_each_would_be_alone(tmp_path):
+    ran = run_text(tmp_path, LINE, "pretension=45 kN")
+    for name, every in (("fine", 4), ("coarse", 20)):
+        speeds = ran["velocity"][0, every::every, -1, 0].tolist()
+        rows = [f"{t * every},{v!r}" for t, v in enumerate(speeds, start=1)]
+        (tmp_path / f"{name}.csv").write_text("t,v\n" + "\n".join(rows) + "\n")
+    text = FREE + "".join(RECORD.format(name=name, pull=45) for name in ("fine", "coarse"))
+    spec, arrays = arrays_of(fit_of(tmp_path, text, LINE).problem)
+    found = jax.jit(predict, static_argnums=0)(spec, arrays, np.array([10.2]))
+    speeds = ran["velocity"][0, :, -1, 0]
+    # each at the steps of 1 ms that the scene asks for, which are those of the run
+    for (model,), every in zip(found.groups, (4, 20), strict=True):
+        assert model[0] == pytest.approx(speeds[every::every], abs=1e-9 * np.max(np.abs(speeds)))
+
+
 @pytest.mark.slow
 def test_a_way_back_through_records_of_different_lengths(folder, monkeypatch):
     folder, _ = folder
 
     problem = problem_of(folder, *RECORDS)
-    spec, arrays = arrays_of(problem, [20])
+    spec, arrays = arrays_of(problem, [EVERY])
     z = to_unbounded(arrays.transform, np.array([p.start for p in problem.parameters]))
     squared = jax.jit(penalised, static_argnums=0)
 

@@ -98,6 +98,11 @@ def test_a_motion_in_waves_may_grow(tmp_path):
     assert again.bodies["third"].motion.ramp == 20.0
 
 
+def test_other_columns_of_a_record_are_left_alone(tmp_path):
+    record = "t,heave,roll_rate,sway speed,yawing\n0,0,5,5,5\n2,0.1,5,5,5\n"
+    assert study(tmp_path, record=record).scene.bodies["receiver"].motion.names() == ("heave",)
+
+
 def test_a_record_may_rest_before_and_after(tmp_path):
     record = "t,heave,roll\n0.5,0,0\n0.6,0,0\n1,0.5,0.01\n1.2,0.1,0.02\n1.3,0.1,0.02\n"
     assert study(tmp_path, record=record).scene.bodies["receiver"].motion.time[-1] == 1.3
@@ -144,6 +149,13 @@ def test_another_record_is_another_structure(tmp_path):
          "a value about every 0.5 s, found none between 1 s and 100 s"),
         ([], {"record": "t,x,y\n0,0,0\n"}, "bodies.receiver.motion.file",
          "expected the columns t and any of surge, sway, heave"),
+        # beside one that is right it would be left out without a word
+        ([], {"record": "t,Surge (m),heave\n0,0,0\n1,1,1\n2,1,1\n"}, "bodies.receiver.motion.file",
+         'expected the column "surge", found "Surge (m)" in ship.csv; rename it'),
+        ([], {"record": "t,heave,roll_deg\n0,0,0\n1,1,1\n2,1,1\n"}, "bodies.receiver.motion.file",
+         'expected the column "roll", found "roll_deg" in ship.csv; rename it'),
+        ([], {"rao": RAO.replace("omega", "omega,PITCH").replace("\n0.", "\n0.1,0.")},
+         "bodies.third.motion.rao", 'expected the column "pitch", found "PITCH" in rao.csv'),
         ([('{ rao = "rao.csv" }', '{ rao = "rao.csv", ramp = "20 m" }')], {}, "bodies.third.motion.ramp",
          'expected a positive time (s), found a length (m), "20 m"'),
         ([], {"rao": "omega,heave\n0.4,1\n"}, "bodies.third.motion.rao", "heave_phase"),

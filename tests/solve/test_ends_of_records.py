@@ -35,7 +35,9 @@ def ended(folder, text, rows):
     way = 0.2 * np.sin(2.0 * np.pi * time / 1.7)
     way[6:] = 2.0 * way[5] - way[4]
     path = f"time = {time.tolist()}, position = {[[6.0 + float(x), 0.0, 4.0] for x in way]}"
-    text = text.replace("PATH", path).replace("MOTION", f"time = {time.tolist()}, surge = {way.tolist()}")
+    text = text.replace("PATH", path).replace(
+        "MOTION", f"time = {time.tolist()}, surge = {way.tolist()}"
+    )
     return run_text(folder, text)
 
 
