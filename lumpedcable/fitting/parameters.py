@@ -104,8 +104,9 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
 def _from_file(root: Spot, key: str) -> bool:
     """Whether a number stands in a table that names a file, which it may come from."""
     path = tuple(key.split("."))
-    tables = (spot_at(root, path[:n]) for n in range(1, len(path)))
-    return any(getattr(table.value, "file", None) for table in tables if table is not None)
+    spots = (spot_at(root, path[:n]) for n in range(1, len(path)))
+    tables = (spot.value for spot in spots if spot is not None and isinstance(spot.value, Mapping))
+    return any(table.get("file") for table in tables)
 
 
 def _sided(study: Study, key: str) -> bool:
