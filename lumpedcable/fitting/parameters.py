@@ -6,6 +6,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from pydantic_core import PydanticCustomError
 
@@ -86,7 +87,7 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
             return [], f'expected a number that varies smoothly, found "{one}", a whole number'
         here = spot_at(root, tuple(one.split(".")))
         if one not in given and here is not None and here.value is not Absent:
-            if _from_file(root, one):
+            if _from_file(study.scene, one):
                 return [], f'expected a number of the scene file, found "{one}", {IN_A_FILE}'
             return (
                 [],
@@ -101,12 +102,14 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
     return numbers, ""
 
 
-def _from_file(root: Spot, key: str) -> bool:
-    """Whether a number stands in a table that names a file, which it may come from."""
-    path = tuple(key.split("."))
-    spots = (spot_at(root, path[:n]) for n in range(1, len(path)))
-    tables = (spot.value for spot in spots if spot is not None and isinstance(spot.value, Mapping))
-    return any(table.get("file") for table in tables)
+def _from_file(scene: Scene, key: str) -> bool:
+    """Whether a number is of a part that names a file, which it may come from."""
+    part: Any = scene
+    for name in key.split(".")[:-1]:
+        part = part.get(name) if isinstance(part, Mapping) else getattr(part, name, None)
+        if getattr(part, "file", None):
+            return True
+    return False
 
 
 def _sided(study: Study, key: str) -> bool:
