@@ -134,6 +134,7 @@ def test_a_run_that_has_stopped_keeps_its_last_fields(tmp_path, monkeypatch, kee
     assert keep_lanes or sizes[-1] < sizes[0]
     stops = np.array([outcome.stop_time for outcome in whole.outcomes])
     np.testing.assert_allclose(stops, np.array([0.1, 0.4, 0.6, 2]) / 3.924, rtol=1e-4)
+    assert [outcome.steps for outcome in whole.outcomes] == [13, 51, 77, 255]  # of 2 ms, up to there
     for quantity in ("position", "tension"):
         np.testing.assert_allclose(found[quantity], whole[quantity][:, ::3], rtol=1e-12, atol=1e-9)
     with SoundFile.open(tmp_path / "result.h5") as result:
