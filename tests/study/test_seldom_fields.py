@@ -33,19 +33,30 @@ ALONE = SWEPT.partition("[sweep]")[0]
 SELDOM = "output.fields_every=7 ms"  # at 0, 7, ..., 35 of 38 ms
 
 
-def same(seldom, whole, after=7):
-    """Fields are those of the other runs at some times, everything else is the same at all."""
+def same(seldom, whole, after=7, rounding=0.0):
+    """Fields are those of the other runs at some times, everything else is the same at all.
+
+    To `rounding`, where another program was compiled for them: one run is not laid out as three are.
+    """
+
+    def equal(mine, other):
+        scale = np.nanmax(np.abs(other), initial=0.0)
+        np.testing.assert_allclose(mine, other, rtol=rounding, atol=rounding * scale)
+
     np.testing.assert_array_equal(seldom.time, whole.time)
     for name, line in whole.lines.items():
         for quantity, values in line.items():
             every = after if quantity in FIELDS else 1
-            np.testing.assert_array_equal(seldom.lines[name][quantity], values[:, ::every])
+            equal(seldom.lines[name][quantity], values[:, ::every])
+    largest = max(np.max(np.abs(values)) for values in whole.energy.values())
     for term, values in whole.energy.items():
-        np.testing.assert_array_equal(seldom.energy[term], values)
+        assert np.max(np.abs(seldom.energy[term] - values)) <= rounding * largest
     for found, other in zip(seldom.outcomes, whole.outcomes, strict=True):
         assert (found.status, found.steps) == (other.status, other.steps)
-        assert found.energy_closure == other.energy_closure
-        np.testing.assert_equal(dict(found.recoils["rope.end"]), dict(other.recoils["rope.end"]))
+        assert found.energy_closure == pytest.approx(other.energy_closure, rel=0.0, abs=rounding)
+        mine, others = dict(found.recoils["rope.end"]), dict(other.recoils["rope.end"])
+        assert mine.keys() == others.keys()
+        equal(np.array([*mine.values()], float), np.array([*others.values()], float))
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +101,7 @@ def test_so_are_those_of_a_single_run_however_its_outputs_are_called_for(
     monkeypatch.setattr(batches, "CPU", batches.CPU._replace(first=1))
     monkeypatch.setattr(batches, "OUTPUTS", (2, 3))
     found = run_text(tmp_path, ALONE, f"output.fields_every={after} ms")
-    same(found, second_of(whole), after)
+    same(found, second_of(whole), after, rounding=1e-12)
 
 
 def test_intervals_of_many_calls_make_no_difference(whole, tmp_path, monkeypatch):
@@ -134,7 +145,12 @@ def test_a_run_that_has_stopped_keeps_its_last_fields(tmp_path, monkeypatch, kee
     assert keep_lanes or sizes[-1] < sizes[0]
     stops = np.array([outcome.stop_time for outcome in whole.outcomes])
     np.testing.assert_allclose(stops, np.array([0.1, 0.4, 0.6, 2]) / 3.924, rtol=1e-4)
-    assert [outcome.steps for outcome in whole.outcomes] == [13, 51, 77, 255]  # of 2 ms, up to there
+    assert [outcome.steps for outcome in whole.outcomes] == [
+        13,
+        51,
+        77,
+        255,
+    ]  # of 2 ms, up to there
     for quantity in ("position", "tension"):
         np.testing.assert_allclose(found[quantity], whole[quantity][:, ::3], rtol=1e-12, atol=1e-9)
     with SoundFile.open(tmp_path / "result.h5") as result:
