@@ -9,7 +9,7 @@ from lumpedcable.model.couple import Found, live_line, winch_of
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Line, Workspace
 from lumpedcable.model.model import Model, Vectors
-from lumpedcable.model.passing import drifting
+from lumpedcable.model.passing import drifting, passed
 from lumpedcable.model.splices import add_splices
 from lumpedcable.physics.load import Shape
 
@@ -44,9 +44,11 @@ def evaluate(
         forces = line.forces(u, v, boundaries, dt, ends, workspace)
         wet = line.wet(forces.shape, None if velocity is None else t)
         nodes = node_frame(model, line, forces.shape, wet)
-        winch = winch_of(model, name)
-        if winch is not None and line.drag is not None and line.growth is not None:
-            nodes = drifting(nodes, forces.shape, line.growth, winch.node)
+        winch, past = winch_of(model, name), None
+        if winch is not None and line.growth is not None:
+            moved = line.growth * passed(forces.shape, winch.node)
+            nodes = nodes if line.drag is None else drifting(nodes, moved)
+            past = None if line.grip is None else moved
         push = None
         if line.sea is not None and velocity is not None:
             water, surge = line.sea.motion(t, forces.shape.position)
@@ -55,7 +57,7 @@ def evaluate(
                 push = push + line.lift.of(wet) - line.lift.force(forces.shape)
             forces = forces._replace(force=forces.force + push)
             nodes = inertia.in_waves(nodes, water)
-        result[name] = Evaluation(forces, nodes, ends, boundaries, push=push)
+        result[name] = Evaluation(forces, nodes, ends, boundaries, push=push, past=past)
     add_splices(model, t, result, dt)
     result.add_couplings(model, t, displacement, velocity, dt)
     return result

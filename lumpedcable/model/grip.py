@@ -66,10 +66,12 @@ def held_back(
 
     Friction takes of a node's momentum along the bed what would stop it in this kick, or mu N dt
     where that is less: a node that it stops does not creep, and one that goes on has it against the
-    velocity after the kick, also where added mass is not the same along and across the line.
+    velocity after the kick, also where added mass is not the same along and across the line. Of a line
+    with a winch the velocity is that of its substance: where friction holds it, nodes move past it.
     """
     after = before + change
-    level = _level(_grip(model, name).bed.normal(e.line.shape), after)
+    slides = after if e.past is None else after + e.past
+    level = _level(_grip(model, name).bed.normal(e.line.shape), slides)
     limit = grip_limit(model, name, t, e, before)
     alike = model.lines[name].added_mass is None
     force, stopped = _friction(level, _Masses(e.nodes, alike), limit, dt)

@@ -44,15 +44,9 @@ def passed(shape: Shape, node: int) -> Float[Array, "d nodes"]:
     return -slope * (along - along[-1] if node == 0 else along)
 
 
-def drifting(
-    nodes: inertia.Frame, shape: Shape, growth: Float[Array, ""], node: int
-) -> inertia.Frame:
-    """The frame with the fluid as it flows past the substance: less what that moves past the nodes.
-
-    `growth` is dL/dt over L (1/s).
-    """
-    flow = -growth * passed(shape, node)
-    return nodes._replace(flow=flow if nodes.flow is None else nodes.flow + flow)
+def drifting(nodes: inertia.Frame, past: Float[Array, "d nodes"]) -> inertia.Frame:
+    """The frame with the fluid as it flows past the substance, which moves `past` the nodes (m/s)."""
+    return nodes._replace(flow=-past if nodes.flow is None else nodes.flow - past)
 
 
 def on_payout(

@@ -92,7 +92,9 @@ def _numbers(ended: Ended) -> dict[str, NDArray[np.float64]]:
     # a run that has stopped well stays as it is: a stop of one that went wrong came after that
     stops = ~np.isnan(account.stopped) & (ended.status == Status.OK)
     # of runs that have stopped, up to there
-    last = np.where(stops, np.minimum(account.stopped, every * account.count), every * account.count)
+    last = np.where(
+        stops, np.minimum(account.stopped, every * account.count), every * account.count
+    )
     return {
         "solver_steps": np.ceil(last / every * part.steps * (1.0 - 1e-9)).astype(int),
         "solver_step": np.full(lived, ended.step),

@@ -106,6 +106,49 @@ def test_a_winch_drags_a_line_over_the_bed_if_friction_lets_it(tmp_path, frictio
     assert ran.outcomes[0].energy_closure < 5e-3
 
 
+# friction of 196 N/m holds 147 m of chain on the bed; the pull at its far end rises by 10 kN, which 51 m
+# bear: the rest cannot know of it
+CHAIN = """
+gravity = 9.81
+[seabed]
+height = 0
+stiffness = "400 kPa"
+damping = "10 kPa s"
+friction = 1.0
+[materials.chain]
+law = "linear"
+EA = "20 MN"
+damping = "40 kN s"
+[lines.rope]
+material = "chain"
+length = "200 m"
+segments = 25
+mass = "20 kg/m"
+diameter = "60 mm"
+ENDS
+[output]
+duration = "20 s"
+every = "0.25 s"
+"""
+POST = "{ fixed = [0, 0, 0] }"
+DRUM = """{ winch = { at = [200, 0, 20], tension = "20 kN", damping = "5 kN s/m", \
+schedule = { time = ["2 s", "15 s"], tension = ["20 kN", "30 kN"] } } }"""
+
+
+@pytest.mark.parametrize("side", ["end", pytest.param("start", marks=pytest.mark.slow)])
+def test_what_friction_holds_stays_while_the_line_is_hauled_past_its_nodes(tmp_path, side):
+    ends = f"start = {POST}\nend = {DRUM}" if side == "end" else f"start = {DRUM}\nend = {POST}"
+    ran = run_text(tmp_path, CHAIN.replace("ENDS", ends))
+    assert ran.statuses == ["OK"]
+    assert ran["payout"][0, 0] - ran["payout"][0, -1] > 0.9
+    anchor = ran["tension"][0, :, 0 if side == "end" else -1]
+    assert anchor == pytest.approx(anchor[0], abs=0.005 * 10e3)
+    # what friction takes it does not give back
+    assert np.min(np.diff(ran.energy["lost_friction"][0])) > -1e-6
+    assert ran.energy["lost_friction"][0, -1] > 10.0
+    assert ran.outcomes[0].energy_closure < 1e-4
+
+
 SHAKEN = """
 [water]
 density = 1025
