@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.bodies import AbstractBody, body_key
 from lumpedcable.model.couple import Found, body_force
 from lumpedcable.model.ends import Attached, Driven, solve_small
+from lumpedcable.model.grip import MatrixInertia, against_motion
 from lumpedcable.model.hauled import placed_on_way, steered, ways
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.model import Model
@@ -247,7 +248,16 @@ def _held_back(
         moving = jnp.any(rate != 0.0)
         against = jnp.where(moving, -rate, needed)
     square = dot(against, against)
-    way = against / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+    size = jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+    way = against / size
+    if dt is not None and friction.up.shape[0] > 2:
+        # in two directions against the motion after the kick, not against what would stop it
+        limit = friction.limit(matrix @ still - vector, q, v)
+        slides = square > limit**2
+        inertia = MatrixInertia(_level_inertia(matrix, level * free, free))
+        start = jnp.where(slides, way, 1.0)[:2, None]
+        turned = against_motion(start, inertia, jnp.where(slides, limit / size, 1.0)[None])
+        way = jnp.where(slides, jnp.pad(turned[:, 0], (0, v.shape[0] - 2)), way)
     gain, force = still, needed
     for _ in range(SLIDES):
         limit = friction.limit(matrix @ gain - vector, q, v)
@@ -255,6 +265,17 @@ def _held_back(
         force = jnp.where(slides, limit * way, needed)
         gain = jnp.where(slides, _solved(matrix, vector + limit * way, free), still)
     return gain, force
+
+
+def _level_inertia(matrix: Array, level: Array, free: Array) -> Float[Array, "2 2"]:
+    """What resists forces along the bed, along x and y, the other coordinates left to follow (kg).
+
+    1 where the body cannot slide.
+    """
+    units = jnp.diag(level)[:2]
+    yields = jnp.stack([_solved(matrix, unit, free)[:2] * level[:2] for unit in units])
+    (a, b), (_, c) = yields + jnp.diag(1.0 - level[:2])
+    return jnp.stack([c, -b, -b, a]).reshape(2, 2) / (a * c - b * b)
 
 
 def _solved(matrix: Array, vector: Array, free: Array | None) -> Array:

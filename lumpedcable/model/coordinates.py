@@ -259,6 +259,7 @@ def _fits(body: Body, axes: np.ndarray) -> bool:
     skin = body.hull is not None and body.hull.resistance is not None
     ahead = np.linalg.norm(axes.T @ np.eye(3)[0]) > 1.0 - TOLERANCE
     askew = body.drag is not None or (axes.shape[1] == 2 and body.turns)
+    askew |= body.added_mass is not None and len(set(body.added_mass)) > 1
     return not (
         np.any(np.abs(attitude) > TOLERANCE)
         or (askew and not aligned)

@@ -31,7 +31,7 @@ __all__ = ["WORKS", "empty_body_work", "empty_work", "energies", "powers", "work
 # kind -> (sign in the balance, long name)
 WORKS = {
     "ends": (1.0, "work done on the line by what holds or moves its ends"),
-    "added_mass": (1.0, "work of added mass that turns or leaves the water"),
+    "added_mass": (1.0, "work of added mass that turns, leaves the water or meets a current"),
     "drag": (-1.0, "energy given to the fluid by drag"),
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
     "waves": (1.0, "work done on free ships and lines by waves"),
@@ -164,7 +164,8 @@ def powers(
         q, v = body.reference + displacement[key], middle[key]
         forces = body.resisting(q, v, t)
         power = {kind: WORKS[kind][0] * jnp.dot(f, v) for kind, f in forces.items()}
-        power |= body.changing(q, v, t)
+        for kind, changing in body.changing(q, v, t).items():
+            power[kind] = power.get(kind, 0.0) + changing
         if name in friction:
             power["friction"] = -jnp.dot(friction[name], v)
         gain = after[key] if dt is None else (after[key] - before[key]) / dt

@@ -23,6 +23,7 @@ from lumpedcable.physics.hull import (
     HullResistance,
     Hydrostatics,
     SeaPush,
+    StreamTurning,
     WetAddedMass,
 )
 from lumpedcable.physics.steering import Station, Steering
@@ -228,6 +229,11 @@ def _resistances(
     scene: Scene, body: Body, coordinates: Coordinates, current: AbstractCurrent | None
 ) -> tuple[AbstractBodyResistance, ...]:
     found: list[AbstractBodyResistance] = [*_steering(body, coordinates)]
+    taken = _added(scene, body, coordinates) if body.turns else None
+    if taken is not None and current is not None:
+        up, base = coordinates.vector((0.0, 0.0, 1.0)), number(coordinates.origin[2])
+        sea, lift = sea_flow(scene, coordinates), lift_of(scene, body, coordinates)
+        found.append(StreamTurning(taken, up, base, current, sea, lift))
     if scene.fluid is None or body.size is None:
         return tuple(found)
     density = number(scene.fluid.density)

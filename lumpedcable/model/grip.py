@@ -20,7 +20,7 @@ from lumpedcable.physics.place import place_at_end
 from lumpedcable.physics.seabed import BedGrip
 from lumpedcable.physics.vectors import dot
 
-__all__ = ["grip_limit", "held_back", "joint_held_back"]
+__all__ = ["MatrixInertia", "against_motion", "grip_limit", "held_back", "joint_held_back"]
 
 ROUNDS = 5  # of Newton's method: with masses thirty times as large across, to 1e-10
 LEAST = 1e-6  # share of a momentum below which friction's direction is that of the velocity to this
@@ -97,7 +97,7 @@ def joint_held_back(
     n = normal[:, 0 if normal.shape[1] == 1 else node]
     after = before[name][:, node] + dt * gain
     level = (after - n * jnp.dot(n, after))[:, None]
-    force, stopped = _friction(level, _Matrix(matrix), limit, dt)
+    force, stopped = _friction(level, MatrixInertia(matrix), limit, dt)
     for k, (member, place) in enumerate(members):
         own = found[member].grip
         assert own is not None  # as was looked at above
@@ -137,7 +137,7 @@ class _Masses:
         return along * part * self.nodes.tangent + across * rest
 
 
-class _Matrix:
+class MatrixInertia:
     """The inertia M (kg, (d, d)) of a joint; vectors are of shape (d, 1)."""
 
     def __init__(self, matrix: Array):
@@ -157,7 +157,7 @@ class _Matrix:
         return solve_small(eye + share * self.matrix, vector[:, 0])[:, None]
 
 
-def _friction(level, mass: _Masses | _Matrix, limit, dt) -> tuple[Array, Array]:
+def _friction(level, mass: _Masses | MatrixInertia, limit, dt) -> tuple[Array, Array]:
     """Friction (N) and the velocity (m/s) that it takes in dt (s), both (d, nodes)."""
     momentum = mass.times(level)
     square = dot(momentum, momentum)
@@ -168,11 +168,11 @@ def _friction(level, mass: _Masses | _Matrix, limit, dt) -> tuple[Array, Array]:
     if mass.alike:
         return -share * momentum / dt, share * level
     way = jnp.where(slides, momentum / size, 1.0)
-    against = jnp.where(slides, most * _against(way, mass, share), momentum)
+    against = jnp.where(slides, most * against_motion(way, mass, share), momentum)
     return -against / dt, jnp.where(slides, mass.divided(against), level)
 
 
-def _against(way: Array, mass: _Masses | _Matrix, share: Array) -> Array:
+def against_motion(way: Array, mass: _Masses | MatrixInertia, share: Array) -> Array:
     """The unit vectors v'/|v'| of nodes that slide, with M (v' - v) = -mu N dt v'/|v'|.
 
     `way` is M v / |M v|, (d, nodes), and `share` r = mu N dt / |M v|. With k = |v'| / (mu N dt) the

@@ -9,10 +9,17 @@ from jaxtyping import Array, Float
 from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.body import AbstractBodyLoad, AbstractBodyResistance
 from lumpedcable.physics.fluid import AbstractCurrent
-from lumpedcable.physics.rigid import rotation
+from lumpedcable.physics.rigid import rotation, turning_force
 from lumpedcable.physics.sea import SeaFlow
 
-__all__ = ["BoxDrag", "HullResistance", "Hydrostatics", "SeaPush", "WetAddedMass"]
+__all__ = [
+    "BoxDrag",
+    "HullResistance",
+    "Hydrostatics",
+    "SeaPush",
+    "StreamTurning",
+    "WetAddedMass",
+]
 
 
 class Hydrostatics(AbstractBodyLoad):
@@ -108,6 +115,38 @@ class BoxDrag(AbstractBodyResistance):
         if self.lift is not None:
             factor = factor * _wet(self.lift, self.sea, q, t)
         return jnp.zeros_like(q).at[:d].set(-turn @ (factor * jnp.abs(own) * own))
+
+
+class StreamTurning(AbstractBodyResistance):
+    """What a current makes of the velocity terms of a body's added mass (N, N m), the moment of Munk.
+
+    They go by its velocity relative to the water, w x p - A (w x u) and -p x u: A = R diag(`masses`) R^T
+    (kg) is the water that it takes along, u = v - U at its height, p = A u and w its angular velocity
+    (M. M. Munk, NACA Rep. 184, 1924). So a current turns a body that it meets askew across it, as it
+    turns when it is towed. Those of v itself are among its inertia, and taken off here. `base` and `up`
+    are as of `BoxDrag`; of a body that may leave the water `lift` says what share is wet.
+    """
+
+    work_name: ClassVar[str] = "added_mass"
+    masses: Float[Array, " d"]
+    up: Float[Array, " d"]
+    base: Float[Array, ""]
+    current: AbstractCurrent
+    sea: SeaFlow | None = None
+    lift: BodyLift | None = None
+
+    def force(
+        self, q: Float[Array, " m"], v: Float[Array, " m"], t: Float[Array, ""] | None = None
+    ) -> Float[Array, " m"]:
+        """Force (N, N m) on the body."""
+        d = self.up.shape[0]
+        height = self.base + self.up @ q[:d]
+        stream = self.current.velocity(height[None])[:, 0]
+        masses, none = self.masses, jnp.zeros_like(q[d:])
+        if self.lift is not None:
+            masses = masses * _wet(self.lift, self.sea, q, t)
+        relative = v.at[:d].add(-stream)
+        return turning_force(q, v, masses, none) - turning_force(q, relative, masses, none)
 
 
 class SeaPush(eqx.Module):

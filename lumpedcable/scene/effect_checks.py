@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Set
+from math import pi
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
@@ -46,6 +47,8 @@ def _sea(
         m is None or isinstance(m, ElevationMeasure) or getattr(m, "over", None) == SEA
         for m in measures.values()
     )
+    if sea is not None:
+        yield from _unanswered(2.0 * pi / sea.period, bodies)
     flow = sea is None or sea.flow is not None
     if not moves and not flow and None not in bodies.values():
         yield Problem(
@@ -66,6 +69,21 @@ def _sea(
             "expected a line with a diameter, or a rigid body with volume or drag, which water that "
             "moves acts on, found none",
         )
+
+
+def _unanswered(peak: float, bodies: Parts) -> Iterator[Problem]:
+    """Yield responses whose table does not reach to the peak (rad/s) of the waves' spectrum."""
+    for name, body in bodies.items():
+        for key in ("motion", "waves"):
+            table = getattr(body, key, None)
+            omega = getattr(table, "omega", ())
+            if len(omega) > 1 and not omega[0] <= peak <= omega[-1]:
+                where = "omega" if getattr(table, "rao", None) is None else "rao"
+                yield Problem(
+                    ("bodies", name, key, where),
+                    f"expected frequencies about {peak:.3g} rad/s, where the waves peak, found "
+                    f"{omega[0]:.3g} to {omega[-1]:.3g} rad/s: beyond them there is no response",
+                )
 
 
 def _unbent(lines: Parts, others: Parts) -> Iterator[Problem]:
