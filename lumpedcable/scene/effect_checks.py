@@ -47,7 +47,7 @@ def _sea(
         m is None or isinstance(m, ElevationMeasure) or getattr(m, "over", None) == SEA
         for m in measures.values()
     )
-    if sea is not None:
+    if sea is not None and sea.period > 0.0:
         yield from _unanswered(2.0 * pi / sea.period, bodies)
     flow = sea is None or sea.flow is not None
     if not moves and not flow and None not in bodies.values():

@@ -88,15 +88,14 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
 def _numbers(ended: Ended) -> dict[str, NDArray[np.float64]]:
     """Those numbers of every run that any scene has, but for the utilisation."""
     part, account, lived = ended.part, ended.account, len(ended.part.runs)
-    every = float(part.numbers.every)
     # a run that has stopped well stays as it is: a stop of one that went wrong came after that
     stops = ~np.isnan(account.stopped) & (ended.status == Status.OK)
-    # of runs that have stopped, up to there
-    last = np.where(
-        stops, np.minimum(account.stopped, every * account.count), every * account.count
-    )
+    steps = np.full(lived, part.steps * account.count)
+    if np.any(stops):
+        upto = account.stopped[stops] / float(part.numbers.every) * part.steps
+        steps[stops] = np.minimum(np.ceil(upto * (1.0 - 1e-9)), steps[stops])
     return {
-        "solver_steps": np.ceil(last / every * part.steps * (1.0 - 1e-9)).astype(int),
+        "solver_steps": steps,
         "solver_step": np.full(lived, ended.step),
         "energy_closure": ended.energy.closure,
         "released_energy": ended.energy.released,
