@@ -32,9 +32,11 @@ class Foreseen:
         self._awaited: list[Future[None]] = []
 
     def __call__(self, *arguments: Any) -> Any:
-        """`function(*arguments)`."""
-        while self._awaited:
-            self._awaited.pop().result()
+        """`function(*arguments)`; other threads may call it too."""
+        for done in tuple(self._awaited):
+            done.result()
+            with suppress(ValueError):  # another thread has seen it
+                self._awaited.remove(done)
         return self.function(*arguments)
 
     def wait_for(self) -> Callable[[], None]:

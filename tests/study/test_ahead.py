@@ -112,6 +112,22 @@ def test_a_call_waits_for_what_is_done_ahead():
     assert order == ["ahead", "called", "again"]
 
 
+def test_calls_from_several_threads_all_wait():
+    order = []
+    function = ahead.Foreseen(order.append)
+    done = [function.wait_for() for _ in range(50)]
+    calls = [Thread(target=function, args=(k,)) for k in range(8)]
+    for call in calls:
+        call.start()
+    time.sleep(0.02)
+    assert order == []
+    for one in done:
+        one()
+    for call in calls:
+        call.join()
+    assert sorted(order) == list(range(8))
+
+
 def test_nothing_is_done_ahead_on_one_core(tmp_path, monkeypatch):
     monkeypatch.setattr(ahead, "_cores", lambda: 1)
     monkeypatch.setattr(ahead, "Thread", None)
