@@ -41,8 +41,17 @@ def ended(folder, text, rows):
     return run_text(folder, text)
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("end", ["end", "ship"])
+@pytest.mark.parametrize(
+    ("law", "end"),
+    [
+        ("elastic", "end"),
+        ("rods", "ship"),
+        pytest.param("rods", "end", marks=pytest.mark.slow),
+        pytest.param("elastic", "ship", marks=pytest.mark.slow),
+        pytest.param("elastic rods", "end", marks=pytest.mark.slow),
+        pytest.param("elastic rods", "ship", marks=pytest.mark.slow),
+    ],
+)
 def test_what_comes_after_the_run_does_not_matter(tmp_path, law, end):
     text = LINE.replace("LAW", LAWS[law])
     text = (

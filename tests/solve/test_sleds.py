@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text
+from engine_runs import run_text, scene_of
 from scipy.integrate import solve_ivp
+
+from lumpedcable.model.coordinates import coordinates_of
 
 MASS, ADDED, WEIGHT, SPEED, FRICTION = 3e3, 3e3, 2e3 * 9.81, 3.0, 0.4
 # the line weighs nothing that matters; it and the sled's way lie in one plane, its sides at 45 degrees
@@ -57,7 +59,15 @@ def way():
     return found.y[:2, -1]
 
 
-@pytest.mark.parametrize("law", [pytest.param("elastic", marks=pytest.mark.slow), "rods"])
+def test_a_sled_that_moves_askew_to_its_sides_is_in_space(tmp_path):
+    text = SLED.replace("LAW", LAWS["elastic"])
+    alike = text.replace("[0.0, 3.0, 0.0]", "[3.0, 3.0, 3.0]")
+    for scene, dimensions in ((text, 3), (alike, 2)):
+        assert coordinates_of([scene_of(tmp_path, scene)]).dimensions == dimensions
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
 def test_friction_is_against_the_motion_not_the_momentum(tmp_path, law):
     step = '[solver]\nstep = "2 ms"\n' if law == "rods" else ""
     ran = run_text(tmp_path, SLED.replace("LAW", LAWS[law]) + step)

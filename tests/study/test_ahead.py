@@ -72,7 +72,13 @@ def of_segments(text, segments):
 
 
 @ALONE
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n in ("adaptive", "float32") else n
+        for n in SCENES
+    ],
+)
 def test_what_is_compiled_ahead_is_what_is_called(caplog, tmp_path, monkeypatch, name):
     ours, foreseen = run.foresee, []
     monkeypatch.setattr(run, "foresee", lambda *given: foreseen.append(ours(*given)))
