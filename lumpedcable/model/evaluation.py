@@ -17,7 +17,7 @@ class Evaluation(NamedTuple):
     `ends` are the known forces on the nodes of the line's ends (N), None where there is none; `grip` the
     friction (N) on the nodes in a kick, None where the line has none; `push` (N) what the water pushes
     them with as it accelerates in waves, which is part of `force`; `past` the velocity (m/s) at which a
-    winch moves the line's substance past the nodes of one that rubs.
+    winch moves the line's substance past the nodes, of one that drags or rubs.
     """
 
     line: LineForces

@@ -45,10 +45,10 @@ def evaluate(
         wet = line.wet(forces.shape, None if velocity is None else t)
         nodes = node_frame(model, line, forces.shape, wet)
         winch, past = winch_of(model, name), None
-        if winch is not None and line.growth is not None:
-            moved = line.growth * passed(forces.shape, winch.node)
-            nodes = nodes if line.drag is None else drifting(nodes, moved)
-            past = None if line.grip is None else moved
+        resisted = line.drag is not None or line.grip is not None
+        if winch is not None and line.growth is not None and resisted:
+            past = line.growth * passed(forces.shape, winch.node)
+            nodes = nodes if line.drag is None else drifting(nodes, past)
         push = None
         if line.sea is not None and velocity is not None:
             water, surge = line.sea.motion(t, forces.shape.position)

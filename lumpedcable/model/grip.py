@@ -138,7 +138,7 @@ class _Masses:
 
 
 class MatrixInertia:
-    """The inertia M (kg, (d, d)) of a joint; vectors are of shape (d, 1)."""
+    """The inertia M (kg, (d, d)) of a joint, or of a body along the bed; vectors are (d, 1)."""
 
     def __init__(self, matrix: Array):
         self.matrix, self.alike = matrix, matrix.shape[0] < 3
@@ -173,7 +173,7 @@ def _friction(level, mass: _Masses | MatrixInertia, limit, dt) -> tuple[Array, A
 
 
 def against_motion(way: Array, mass: _Masses | MatrixInertia, share: Array) -> Array:
-    """The unit vectors v'/|v'| of nodes that slide, with M (v' - v) = -mu N dt v'/|v'|.
+    """The unit vectors v'/|v'| of what slides, with M (v' - v) = -mu N dt v'/|v'|.
 
     `way` is M v / |M v|, (d, nodes), and `share` r = mu N dt / |M v|. With k = |v'| / (mu N dt) the
     impulse is p(k) = (1 + k M)^-1 M v, and |p| = r |M v| gives k: 1/|p| is concave in k and nearly

@@ -105,8 +105,7 @@ class BoxDrag(AbstractBodyResistance):
         d = self.up.shape[0]
         u = v[:d]
         if self.current is not None:
-            height = self.base + self.up @ q[:d]
-            u = u - self.current.velocity(height[None])[:, 0]
+            u = u - _stream(self.current, self.up, self.base, q)
         if self.sea is not None and t is not None:
             u = u - self.sea.motion(t, q[:d, None])[0][:, 0]
         turn = rotation(q[d:])
@@ -140,12 +139,10 @@ class StreamTurning(AbstractBodyResistance):
     ) -> Float[Array, " m"]:
         """Force (N, N m) on the body."""
         d = self.up.shape[0]
-        height = self.base + self.up @ q[:d]
-        stream = self.current.velocity(height[None])[:, 0]
         masses, none = self.masses, jnp.zeros_like(q[d:])
         if self.lift is not None:
             masses = masses * _wet(self.lift, self.sea, q, t)
-        relative = v.at[:d].add(-stream)
+        relative = v.at[:d].add(-_stream(self.current, self.up, self.base, q))
         return turning_force(q, v, masses, none) - turning_force(q, relative, masses, none)
 
 
@@ -189,6 +186,14 @@ class WetAddedMass(eqx.Module):
     def at(self, q: Float[Array, " m"], t: Float[Array, ""] | None) -> Float[Array, " d"]:
         """The masses (kg) along its axes at t (s), None at rest."""
         return self.masses * _wet(self.lift, self.sea, q, t)
+
+
+def _stream(
+    current: AbstractCurrent, up: Float[Array, " d"], base: Float[Array, ""], q: Float[Array, " m"]
+) -> Float[Array, " d"]:
+    """The velocity (m/s) of a current at the height of a body's centre of gravity."""
+    height = base + up @ q[: up.shape[0]]
+    return current.velocity(height[None])[:, 0]
 
 
 def _wet(

@@ -221,8 +221,11 @@ def _prepared(
     if len(rows) == 0:
         return
     laid, scene = outlet.contents.laid, structure.scene
-    few = len(rows) <= FEW and not scene.output.static
-    expect = partial(_foresee, laid, structure, len(rows)) if few else lambda form: None
+
+    def expect(form: Form) -> None:
+        if len(rows) <= FEW and not scene.output.static:
+            _foresee(laid, structure, len(rows), form)
+
     ready = starts(laid, structure, block.runs[rows], expect)
     outlet.timings.mark("statics")
     swept = laid.study.runs.columns(block.runs[rows])

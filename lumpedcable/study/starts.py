@@ -102,15 +102,8 @@ def _prepare(
     }
     shared = {key: number(v) for key, v in scene.numbers().items() if key not in numbers}
     axes, origin = laid.coordinates.axes, laid.coordinates.origin
-    given = (
-        structure,
-        scene.solver.dtype,
-        axes,
-        origin,
-        shared,
-        swept,
-        *([beside] if beside else []),
-    )
+    common = structure, scene.solver.dtype, axes, origin, shared, swept
+    given = (*common, beside) if beside else common
     few = prepare_batch if len(laid.study.runs) <= SOME else prepare_many
     program = prepare_cells if beside else few
     expect(program.eval_shape(*given).packed.form)
