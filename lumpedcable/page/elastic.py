@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumpedcable.page.bodies import quaternion
 from lumpedcable.page.controls import Control, FaultError, Model
@@ -16,7 +15,7 @@ from lumpedcable.page.curves import length, sag
 from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.page.surroundings import surroundings
 from lumpedcable.results.ground import tables
-from lumpedcable.scene import Body, Scene, Study
+from lumpedcable.scene import Scene, Study
 from lumpedcable.scene.checks import Draft, problems
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.quantities import Quantity
@@ -24,7 +23,7 @@ from lumpedcable.scene.surfaces import surfaces
 from lumpedcable.scene.tree import Spot, numeric, spot_at
 from lumpedcable.scene.writer import to_toml
 from lumpedcable.study.moved import Moved, moved_ships, straight_lines
-from lumpedcable.study.resting import Resting, RestingLine, UnrestError
+from lumpedcable.study.resting import Resting, RestingBody, RestingLine, UnrestError
 
 __all__ = ["elastic_model"]
 
@@ -64,8 +63,8 @@ def elastic_model(study: Study, run: int = 0) -> Model:
             raise FaultError(str(error)) from error
         begins = np.zeros(1)
         ships = moved_ships(scene, begins)
-        riders = {name: at[None] for name, at in bodies.items()}
-        free = {name: Moved(at, _attitude(scene, name)[None]) for name, at in riders.items()}
+        riders = {name: body.position[None] for name, body in bodies.items()}
+        free = {name: Moved(riders[name], body.attitude[None]) for name, body in bodies.items()}
         for name, cable in straight_lines(scene, free | ships, riders, begins).items():
             tension = np.full(2, cable.tension)
             lines[name] = RestingLine(cable.position[0], tension, 0.0 * tension, tension)
@@ -90,13 +89,6 @@ def _surfaces(scene: Scene) -> list[str]:
     told = surfaces(scene.bodies, scene.water, scene.sea)
     keys = (".".join(map(str, path)) for path, _ in told)
     return sorted(keys, key=lambda key: bool(_MOVING.search(key)))
-
-
-def _attitude(scene: Scene, name: str) -> NDArray[np.float64]:
-    """Roll, pitch and yaw (rad) of a body as the scene has them."""
-    body = scene.bodies[name]
-    turn = body.attitude if isinstance(body, Body) else None
-    return np.asarray(turn or (0.0, 0.0, 0.0), float)
 
 
 def _kinds(study: Study, scene: Scene) -> dict[str, Quantity]:
@@ -170,7 +162,7 @@ def _drawn(scene: Scene, name: str, line: RestingLine) -> dict[str, Any]:
 
 
 def _bodies(
-    scene: Scene, lines: dict[str, RestingLine], places: Mapping[str, NDArray[Any]]
+    scene: Scene, lines: dict[str, RestingLine], resting: Mapping[str, RestingBody]
 ) -> list[dict[str, Any]]:
     """Point bodies at the end of a line that is tied to them, others where they are at rest."""
     found: dict[str, dict[str, Any]] = {}
@@ -180,10 +172,10 @@ def _bodies(
             if isinstance(end, str) and end in scene.bodies and piece in lines:
                 at = lines[piece].position[node]
                 found.setdefault(end, {"name": end, "at": at.tolist()})
-    for name, at in places.items():
+    for name, (at, turn) in resting.items():
         body = scene.bodies[name]
         size = None if body.size is None else list(body.size)
-        turn, depth = _attitude(scene, name), getattr(body, "depth", None)
+        depth = getattr(body, "depth", None)
         if depth is not None:  # what hangs under its trolley
             found[f"trolley of {name}"] = {"name": f"trolley of {name}", "at": at.tolist()}
             at = at - np.array([0.0, 0.0, depth])

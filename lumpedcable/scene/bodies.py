@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import Field
 
+from lumpedcable.scene.angles import turn_problems
 from lumpedcable.scene.motions import HarmonicWaves, PressureWaves, Waves
 from lumpedcable.scene.part import Name, Part, Problem
 from lumpedcable.scene.quantities import (
@@ -232,6 +233,8 @@ class Body(Part):
         """Yield what a rigid body lacks, and what is said twice."""
         if not self.rigid:
             return
+        for k, angle in enumerate(self.attitude or ()):
+            yield from turn_problems(("attitude", k), angle)
         if self.position is None:
             yield Problem(
                 ("position",),

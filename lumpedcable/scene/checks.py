@@ -55,7 +55,7 @@ from lumpedcable.scene.rod_checks import hull_problems, rod_problems
 from lumpedcable.scene.run import Output
 from lumpedcable.scene.scene import Scene
 from lumpedcable.scene.stepping_checks import stepping_problems
-from lumpedcable.scene.surfaces import leaving_problems, surface_problems
+from lumpedcable.scene.surfaces import depth_problems, leaving_problems, surface_problems
 from lumpedcable.scene.targets import Target, target_problems
 from lumpedcable.scene.units import format_quantity
 
@@ -173,6 +173,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
         yield from below_problems(draft.lines, draft.bodies, seabed)
         yield from lying_problems(draft.bodies, seabed)
         yield from bearing_problems(draft.bodies, seabed, gravity)
+        yield from depth_problems(draft.bodies, draft.others.get("water"), sea, seabed)
     yield from event_problems(draft.events, draft.lines, draft.others)
     yield from target_problems(draft.targets, draft.lines, draft.bodies)
     yield from reach_problems(

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Tag
 
+from lumpedcable.scene.angles import turn_problems
 from lumpedcable.scene.part import Part, Problem, choose, pick_word, tag
 from lumpedcable.scene.quantities import (
     Angle,
@@ -128,10 +129,15 @@ class Sea(Part):
     direction: Angle = 0.0
     """Direction in rad that the waves travel in, from the x axis towards y."""
     depth: PositiveLength | None = None
-    """Depth in m of the water, which makes waves shorter. Absent: deep."""
+    """Depth in m of the water, which makes waves shorter; over a seabed that of it, to 10 %. Absent:
+    deep."""
     flow: SeaFlow | None = None
     """Motion of the water in these waves, which lines with a diameter and submerged bodies feel.
     Absent: none."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a direction in degrees that stands without its unit."""
+        yield from turn_problems(("direction",), self.direction)
 
 
 class Profile(Part):

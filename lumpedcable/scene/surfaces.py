@@ -7,15 +7,16 @@ from math import isclose
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.environment import Fluid, PowerCurrent, Sea
+from lumpedcable.scene.environment import Fluid, PowerCurrent, Sea, Seabed
 from lumpedcable.scene.part import Path, Problem
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["leaving_problems", "surface_problems", "surfaces"]
+__all__ = ["depth_problems", "leaving_problems", "surface_problems", "surfaces"]
 
 Parts = Mapping[str, Any]
 
 SAME = 1e-9  # relative, and in m: what conversions of units leave
+OFF = 0.1  # share of a depth by which that of waves may miss that over the bed
 
 
 def surfaces(
@@ -51,6 +52,28 @@ def surface_problems(
                 f"expected {format_quantity(first[1], 'm')}, the height of the water's surface in "
                 f"{'.'.join(map(str, first[0]))}, found {format_quantity(height, 'm')}",
             )
+
+
+def depth_problems(
+    bodies: Mapping[str, Any], water: Fluid | None, sea: Sea | None, seabed: Seabed
+) -> Iterator[Problem]:
+    """Yield a depth of the waves' water that is nowhere that over the bed."""
+    if sea is None or sea.depth is None:
+        return
+    level = next((height for _, height in surfaces(bodies, water, sea)), None)
+    if level is None and sea.flow is None:
+        return  # nobody says where the surface is
+    level = 0.0 if level is None else level
+    deep = [level - seabed.height_at(x) for x in (seabed.profile.x if seabed.profile else (0.0,))]
+    least, most = min(deep), max(deep)
+    if not (1.0 - OFF) * least <= sea.depth <= (1.0 + OFF) * most:
+        bed = format_quantity(least, "m")
+        bed += f" to {format_quantity(most, 'm')}" if most > least else ""
+        yield Problem(
+            ("sea", "depth"),
+            f"expected the depth of the water over the seabed, {bed} (its surface is at "
+            f"{format_quantity(level, 'm')}), found {format_quantity(sea.depth, 'm')}",
+        )
 
 
 def leaving_problems(

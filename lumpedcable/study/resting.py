@@ -21,9 +21,10 @@ from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure
+from lumpedcable.study.fields import body_fields
 from lumpedcable.study.kept import program
 
-__all__ = ["AtRest", "Resting", "RestingLine", "UnrestError"]
+__all__ = ["AtRest", "Resting", "RestingBody", "RestingLine", "UnrestError"]
 
 
 class UnrestError(ValueError):
@@ -46,11 +47,18 @@ class RestingLine(NamedTuple):
     ends: NDArray[np.float64]
 
 
+class RestingBody(NamedTuple):
+    """A body at rest: its place (m) and its roll, pitch and yaw (rad), each (3,)."""
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+
+
 class AtRest(NamedTuple):
-    """A scene at rest: its lines with nodes, and where its bodies are (m), shape (3,), by name."""
+    """A scene at rest: its lines with nodes and its bodies, by name."""
 
     lines: dict[str, RestingLine]
-    bodies: dict[str, NDArray[np.float64]]
+    bodies: dict[str, RestingBody]
 
 
 class _Found(NamedTuple):
@@ -77,11 +85,12 @@ def _at_rest(
         ends = jnp.stack([tension_at(line, node, found.model) for node in (0, -1)])
         lines[name] = (shape.position, tension, shape.strain, ends)
     d = axes.shape[1]
-    bodies = {
-        name: body.reference[:d]
-        for name, body in found.model.bodies.items()
-        if isinstance(body, Rider | RigidBody)
-    }
+    bodies = {}
+    for name, body in found.model.bodies.items():
+        if isinstance(body, RigidBody):
+            bodies[name] = body.reference
+        elif isinstance(body, Rider):  # it stays upright
+            bodies[name] = jnp.pad(body.reference[:d], (0, d * (d - 1) // 2))
     return _Found(lines, bodies, found.converged, found.imbalance)
 
 
@@ -140,8 +149,9 @@ class Resting:
             )
             for name, (q, *rest) in found.lines.items()
         }
-        bodies = {
-            name: coordinates.expand(np.asarray(q), axis=0, place=True)
-            for name, q in found.bodies.items()
-        }
+        bodies = {}
+        for name, q in found.bodies.items():
+            values = np.asarray(q)[None, None]
+            fields = body_fields(coordinates, values, np.zeros_like(values))
+            bodies[name] = RestingBody(fields["position"][0, 0], fields["attitude"][0, 0])
         return AtRest(lines, bodies)

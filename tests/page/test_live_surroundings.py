@@ -1,8 +1,10 @@
 """The live page of scenes on water: what floats, its cables and the surface go together."""
 
+import math
 from pathlib import Path
 
 import pytest
+from scipy.spatial.transform import Rotation
 
 from lumpedcable.page.controls import FaultError
 from lumpedcable.page.elastic import elastic_model
@@ -95,3 +97,39 @@ def test_what_would_be_no_scene_is_told(tmp_path):
     for asked in (model.solve, model.toml):
         with pytest.raises(FaultError, match=r"lines\.hawser\.segment_lengths: expected"):
             asked({"lines.hawser.length": 61.0})
+
+
+HANGING = """
+gravity = 9.81
+[materials.rope]
+law = "linear"
+EA = "1 MN"
+[bodies.box]
+mass = 100
+size = [1, 1, 1]
+position = [0.3, 0.2, -2.5]
+points = { eye = [0.5, 0, 0.5] }
+settle = true
+[lines.sling]
+material = "rope"
+length = 2
+segments = 4
+mass = 0.1
+start = { fixed = [0, 0, 0] }
+end = "box.eye"
+[output]
+duration = 1
+every = 1
+"""
+
+
+@pytest.mark.parametrize("eye", [[0.5, 0, 0.5], [0, 0.5, 0.5]])
+def test_a_body_is_drawn_as_it_has_turned_to_rest(tmp_path, eye):
+    path = tmp_path / "box.toml"
+    path.write_text(HANGING.replace("[0.5, 0, 0.5]", str(eye)))
+    answer = elastic_model(load_study(path)).solve({})
+    (box,) = (point for point in answer["points"] if point["name"] == "box")
+    # it hangs with its eye above its middle, whatever way it then faces
+    above = Rotation.from_quat(box["turn"], scalar_first=True).apply(eye)
+    assert above == pytest.approx([0.0, 0.0, math.sqrt(0.5)], abs=1e-6)
+    assert box["at"][:2] == pytest.approx([0.0, 0.0], abs=1e-6)

@@ -48,6 +48,13 @@ def faults(folder, *edits, sets=()):
 
 
 VOLUME = ("mass = 100", "mass = 100\nvolume = 1")
+BED = "[seabed]\nheight = -40\nstiffness = 1e6\n"
+SLOPE = "[seabed.profile]\nx = [0, 100]\ndepth = [0, 30]\n"
+
+
+def waves_over(bed, depth):
+    """The edit that brings waves on water of a depth (m) over a bed."""
+    return [("[output]", FLOW.replace("flow", f"depth = {depth}\nflow") + bed + "[output]")]
 
 
 @pytest.mark.parametrize(
@@ -75,6 +82,34 @@ VOLUME = ("mass = 100", "mass = 100\nvolume = 1")
             [('end = "buoy"', 'end = "free"'),
              ("mass = 100", "mass = 100\nsize = [1, 1, 1]\nposition = [9, 0, 0]\ndrag = [1, 1, 1]")],
             "bodies.buoy.volume: expected the volume (m3) of a body with drag",
+        ),
+        (waves_over(BED, 40), None),
+        (waves_over(BED, 37), None),
+        (
+            waves_over(BED, 30),
+            "sea.depth: expected the depth of the water over the seabed, 40 m (its surface is at 0 m), "
+            "found 30 m",
+        ),
+        (waves_over(BED + SLOPE, 40), None),
+        (waves_over(BED + SLOPE, 60), None),
+        (
+            waves_over(BED + SLOPE, 90),
+            "sea.depth: expected the depth of the water over the seabed, 40 m to 70 m",
+        ),
+        (
+            [("surface = 0\n", ""), *waves_over(BED, 30)],
+            "sea.depth: expected the depth of the water over the seabed, 40 m (its surface is at 0 m)",
+        ),
+        (
+            [*waves_over("", 40), ("period = 6", 'period = 6\ndirection = 30')],
+            "sea.direction: expected an angle of at most a turn (6.28 rad, 360 deg) either way, found "
+            "30 rad; a number without a unit is in rad",
+        ),
+        ([*waves_over("", 40), ("period = 6", 'period = 6\ndirection = "-360 deg"')], None),
+        (
+            [("mass = 100", "mass = 100\nvolume = 1\nposition = [9, 0, 0]\nsize = [1, 1, 1]\nattitude = [0, 0, 30]"),
+             ('end = "buoy"', 'end = "free"')],
+            "bodies.buoy.attitude.2: expected an angle of at most a turn",
         ),
     ],
 )  # fmt: skip
