@@ -39,6 +39,7 @@ PICKED = {
     "studies/restraint-envelope": "map_stop_distance",
     "surface/buoy": "measure_pull",
     "surface/deck-line": "end_speed",
+    "three-lines": "swept_above",
 }
 # of what takes minutes, a part: what is written there, and what instead
 LESS = {

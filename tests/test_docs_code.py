@@ -56,7 +56,14 @@ MADE = {
     "tutorial-benchmark.md": ["build", "mesh.svg"],
     "tutorial-rope.md": ["nylon-bench", "rope.svg"],
     "tutorial-snapback.md": ["end-speed.svg", "hawser.h5"],
-    "view.md": ["page.html", "snapback.gif", "snapback.h5", "snapback.vtkhdf"],
+    "view.md": [
+        "page.html",
+        "snapback.gif",
+        "snapback.h5",
+        "snapback.vtkhdf",
+        "three-lines",
+        "three-lines.h5",
+    ],
 }
 # "scene.toml" of the page about studies: runs for two shards
 SCENE = """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -85,11 +86,7 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     shapes = {run: _shapes(result, run, seen[run]) for run in group.runs}
     across, up = side_view([shape for run in shapes.values() for shape in run])
     clock = style.clock(result.field_time)
-    everything = np.concatenate([s.reshape(-1, 3) for run in shapes.values() for s in run])
-    wide, high = extent(everything[:, across]), extent(everything[:, up])
-    # what is flat but for rounding has no height to stretch
-    true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
-    note = "" if true else "Vertical scale stretched."
+    note = true_to_scale([shape for run in shapes.values() for shape in run], (across, up))
     heading = group.heading(result, "Shape")
     figure, axes = style.panel_figure(group.titles, heading)
     shown_times = clock.shown[times]
@@ -98,7 +95,7 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     for ax, run in zip(axes, group.runs, strict=True):
         _draw(ax, shapes[run], (across, up), clock.shown[seen[run]], colours)
         ground |= draw_ground(ax, result, run, (across, up))
-        if true:
+        if not note:
             ax.set_aspect("equal", adjustable="datalim")
     style.label_outer(axes, f"{_AXES[across]} (m)", f"{_AXES[up]} (m)")
     shown = ScalarMappable(colours, style.time_colours())
@@ -106,6 +103,15 @@ def shape_figure(result: SoundFile, group: Group) -> Figure:
     bar.set_ticks(shown_times.tolist())
     style.foot(figure, f"{note} {ground_note(ground)}".strip() + f"\n{group.note}")
     return figure
+
+
+def true_to_scale(shapes: Sequence[Array], plane: tuple[int, int]) -> str:
+    """What to say of shapes (..., 3) that are too long to be drawn in one scale, "" of others."""
+    everything = np.concatenate([shape.reshape(-1, 3) for shape in shapes])
+    wide, high = (extent(everything[:, component]) for component in plane)
+    # what is flat but for rounding has no height to stretch
+    true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
+    return "" if true else "Vertical scale stretched."
 
 
 def _shapes(result: ResultFile, run: int, times: Array) -> list[Array]:

@@ -30,6 +30,7 @@ from lumpedcable.view.recoil import (
 )
 from lumpedcable.view.rest import rest_figure
 from lumpedcable.view.sampling import RecoilingEnd
+from lumpedcable.view.swept import swept_figure, swept_planes
 
 Draw = Callable[[], Figure]
 
@@ -42,14 +43,16 @@ def plot_result(
 ) -> list[Path]:
     """Draw the figures of a results file, finished or not.
 
-    Where a line parts: tension and velocity along it, speed and way of the broken end, and the x-t
-    diagram; otherwise tension at the ends, also where none is kept along it, and shapes. Of lines that
-    do not part the range of the tension along them, of lines that bend their bending moments, of those
-    on winches what is paid out. Energies always. Of a scene at rest: the shape of each cable with its
-    numbers, and moments. Figures whose fields the file does not hold are left out. A run that went wrong
-    is drawn until then. Where several numbers are swept there is one set of figures for each value of
-    the last, and its name ends in that value: tension_break_time_5ms.png. Where two or more of them take
-    three values or more, or of enough draws: maps of the numbers of the runs over every pair.
+    Where a line parts: tension and velocity along it, speed and way of the broken end, the x-t
+    diagram, and what it sweeps, from the side and from above, unless it recoils along itself;
+    otherwise tension at the ends, also where none is kept along it, and shapes. Of lines that do not
+    part the range of the tension along them, of lines that bend their bending moments, of those on
+    winches what is paid out. Energies always. Of a scene at rest: the shape of each cable with its
+    numbers, and moments. Figures whose fields the file does not hold are left out. A run that went
+    wrong is drawn until then. Where several numbers are swept there is one set of figures for each
+    value of the last, and its name ends in that value: tension_break_time_5ms.png. Where two or more
+    of them take three values or more, or of enough draws: maps of the numbers of the runs over every
+    pair.
 
     Args:
         path: the results file, or the folder of a study.
@@ -156,6 +159,9 @@ def _figures(result: SoundFile, group: Group) -> Iterator[tuple[str, Draw]]:
         if tension:
             yield f"xt{which}", partial(xt_figure, result, end, group)
     lines = [result.line(name) for name in result.lines]
+    seen = [line for line in lines if line.has("position") and line.has("velocity")]
+    for name, plane in swept_planes(seen, group).items() if ends and seen else ():
+        yield name, partial(swept_figure, result, seen, plane, group)
     along = any(end.line.has("tension") for end in ends)
     if not along and any(has_end_tension(line) for line in lines):
         yield "end_tension", partial(end_tension_figure, result, group)

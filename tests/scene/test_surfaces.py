@@ -107,8 +107,8 @@ def waves_over(bed, depth):
         ),
         ([*waves_over("", 40), ("period = 6", 'period = 6\ndirection = "-360 deg"')], None),
         (
-            [("mass = 100", "mass = 100\nvolume = 1\nposition = [9, 0, 0]\nsize = [1, 1, 1]\nattitude = [0, 0, 30]"),
-             ('end = "buoy"', 'end = "free"')],
+            [("mass = 100", "mass = 100\nvolume = 1\nsize = [1, 1, 1]\nposition = [9, 0, 0]"),
+             ("volume = 1", "volume = 1\nattitude = [0, 0, 30]"), ('end = "buoy"', 'end = "free"')],
             "bodies.buoy.attitude.2: expected an angle of at most a turn",
         ),
     ],
