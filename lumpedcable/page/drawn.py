@@ -21,6 +21,7 @@ def drawn_line(
     tension: ArrayLike,
     place: ArrayLike,
     ends: ArrayLike,
+    length: float,
     diameter: float = 0.0,
 ) -> dict[str, Any]:
     """A line for the page.
@@ -31,16 +32,18 @@ def drawn_line(
         tension: of the segments between them (N), shape (segment,).
         place: distance along the line of the segments' middles (m), shape (segment,).
         ends: tension at its two ends (N), as the read-outs have it.
+        length: of the whole line, as `place` counts it (m).
         diameter: m.
 
     Raises:
         FaultError: a number is not finite.
     """
-    if not all(np.isfinite(values).all() for values in (position, tension, place, ends)):
+    if not all(np.isfinite(values).all() for values in (position, tension, place, ends, length)):
         raise FaultError(NO_SHAPE)
     return {
         "name": name,
         "diameter": diameter,
+        "length": float(length),
         "position": np.asarray(position, float).tolist(),
         "tension": np.asarray(tension, float).tolist(),
         "ends": np.asarray(ends, float).tolist(),

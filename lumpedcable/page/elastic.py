@@ -16,23 +16,34 @@ from lumpedcable.page.drawn import drawn_line, shown_number
 from lumpedcable.page.surroundings import surroundings
 from lumpedcable.results.ground import tables
 from lumpedcable.scene import Scene, Study
-from lumpedcable.scene.checks import Draft, problems
+from lumpedcable.scene.bodies import ANGLES
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.quantities import Quantity
+from lumpedcable.scene.run import Reference
 from lumpedcable.scene.surfaces import surfaces
 from lumpedcable.scene.tree import Spot, numeric, spot_at
+from lumpedcable.scene.validate import SECTIONS, read_scene
 from lumpedcable.scene.writer import to_toml
 from lumpedcable.study.moved import Moved, moved_ships, straight_lines
 from lumpedcable.study.resting import Resting, RestingBody, RestingLine, UnrestError
 
 __all__ = ["elastic_model"]
 
-# what a shape at rest does not depend on
+# what a shape at rest does not depend on, by the keys of the schema: names may be any word
 _MOVING = re.compile(
-    r"^(events|solver|statics|output|measures|sea)\.|\.(max_strain|damping|added_mass|velocity"
+    r"^(events|solver|statics|output|measures|sea)\.|\.(max_strain|damping|turn_damping|added_mass"
     r"|amplitude|period|phase|ramp|grading|speed|stop|ease|friction|inertia|response|omega)(\.|$)"
+    r"|(?<!current)\.velocity(\.|$)"
 )
-_LONG = re.compile(r"\.(segment_lengths|strain|tension|time)\.\d+$")  # tables of many numbers
+# but where what is moved is at the start
+_BEGINS = re.compile(r"(.*\.(?:motion|moved)\b.*)\.(?:amplitude|phase)(?:\.\d)?$")
+# tables of many numbers
+_LONG = re.compile(
+    r"\.(segment_lengths|strain|tension|time|surge|sway|heave|roll|pitch|yaw)\.\d+$"
+    r"|\.position\.\d+\.\d$"
+)
+_LISTS = ("profile.x", "profile.depth", "current.z", "coefficients")
+_ANGULAR = ("attitude", "inertia", "moment", "turn_stiffness", "turn_damping")
 
 
 def elastic_model(study: Study, run: int = 0) -> Model:
@@ -43,17 +54,22 @@ def elastic_model(study: Study, run: int = 0) -> Model:
     """
     resting = Resting(study, run)
     kinds = _kinds(study, resting.scene)
+    own = resting.scene.model_copy(update={"references": _references(resting.scene, run)})
     controls = _controls(resting.scene, kinds)
 
     def changed(values: dict[str, float]) -> Scene:
         numbers = resting.scene.numbers()
         asked = {k: _checked(k, v, kinds[k]) for k, v in values.items() if v != numbers[k]}
+        if not asked:
+            return own
         first, *others = _surfaces(resting.scene) or [""]
         asked |= {key: asked[first] for key in others if first in asked}
-        scene = resting.scene.with_numbers(asked)
-        if asked and (wrong := next(problems(Draft.of(scene)), None)) is not None:
-            raise FaultError(f"{'.'.join(map(str, wrong.path))}: {wrong.message}")
-        return scene
+        scene = resting.scene.with_numbers(asked).model_copy(update={"references": {}})
+        # read again, as any scene is: what a number makes of others (a unit vector), and what may not be
+        read, wrong = read_scene(tables(to_toml(scene)))
+        if read is None:
+            raise FaultError(f"{'.'.join(map(str, wrong[0].path))}: {wrong[0].message}")
+        return read
 
     def solve(values: dict[str, float]) -> dict[str, Any]:
         scene = changed(values)
@@ -66,8 +82,9 @@ def elastic_model(study: Study, run: int = 0) -> Model:
         riders = {name: body.position[None] for name, body in bodies.items()}
         free = {name: Moved(riders[name], body.attitude[None]) for name, body in bodies.items()}
         for name, cable in straight_lines(scene, free | ships, riders, begins).items():
-            tension = np.full(2, cable.tension)
-            lines[name] = RestingLine(cable.position[0], tension, 0.0 * tension, tension)
+            nodes, tension = cable.position[0], np.full(2, cable.tension)
+            pull = cable.tension * (nodes[1] - nodes[0]) / np.linalg.norm(nodes[1] - nodes[0])
+            lines[name] = RestingLine(nodes, tension, 0.0 * tension, tension, pull)
         order = [_line_of(scene, name) for name in lines]
         lines = {name: lines[name] for _, name in sorted(zip(order, lines, strict=True))}
         return {
@@ -84,11 +101,21 @@ def elastic_model(study: Study, run: int = 0) -> Model:
     return Model("scene", "This scene, elastic", controls, solve, toml)
 
 
+def _references(scene: Scene, run: int) -> dict[str, Reference]:
+    """The references of one run of a sweep."""
+    return {
+        name: part.model_copy(
+            update={"values": {key: (column[run],) for key, column in part.values.items()}}
+        )
+        for name, part in scene.references.items()
+    }
+
+
 def _surfaces(scene: Scene) -> list[str]:
     """The keys that tell of the water's surface, which has one height: the first has a slider."""
     told = surfaces(scene.bodies, scene.water, scene.sea)
     keys = (".".join(map(str, path)) for path, _ in told)
-    return sorted(keys, key=lambda key: bool(_MOVING.search(key)))
+    return sorted(keys, key=lambda key: bool(_MOVING.search(_schema(key))))
 
 
 def _kinds(study: Study, scene: Scene) -> dict[str, Quantity]:
@@ -109,8 +136,9 @@ def _controls(scene: Scene, kinds: dict[str, Quantity]) -> list[Control]:
     size = max((line.length for line in scene.lines.values()), default=1.0)
     found, chosen = [], {target.change for target in scene.targets.values()}
     chosen |= set(_surfaces(scene)[1:])
-    for key, value in scene.numbers().items():
-        if key in chosen or key not in kinds or _MOVING.search(key) or _LONG.search(key):
+    numbers = scene.numbers()
+    for key, value in numbers.items():
+        if key in chosen or key not in kinds or _LONG.search(key) or _only_moves(key, numbers):
             continue
         *above, last = key.split(".")
         if (".drag." in key and not flows) or (last == "mass" and scene.gravity is None):
@@ -118,14 +146,47 @@ def _controls(scene: Scene, kinds: dict[str, Quantity]) -> list[Control]:
         group = ".".join(above[:2])
         words = key.removeprefix(group).lstrip(".") or last
         low, high = _range(value, kinds[key], size)
-        found.append(Control(key, group, _words(words), kinds[key].unit, value, low, high))
+        found.append(Control(key, group, _words(key, words), kinds[key].unit, value, low, high))
     return found
 
 
-def _words(tail: str) -> str:
-    """A key below its group in words: "end fixed x" for end.fixed.0."""
-    text = re.sub(r"\.([012])$", lambda m: " " + "xyz"[int(m[1])], tail)
-    return text.replace(".", " ").replace("_", " ")
+def _schema(key: str) -> str:
+    """A key without the names in it: those of lines, materials, bodies, targets and points."""
+    first, *rest = key.split(".")
+    rest = rest[1:] if first in SECTIONS else rest
+    if "points" in rest:
+        del rest[rest.index("points") + 1]
+    return ".".join([first, *rest])
+
+
+def _only_moves(key: str, numbers: Mapping[str, float]) -> bool:
+    """Whether a shape at rest does not depend on a number."""
+    schema = _schema(key)
+    if not _MOVING.search(schema):
+        return False
+    begins = _BEGINS.match(key)
+    if begins is None or not _BEGINS.match(schema):
+        return True
+    if not any(f"{begins[1]}.amplitude{k}" in numbers for k in ("", ".0")):
+        return True  # it does not swing
+    # what grows from rest is at its mean place at the start
+    above = begins[1].split(".")
+    return any(".".join([*above[:k], "ramp"]) in numbers for k in range(1, len(above) + 1))
+
+
+def _words(key: str, tail: str) -> str:
+    """A key below its group in words: "end fixed x" for end.fixed.0, "coefficients 1" for the first."""
+    path, shown = _schema(key).split("."), tail.split(".")
+    for back in range(1, len(shown) + 1):
+        if not shown[-back].isdigit() or not path[-back].isdigit():
+            continue
+        place, above = int(shown[-back]), path[: len(path) - back]
+        rows = back == 2  # velocities of a current, one at each height
+        if rows or ".".join(above).endswith(_LISTS):
+            shown[-back] = str(place + 1)
+        else:
+            shown[-back] = (ANGLES if above[-1] in _ANGULAR else "xyz")[place]
+    return " ".join(shown).replace("_", " ")
 
 
 def _range(value: float, kind: Quantity, size: float) -> tuple[float, float]:
@@ -158,7 +219,10 @@ def _drawn(scene: Scene, name: str, line: RestingLine) -> dict[str, Any]:
     steps = np.linalg.norm(np.diff(line.position, axis=0), axis=1) / (1.0 + line.strain)
     ends = np.cumsum(steps)
     diameter = own.diameter or 0.0
-    return drawn_line(name, line.position, line.tension, ends - 0.5 * steps, line.ends, diameter)
+    middles = ends - 0.5 * steps
+    return drawn_line(
+        name, line.position, line.tension, middles, line.ends, float(ends[-1]), diameter
+    )
 
 
 def _bodies(
@@ -202,12 +266,10 @@ def _ships(scene: Scene, ships: Mapping[str, Moved]) -> list[dict[str, Any]]:
 
 def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:
     """Read-outs of a line."""
-    steps = np.diff(line.position, axis=0)
-    along = np.linalg.norm(steps[:, :2], axis=1) / np.linalg.norm(steps, axis=1)
     rows = [
         ("start_tension", "tension at the start", float(line.ends[0]), "N"),
         ("end_tension", "tension at the end", float(line.ends[1]), "N"),
-        ("horizontal", "horizontal tension at the start", float(line.tension[0] * along[0]), "N"),
+        ("horizontal", "horizontal tension at the start", float(np.hypot(*line.pull[:2])), "N"),
         ("length", "length as stretched", float(length(line.position[None])[0]), "m"),
     ]
     below = float(sag(line.position[None])[0])

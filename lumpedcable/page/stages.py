@@ -97,7 +97,7 @@ def _line(name: str, shape: StageShape) -> dict[str, Any]:
     long = np.linalg.norm(step, axis=1)
     tension = shape.numbers["F_H"] * long / step[:, 0]
     ends = [shape.numbers["F_TA"], shape.numbers["F_TB"]]
-    return drawn_line(name, position, tension, np.cumsum(long) - 0.5 * long, ends)
+    return drawn_line(name, position, tension, np.cumsum(long) - 0.5 * long, ends, long.sum())
 
 
 def _scene(words: str, values: Mapping[str, float], shape: StageShape) -> str:

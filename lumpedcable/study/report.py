@@ -14,7 +14,7 @@ from rich.text import Text
 from lumpedcable.results.human import scale
 from lumpedcable.results.schema import partial_of
 from lumpedcable.results.target import followed
-from lumpedcable.scene import Axis, Study, format_quantity
+from lumpedcable.scene import Study
 from lumpedcable.status import Status, remark_of
 from lumpedcable.study.compiling import heard
 from lumpedcable.study.outcome import EXACT, Outcome
@@ -29,6 +29,8 @@ from lumpedcable.study.tables import (
     new_table,
     print_told,
     rows_shown,
+    run_cells,
+    run_heads,
 )
 from lumpedcable.timings import Timings
 
@@ -46,7 +48,6 @@ PEAK = "peak\ntension"
 BEGINS = {"break_start": ("breaks\nafter", "s", 1.0, "{:.4f}")}
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
-MOST_NAMED = 4  # swept numbers with a column beside the name of their case
 
 
 def run_with_progress(
@@ -138,18 +139,14 @@ def _table(
     swept ones.
     """
     table = new_table(padding)
-    numbers, swept = [], []
+    numbers = []
 
     def column(words: str, unit: str = "", style: str = "", justify: JustifyMethod = "right"):
         head = f"{words}\n({unit})" if unit else words
         table.add_column(Text(head), justify=justify, style=style, vertical="bottom", no_wrap=True)
         return len(table.columns) - 1
 
-    column("run")
-    if study.runs.named:
-        column("case", justify="left")
-    for axis in _shown_axes(study):
-        swept.append(column(axis.label.replace(" ", "\n")))
+    swept = [column(words, justify=side) for words, side in run_heads(study)][1:]
     if _several(study, ends):
         column("end", justify="left")
     for quantity, (words, unit, _, _) in _heads(study).items() if ends else ():
@@ -190,15 +187,6 @@ def _scaled(values: Sequence[float], unit: str) -> tuple[float, str]:
     return scale(float(np.max(size, where=np.isfinite(size), initial=1.0)), unit)
 
 
-def _shown_axes(study: Study) -> list[Axis]:
-    """The swept numbers that have a column; the name of a case stands for more than a few."""
-    return [
-        axis
-        for factor in study.factors
-        for axis in (() if factor.names and len(factor.axes) > MOST_NAMED else factor.axes)
-    ]
-
-
 def _several(study: Study, ends: Sequence[str]) -> bool:
     """Whether it must be told which end a row is of: where another could have broken, too."""
     return len(ends) > 1 or (len(ends) == 1 and len(study.scene.events) > 1)
@@ -223,11 +211,7 @@ def _row(
     beside: Sequence[str],
     measured: Mapping[str, tuple[float, str]],
 ) -> list[Text]:
-    values = study.runs.values(outcome.run)
-    cells = [str(outcome.run)]
-    if study.runs.named:
-        cells.append(study.runs.name(outcome.run))
-    cells += [format_quantity(values[axis.key], axis.unit) for axis in _shown_axes(study)]
+    cells = run_cells(study, outcome.run)
     if _several(study, ends):
         cells.append(end)
     numbers = outcome.recoils.get(end, {})

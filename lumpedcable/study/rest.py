@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from lumpedcable.study.compiled import Ready
 
-__all__ = ["rest_variables", "write_rest"]
+__all__ = ["first_pull", "rest_variables", "write_rest"]
 
 Numbers = dict[str, "NDArray[np.float64]"]
 
@@ -70,7 +70,7 @@ def write_rest(
                 writer.write(f"rest/{cable.name}/{key}", values[k : k + 1], run=slice(row, row + 1))
 
 
-def _first_pull(line: Line) -> Float[Array, " d"]:
+def first_pull(line: Line) -> Float[Array, " d"]:
     """What the first segment of a line at rest pulls its first node with (N), its shear included."""
     shape = line.shape(jnp.zeros_like(line.reference))
     pull = line.law.tension(shape.strain)[0] * shape.tangent[:, 0]
@@ -95,7 +95,7 @@ def _numbers(
     whole = np.concatenate([nodes[name] for name in cable.lines], axis=2)
     from_start = whole - whole[:, :, :1]
     along, height = along_chord(whole), from_start[:, 2]
-    pulls = np.asarray(jax.vmap(_first_pull)(lines[0]))[:, :, None]
+    pulls = np.asarray(jax.vmap(first_pull)(lines[0]))[:, :, None]
     pull = coordinates.expand(pulls, 1)[:, :, 0]
     found = {
         "length": np.sum(lengths, axis=0),

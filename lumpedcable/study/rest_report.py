@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.text import Text
 
 from lumpedcable.results import ResultFile, open_result
 from lumpedcable.results.human import runs_named, scale
 from lumpedcable.results.reader import OK
-from lumpedcable.scene import Study, format_quantity
+from lumpedcable.scene import Study
 from lumpedcable.scene.bodies import ANGLES
 from lumpedcable.status import remark_of
 from lumpedcable.study.prescribed import MODELS
@@ -26,6 +26,8 @@ from lumpedcable.study.tables import (
     new_table,
     print_told,
     rows_shown,
+    run_cells,
+    run_heads,
 )
 
 __all__ = ["rest_table"]
@@ -98,12 +100,11 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
     table = new_table()
     place: dict[str, int] = {}  # of the column of a quantity
 
-    def column(words: str, style: str = "") -> int:
-        table.add_column(Text(words), justify="right", style=style, vertical="bottom", no_wrap=True)
+    def column(words: str, style: str = "", justify: JustifyMethod = "right") -> int:
+        table.add_column(Text(words), justify=justify, style=style, vertical="bottom", no_wrap=True)
         return len(table.columns) - 1
 
-    column("run")
-    swept = [column(axis.label.replace(" ", "\n")) for axis in study.axes]
+    swept = [column(words, justify=side) for words, side in run_heads(study)][1:]
     columns: list[list[str]] = []
     for quantity, (words, unit) in HEADS.items():
         if quantity not in numbers:
@@ -123,15 +124,9 @@ def _table(study: Study, result: ResultFile, numbers: Numbers, models: Sequence[
     table.add_column(Text("status"), vertical="bottom", no_wrap=True)
     table.spare = [*(place[name] for name in SPARE if name in place), *reversed(swept)]
     for run in range(min(result.runs, MOST_ROWS)):
-        cells = [*_which(study, run), *(texts[run] for texts in columns)]
+        cells = [*run_cells(study, run), *(texts[run] for texts in columns)]
         table.add_row(*(Text(cell) for cell in (*cells, result.status[run].replace("_", " "))))
     return table
-
-
-def _which(study: Study, run: int) -> list[str]:
-    """The first cells of a row: the number of the run, and what is swept."""
-    values = study.runs.values(run) if study.axes else {}  # type: ignore[attr-defined]
-    return [str(run), *(format_quantity(values[axis.key], axis.unit) for axis in study.axes)]
 
 
 def _settled(study: Study, result: ResultFile, body: str) -> WholeTable:
@@ -158,10 +153,11 @@ def _rows(
 ) -> WholeTable:
     """One row a run: what is swept, and columns under their heads."""
     table = new_table()
-    for words in ("run", *(axis.label.replace(" ", "\n") for axis in study.axes), *heads):
-        table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
+    every: list[tuple[str, JustifyMethod]] = [(words, "right") for words in heads]
+    for words, side in run_heads(study) + every:
+        table.add_column(Text(words), justify=side, vertical="bottom", no_wrap=True)
     for run in range(min(result.runs, MOST_ROWS)):
-        cells = [*_which(study, run), *(texts[run] for texts in columns)]
+        cells = [*run_cells(study, run), *(texts[run] for texts in columns)]
         table.add_row(*map(Text, cells))
     return table
 

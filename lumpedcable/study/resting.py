@@ -23,6 +23,7 @@ from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure
 from lumpedcable.study.fields import body_fields
 from lumpedcable.study.kept import program
+from lumpedcable.study.rest import first_pull
 
 __all__ = ["AtRest", "Resting", "RestingBody", "RestingLine", "UnrestError"]
 
@@ -39,12 +40,14 @@ class RestingLine(NamedTuple):
         tension: of its segments (N), shape (segment,).
         strain: of its segments (-), shape (segment,).
         ends: tension at its start and its end (N), shape (2,).
+        pull: what its first segment pulls its start with (N), shear included, shape (3,).
     """
 
     position: NDArray[np.float64]
     tension: NDArray[np.float64]
     strain: NDArray[np.float64]
     ends: NDArray[np.float64]
+    pull: NDArray[np.float64]
 
 
 class RestingBody(NamedTuple):
@@ -62,7 +65,7 @@ class AtRest(NamedTuple):
 
 
 class _Found(NamedTuple):
-    lines: dict[str, tuple[Array, Array, Array, Array]]
+    lines: dict[str, tuple[Array, ...]]
     bodies: dict[str, Array]
     converged: Bool[Array, ""]
     imbalance: Float[Array, ""]
@@ -83,7 +86,7 @@ def _at_rest(
         shape = line.shape(jnp.zeros_like(line.reference))
         tension = line.law.tension(shape.strain)
         ends = jnp.stack([tension_at(line, node, found.model) for node in (0, -1)])
-        lines[name] = (shape.position, tension, shape.strain, ends)
+        lines[name] = (shape.position, first_pull(line), tension, shape.strain, ends)
     d = axes.shape[1]
     bodies = {}
     for name, body in found.model.bodies.items():
@@ -143,12 +146,12 @@ class Resting:
         )
         if not bool(found.converged):
             return None
-        lines = {
-            name: RestingLine(
-                coordinates.expand(np.asarray(q), axis=0, place=True).T, *map(np.asarray, rest)
-            )
-            for name, (q, *rest) in found.lines.items()
-        }
+        lines = {}
+        for name, (q, pull, *rest) in found.lines.items():
+            place = coordinates.expand(np.asarray(q), axis=0, place=True).T
+            tension, strain, ends = map(np.asarray, rest)
+            pulls = coordinates.expand(np.asarray(pull), axis=0)
+            lines[name] = RestingLine(place, tension, strain, ends, pulls)
         bodies = {}
         for name, q in found.bodies.items():
             values = np.asarray(q)[None, None]

@@ -4,12 +4,13 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 
 from rich import box
-from rich.console import Console, ConsoleOptions, RenderResult
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
 from rich.measure import Measurement
 from rich.table import Column, Table
 from rich.text import Text
 
 from lumpedcable.results.human import first_told
+from lumpedcable.scene import Axis, Study, format_quantity
 
 __all__ = [
     "MOST_ROWS",
@@ -19,10 +20,13 @@ __all__ = [
     "new_table",
     "print_told",
     "rows_shown",
+    "run_cells",
+    "run_heads",
     "table_of",
 ]
 
 MOST_ROWS = 60  # of a table; the file holds them all
+MOST_NAMED = 4  # swept numbers with a column beside the name of their case
 MOST_TOLD = 10  # different things that are told of runs
 WIDE = 200  # columns where no terminal says how many there are
 BOUNDLESS = 10_000
@@ -140,3 +144,28 @@ def print_told(
     said, more = first_told(told, MOST_TOLD, rest)
     for words in filter(None, (*said, more)):
         console.print(Text(words, style))
+
+
+def run_heads(study: Study) -> list[tuple[str, JustifyMethod]]:
+    """What stands over the first cells of a row, which tell of its run, and on which side they are."""
+    heads: list[tuple[str, JustifyMethod]] = [("run", "right")]
+    if study.runs.named:
+        heads.append(("case", "left"))
+    return heads + [(axis.label.replace(" ", "\n"), "right") for axis in _shown_axes(study)]
+
+
+def run_cells(study: Study, run: int) -> list[str]:
+    """The first cells of a row: the number of the run, the name of its case, and what is swept."""
+    values = study.runs.values(run)
+    name = [study.runs.name(run)] if study.runs.named else []
+    swept = [format_quantity(values[axis.key], axis.unit) for axis in _shown_axes(study)]
+    return [str(run), *name, *swept]
+
+
+def _shown_axes(study: Study) -> list[Axis]:
+    """The swept numbers that have a column; the name of a case stands for more than a few."""
+    return [
+        axis
+        for factor in study.factors
+        for axis in (() if factor.names and len(factor.axes) > MOST_NAMED else factor.axes)
+    ]

@@ -30,6 +30,7 @@ class Group:
         runs: the runs shown.
         titles: one per run shown: what sets it apart, and its status where it failed.
         note: what a reader must know, such as runs left out; "" if nothing.
+        every: all its runs, those that are not shown too.
     """
 
     label: str
@@ -37,6 +38,7 @@ class Group:
     runs: tuple[int, ...]
     titles: tuple[str, ...]
     note: str
+    every: tuple[int, ...]
 
     def heading(self, result: ResultFile, what: str) -> str:
         """Title of a figure of this group."""
@@ -103,7 +105,7 @@ def _group(result: ResultFile, runs: list[int], tag: str) -> Group:
     cases = result.cases
     ends = _ends(result)
     titles = tuple(_title(result, cases[run : run + 1], apart, run, ends[run]) for run in shown)
-    return Group(label, tag, tuple(shown), titles, " ".join(notes))
+    return Group(label, tag, tuple(shown), titles, " ".join(notes), tuple(runs))
 
 
 def _ends(result: ResultFile) -> list[str]:

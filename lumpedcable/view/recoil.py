@@ -93,7 +93,7 @@ def end_speed_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Fig
 
 
 def end_displacement_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figure:
-    """Distance of the broken end from where it started against time, one curve a run."""
+    """Distance of the broken end from where its break began against time, one curve a run."""
     words = "displacement of the broken end (m)"
     return _against_time(result, end, group, "Displacement", words, end.displacement)
 

@@ -51,20 +51,23 @@ def rest_figure(result: ResultFile, cable: str, group: Group) -> Figure:
         grid = figure.add_gridspec(2, 3, height_ratios=[1.15, 1.0])
         ax = figure.add_subplot(grid[0, :])
         below = [figure.add_subplot(grid[1, k]) for k in range(3)]
-        _curves(below, numbers, axis)
-    _shapes(figure, ax, result, cable, group, axis)
+        _curves(below, numbers, axis, group)
+    handles = _shapes(figure, ax, result, cable, group, axis)
     _joints(ax, numbers, group)
-    if axis is None:
+    if len(group.runs) == 1:
         ax.set_title(_told(numbers, group.runs[0]))
-    style.foot(figure, group.note, _legend(numbers, axis))
+    style.foot(figure, group.note, [*handles, *_legend(numbers, axis)])
     return figure
 
 
 def _moved(result: ResultFile, group: Group) -> Axis | None:
-    """The one swept number that differs between the runs of a group; None without one."""
-    runs = list(group.runs)
+    """The one swept number that tells the runs of a group apart; None without one."""
+    runs = list(group.every)
     moved = [axis for axis in result.axes if len(set(axis.values[runs].tolist())) > 1]
-    return moved[0] if len(moved) == 1 and moved[0].values.dtype.kind in "if" else None
+    if len(moved) != 1 or moved[0].values.dtype.kind not in "if":
+        return None
+    alone = len(set(moved[0].values[runs].tolist())) == len(runs)  # no names of cases beside it
+    return moved[0] if alone else None
 
 
 def _places(result: ResultFile, cable: str, run: int) -> tuple[Array, Array]:
@@ -76,13 +79,13 @@ def _places(result: ResultFile, cable: str, run: int) -> tuple[Array, Array]:
 
 def _shapes(
     figure: Figure, ax: Axes, result: ResultFile, cable: str, group: Group, axis: Axis | None
-) -> None:
-    """All shapes of a group, coloured by the swept number."""
+) -> list[Line2D]:
+    """All shapes of a group, coloured by the swept number; else each its own, with a legend."""
     ax.set_xlabel(style.with_unit("horizontal distance from the start", "m"))
     ax.set_ylabel(style.with_unit("height over the start", "m"))
     if not all(result.line(name).has("position") for name in cable.split("+")):
         style.say_empty(ax)
-        return
+        return []
     table, colours, factor = style.time_colours(), Normalize(0.0, 1.0), 1.0
     if axis is not None:
         values = axis.values[list(group.runs)].astype(float)
@@ -90,10 +93,17 @@ def _shapes(
         colours = Normalize(values.min() * factor, values.max() * factor)
         shown = ScalarMappable(colours, table)
         figure.colorbar(shown, ax=ax, label=style.with_unit(axis.words, unit), aspect=20, pad=0.02)
-    for run in group.runs:
-        key = 0.3 if axis is None else colours(float(axis.values[run]) * factor)
-        ax.plot(*_places(result, cable, run), color=table(key), linewidth=1.0)
     ax.set_aspect("equal", adjustable="datalim")
+    handles: list[Line2D] = []
+    for index, (run, title) in enumerate(zip(group.runs, group.titles, strict=True)):
+        look: dict[str, Any] = {"color": table(0.3)}
+        if axis is not None:
+            look = {"color": table(colours(float(axis.values[run]) * factor))}
+        elif len(group.runs) > 1:
+            look = style.curve(index) | {"label": title.replace("\n", ": ")}
+        drawn = ax.plot(*_places(result, cable, run), **look, linewidth=1.0)
+        handles += drawn if axis is None and len(group.runs) > 1 else []
+    return handles
 
 
 def _joints(ax: Axes, numbers: Numbers, group: Group) -> None:
@@ -114,12 +124,13 @@ def _dots(colour: str) -> dict[str, Any]:
     return {"color": colour, "linestyle": "", "marker": ".", "markersize": 5}
 
 
-def _curves(panels: list[Axes], numbers: Numbers, axis: Axis) -> None:
-    """Length, sag and tensions over the swept number."""
-    order = np.argsort(axis.values)
-    to_axis, axis_unit = scale(float(np.abs(axis.values).max()), axis.unit)
+def _curves(panels: list[Axes], numbers: Numbers, axis: Axis, group: Group) -> None:
+    """Length, sag and tensions of the runs of a group over the swept number."""
+    runs = np.array(group.every)
+    order = runs[np.argsort(axis.values[runs])]
+    to_axis, axis_unit = scale(float(np.abs(axis.values[runs]).max()), axis.unit)
     x = axis.values[order] * to_axis
-    tensions = [numbers[key] for key in _TENSIONS]
+    tensions = [numbers[key][runs] for key in _TENSIONS]
     factor, unit = style.shared_unit(tensions, "N")
     for ax, (key, words) in zip(panels, _PANELS.items(), strict=False):
         _curve(ax, numbers, key, x, order, 1.0)

@@ -133,9 +133,14 @@ class RecoilingEnd:
         return self.line.has(self._place)
 
     def displacement(self, run: int) -> Array:
-        """Distance of the broken end from where it started in m, shape (time,)."""
+        """Distance of the broken end from where it was when its break began in m, shape (time,)."""
         place = self.line.field(self._place, run)
-        return np.linalg.norm(place - place[0], axis=-1)
+        known = np.isfinite(place).all(axis=-1)
+        if not known.any():
+            return np.full(len(place), np.nan)
+        time, begin = self._result.time[known], self.start(run)
+        from_there = np.array([np.interp(begin, time, along) for along in place[known].T])
+        return np.linalg.norm(place - from_there, axis=-1)
 
     @property
     def _place(self) -> str:

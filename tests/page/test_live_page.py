@@ -289,7 +289,11 @@ def test_ships_trolley_and_ideal_cable_are_there(tmp_path):
     keys = [c["key"] for c in asked.head["models"][0]["controls"]]
     # what a shape at rest does not depend on is no slider
     assert "lines.highline.end.winch.tension" in keys
-    assert not [key for key in keys if "motion" in key or "speed" in key]
+    assert not [key for key in keys if "speed" in key or "period" in key]
+    swings = [key for key in keys if "motion" in key]  # where the ship is at the start
+    assert {key.rpartition(".")[2] for key in swings} == {"amplitude", "phase"}
+    up = asked.solve("scene", **{"bodies.ship.motion.heave.phase": np.pi / 2})
+    assert {p["name"]: p["at"] for p in up["points"]}["ship"] == pytest.approx([0.0, 0.0, 3.0])
     for tension in (80e3, 60e3):
         found = asked.solve("scene", **{"lines.highline.end.winch.tension": tension})
         points = {point["name"]: point for point in found["points"]}
@@ -344,7 +348,7 @@ def test_a_rest_that_is_not_found_is_told(tmp_path, monkeypatch):
 
 def test_the_bed_goes_with_its_sliders(tmp_path, monkeypatch):
     nodes = np.array([[0.0, 0.0, 0.0], [50.0, 0.0, -5.0], [100.0, 0.0, 0.0]])
-    line = RestingLine(nodes, np.ones(2), np.zeros(2), np.ones(2))
+    line = RestingLine(nodes, np.ones(2), np.zeros(2), np.ones(2), np.ones(3))
     monkeypatch.setattr(Resting, "solve", lambda self, numbers: AtRest({"wire": line}, {}))
     path = tmp_path / "scene.toml"
     bed = "[seabed]\nheight = -30\nstiffness = 1e5\nprofile = { x = [0, 100], depth = [0, 5] }\n"

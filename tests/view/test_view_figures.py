@@ -236,7 +236,7 @@ def test_a_term_looks_the_same_in_all_figures_of_a_file(tmp_path):
                 line.get_label(): (line.get_color(), line.get_linestyle())
                 for line in drawn(energy_figure, result, group).legends[0].get_lines()
             }
-            for group in (Group("", "", (run,), ("",), "") for run in (0, 1))
+            for group in (Group("", "", (run,), ("",), "", (run,)) for run in (0, 1))
         ]
     assert list(both[0]) == ["drag", "strain"]
     assert list(both[1]) == ["drag", "lost", "strain"]

@@ -169,10 +169,11 @@ class Live {
     document.documentElement.dataset.answers = Number(document.documentElement.dataset.answers ?? 0) + 1;
   }
 
-  // new tubes where the lines differ in number or nodes, a new room where they do not fit the old one
+  // new tubes and boxes where they differ by more than their places, a new room where they do not fit the old one
   rebuild() {
     const { lines, points } = this.answer, { stage } = this.shell;
-    const form = `${this.model.key} ${lines.map((l) => l.position.length)} ${points.length}`;
+    const form = JSON.stringify([this.model.key, lines.map((l) => [l.position.length, l.diameter, l.second]),
+      points.map((p) => [p.name, p.size, p.points])]);
     if (form !== this.form) {
       this.form = form;
       stage.clear();
@@ -243,7 +244,7 @@ class Live {
       high = Math.max(high, ...y);
       const x = line.place.map((s) => s + start);
       const first = start;
-      start = x.at(-1) + (x.at(-1) - (x.at(-2) ?? start)) / 2; // lines one after another
+      start += line.length; // lines one after another
       curves.push({ x: [first, ...x, start], y, colour: css("--first") });
     }
     [low, high] = limits(low, high);

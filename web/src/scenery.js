@@ -1,5 +1,6 @@
 // Lines and bodies of a recorded file on the stage, at any time between its frames.
 
+import { between, endOf } from "./between.js";
 import { colour, shades } from "./palette.js";
 import { css } from "./dom.js";
 import { Table } from "./data.js";
@@ -87,7 +88,7 @@ export class Scenery {
       const points = this.points(line.position, run, at);
       const rgb = new Float32Array(points.length);
       this.paint(rgb, flat, line.tension?.row(run, at.nearest), range);
-      const ends = [points.slice(0, 3), points.slice(-3)];
+      const ends = [points.slice(0, 3), endOf(points)];
       for (let k = 2; k < points.length; k += 3) points[k] *= rise;
       this.stage.tubes.get(key).update(points, rgb, this.stage.camera, (x, y, z) => this.stage.pixelAt(x, y, z));
       for (const point of this.tied) {
@@ -95,7 +96,7 @@ export class Scenery {
       }
     }
     for (const body of this.bodies) {
-      const mix = (t) => t.at(run, at.first) * (1 - at.share) + t.at(run, at.last) * at.share;
+      const mix = (t) => between(t.at(run, at.first), t.at(run, at.last), at.share);
       const turn = body.attitude?.map(mix);
       const size = turn && Math.hypot(...turn);
       this.stage.place(`${which}/${body.name}`, body.position.map(mix), turn?.map((q) => q / size));
@@ -107,7 +108,7 @@ export class Scenery {
     const points = new Float64Array(3 * count);
     position.forEach((table, k) => {
       const a = table.row(run, first), b = table.row(run, last);
-      for (let i = 0; i < count; i++) points[3 * i + k] = a[i] + share * (b[i] - a[i]);
+      for (let i = 0; i < count; i++) points[3 * i + k] = between(a[i], b[i], share);
     });
     return points;
   }
