@@ -33,7 +33,10 @@ __all__ = ["rest_of", "sag_of"]
 
 ITERATIONS = 60
 SMALLEST = 1e-14  # relative change of a length that is rounding
-NO_WAY = 1e-3  # of a length: a step back so short finds no state of rest either
+NO_WAY = (
+    1e-3  # of the step ahead: one back that leaves so little of it finds no state of rest either
+)
+STALLED = 0.5  # of the worst miss before: what falls no further, within what rounding leaves
 MOST_ROUNDING = 1e-6  # relative miss that rounding of forces may explain at most
 SHRUNK = 1e-6  # of its first guess: a length that has gone to nothing
 NODES = {"start": 0, "end": -1}
@@ -74,11 +77,11 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
     still = frozen(scene)
 
     def unfinished(carry):
-        worst, change, count = carry[4:]
+        *_, worst, change, _, count = carry
         return (worst > still.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
 
     def step(carry):
-        lengths, before, nodes, *_, count = carry
+        lengths, before, nodes, _, last, _, reach, count = carry
         slope, (miss, found) = jax.jacfwd(lambda x: at(still, x, nodes), has_aux=True)(lengths)
         change = jnp.linalg.solve(slope, -miss)
         far = alone & (jnp.diag(slope) > 0.0) & (change > 0.5 * lengths)
@@ -91,17 +94,19 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
         lost = ~usable | (astray & jnp.any(lengths != before))
         change = jnp.where(lost, 0.75 * (before - lengths), change)
         moved = jnp.max(jnp.abs(change / lengths))
-        moved = jnp.where(lost & (moved < NO_WAY), 0.0, moved)
+        reach = jnp.where(lost, reach, moved)
+        stalled = (worst > STALLED * last) & (worst <= jnp.min(_goals(still, found.model)))
+        moved = jnp.where(stalled | (lost & (moved < NO_WAY * reach)), 0.0, moved)
         nodes = {name: jnp.where(lost, nodes[name], nodes_of(found.model)[name]) for name in nodes}
         before = jnp.where(lost, before, lengths)
-        return lengths + change, before, nodes, slope, worst, moved, count + 1
+        return lengths + change, before, nodes, slope, worst, moved, reach, count + 1
 
     guess = jnp.stack([jnp.asarray(still.lines[t.line].length) for t in still.targets.values()])
     # lines without joints are laid out anew each time, and need no shape to begin from
     first = nodes_of(start_of(still, layout, coordinates).model) if layout.joints else {}
     alone = jnp.array([_between_places(still, target) for target in still.targets.values()])
     far = jnp.full((), jnp.inf)
-    carry = (guess, guess, first, jnp.eye(guess.size), far, far, jnp.zeros((), int))
+    carry = (guess, guess, first, jnp.eye(guess.size), far, far, far, jnp.zeros((), int))
     lengths, _, nodes, slope, *_ = jax.lax.stop_gradient(
         jax.lax.while_loop(unfinished, step, carry)
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
-from lumpedcable.model.layout import layout_of
+from lumpedcable.model.layout import layout_of, make_layout
 from lumpedcable.model.numbers import number
 from lumpedcable.model.riders import Rider
 from lumpedcable.scene import Scene, Study
@@ -107,8 +107,8 @@ class Resting:
             SceneError: the scene cannot be laid out.
         """
         self.scene: Scene = study.runs[run]
-        layout = layout_of(study, self.scene)
-        self._structure = Structure(self.scene.skeleton(), layout, self.scene)
+        self._skeleton = self.scene.skeleton()
+        layout_of(study, self.scene)  # told with the line of the file
 
     def solve(self, numbers: Mapping[str, float]) -> AtRest:
         """The lines and bodies at rest, by name: a function of these numbers, whatever was asked before.
@@ -135,11 +135,13 @@ class Resting:
         every = {**self.scene.numbers(), **numbers}
         scene = self.scene.with_numbers(every)
         try:
+            # where a line that breaks is cut goes by its length
+            layout = make_layout(scene)
             coordinates = coordinates_of([scene])
         except ValueError as error:
-            raise UnrestError(f"no coordinates for these numbers: {error}") from error
+            raise UnrestError(f"no shape for these numbers: {error}") from error
         found = _at_rest(
-            self._structure,
+            Structure(self._skeleton, layout, self.scene),
             jnp.asarray(coordinates.axes),
             jnp.asarray(coordinates.origin),
             {key: number(value) for key, value in every.items()},

@@ -7,6 +7,7 @@ from command_line import ROOT
 from lumpedcable.page.controls import FaultError
 from lumpedcable.page.elastic import elastic_model
 from lumpedcable.scene import load_study
+from lumpedcable.study.resting import Resting
 
 CONFIGS = ROOT / "configs"
 HELD = """
@@ -138,3 +139,25 @@ def test_angles_are_called_so():
     assert words["bodies.supply.control.stiffness.0"] == "control stiffness x"
     turns = [text for key, text in words.items() if "turn_stiffness" in key]
     assert all(text.split()[-1] in ("roll", "pitch", "yaw") for text in turns)
+
+
+BROKEN = HELD.replace("length = 10\nsegments = 4", "length = 60\nsegments = 8").replace(
+    "[output]", '[events.cut]\nbreaks = "stay"\nplace = 30\ntime = 0.001\n\n[output]'
+)
+
+
+def test_a_line_that_breaks_is_cut_where_its_length_says(tmp_path):
+    model = model_of(tmp_path, BROKEN)
+    assert [len(line["tension"]) for line in model.solve({})["lines"]] == [4, 4]
+    longer = model.solve({"lines.stay.length": 80.0})
+    assert [len(line["tension"]) for line in longer["lines"]] == [3, 5]
+    assert told(longer)["stay-1/length"] == pytest.approx(30.0 * (1 + 2e3 / 1e6), rel=1e-6)
+
+
+@pytest.mark.parametrize("time", [0.0, 1e-12])
+def test_stiff_lines_from_far_too_short_ones_are_found(time):
+    study = load_study(CONFIGS / "highline" / "erection.toml")
+    lines = Resting(study).solve({"lines.highline.payout.time": time}).lines
+    # of inextensible cables: 4122.76 N, and what is asked for
+    assert lines["highline"].ends[0] == pytest.approx(4122.76, abs=0.02)
+    assert lines["traction"].ends[1] == pytest.approx(4000.0, rel=1e-6)
