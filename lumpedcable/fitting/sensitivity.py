@@ -27,6 +27,7 @@ from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.measures import BodyMeasure
 from lumpedcable.status import Status
 from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, understood
+from lumpedcable.study.compiling import heard
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
 from lumpedcable.study.kept import program
 from lumpedcable.study.plan import (
@@ -35,6 +36,7 @@ from lumpedcable.study.plan import (
     rounded_steps,
     tolerances,
 )
+from lumpedcable.timings import Timings
 
 __all__ = ["Sensitivity", "picked", "scalar_slopes", "sensitivity_of", "setting_of"]
 
@@ -48,6 +50,7 @@ RUN_BACK = understood((RUN_OFTEN or {}) | PLAIN_SUMS) or RUN_OFTEN
 WILD = 1e4  # per cent per per cent from which a derivative tells of rounding alone
 SURROUNDINGS = ("water", "air", "sea", "seabed")  # whose numbers' labels do not say whose they are
 NO_END = np.iinfo(np.int32).max  # steps: those of a run are known, and no trial asks for more
+SLOW = 20.0  # s that a batch of directions may take before differences have a program of their own
 REVERSE_FROM = 200  # numbers from which one way back is cheaper than so many ways forward
 
 
@@ -108,14 +111,22 @@ def sensitivity_of(
         spec, arrays = setting_of(scene, scalar, keys, back)
     except EndlessError as error:
         raise SceneError([study.fault("output.duration", str(error))]) from None
-    found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
-    value = float(found)
+    timings = Timings()
+    with heard(timings):
+        found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
+        value = float(found)
+        timings.mark("slopes")
+    rounds = 1 if back else -(-values.size // AT_ONCE)
+    slow = timings.stages["slopes"] > SLOW * rounds
     if not np.isfinite(value) and int(status) == Status.OK:
         raise AskedError(scalar.never)
     shares = np.asarray(slopes) * values / value if value else np.zeros(values.size)
 
     def result(values: Array) -> float:
-        found, status, _ = _slopes(spec, arrays, values, scalar.reduction, back, rounds=1)
+        if slow:
+            found, status = _alone(spec, arrays, values, scalar.reduction)
+        else:
+            found, status, _ = _slopes(spec, arrays, values, scalar.reduction, back, rounds=1)
         return float(found) if int(status) == Status.OK else np.nan
 
     known = np.where(np.isfinite(shares), shares, 0.0)
@@ -210,12 +221,13 @@ def setting_of(
     if total_steps(scene, steps) > MOST_STEPS:
         step = float(asked_step(scene, bound)[0]) / (1.0 + spare)
         raise EndlessError(endless_words(scene, scene.output.duration, step))
-    unjudged = arrays._replace(courant=jnp.asarray(jnp.inf))
+    # typed as they were: else what starts a run would be compiled again
+    unjudged = arrays._replace(courant=number(jnp.inf))
     if back:
         judged = arrays if solver.step is None else unjudged
         return replace(spec, steps=steps), judged
     # more than that are taken by nobody: the run itself takes so many
-    return spec, unjudged._replace(steps=jnp.asarray(steps))
+    return spec, unjudged._replace(steps=jnp.asarray(steps, int))
 
 
 def _slopes(
@@ -242,6 +254,18 @@ def _slopes(
     ]
     slopes = jnp.concatenate([slope for _, _, slope in found])
     return found[0][0], found[0][1], slopes[: values.size]
+
+
+def _alone(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):
+    """The scalar and its status, without derivatives."""
+    return _onwards(spec, arrays, *group_start(spec, arrays, jnp.asarray(values)), reduction)
+
+
+@partial(program, static=("spec", "reduction"), options=RUN_OFTEN)
+def _onwards(spec: GroupSpec, arrays: GroupArrays, models, bound, converged, reduction: str):
+    """The scalar and its status from what a run starts from."""
+    found, status, _, _ = run_models(spec, arrays, models, bound, converged)
+    return picked(found[0, 0], reduction), status[0]
 
 
 @partial(program, static=("spec",), options=RUN_ONCE)
