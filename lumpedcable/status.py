@@ -92,10 +92,12 @@ ADVICE = {
         "tension_only where it lies slack on a bed), that "
         "the tension of a winch or of a target is not too low to hold up its line, and that no body "
         "of a target lies beyond the ends; lengths that targets choose may begin too far from what is "
-        "wanted; or raise statics.max_iterations"
+        "wanted; or give a point body at which lines meet a position near its own, or raise "
+        "statics.max_iterations"
     ),
     Status.NON_FINITE: (
-        "lower solver.courant; if strains can go beyond max_strain of the material, raise it; check "
+        "lower solver.courant; if strains can go beyond max_strain of the material, raise it, but "
+        "where its tension falls as it is stretched lower it to that: nothing holds a line there; check "
         "places, masses, stiffness and drag for the units"
     ),
     Status.STEP_BOUND_BROKEN: (

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Tag
 
+from lumpedcable.scene.angles import turn_problems
 from lumpedcable.scene.part import Part, Problem, Text, choose, tag
 from lumpedcable.scene.quantities import (
     Angle,
@@ -132,6 +133,10 @@ class Control(Part):
     """Time in s after which a lasting error has been answered as strongly again. Absent: no integral."""
 
 
+MOST_TURNS = 5
+"""Of a line around a drum that it slides over."""
+
+
 class Sheave(Part):
     """A fixed sheave at the post, over which the line slides to the drum."""
 
@@ -143,7 +148,8 @@ class Sheave(Part):
     """Speed in m/s of payout below which friction fades."""
 
     def problems(self) -> Iterator[Problem]:
-        """Yield a fault where the line bends the other way."""
+        """Yield an angle in degrees without its unit, and a line that bends the other way."""
+        yield from turn_problems(("wrap",), self.wrap, MOST_TURNS)
         if self.wrap < 0.0:
             yield Problem(("wrap",), f"expected an angle of 0 or more, found {self.wrap:g} rad")
 

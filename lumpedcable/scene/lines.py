@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Tag
 
+from lumpedcable.scene.angles import turn_problems
 from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.part import SIDES, Part, Path, Problem, Text, choose, did_you_mean_key, tag
 from lumpedcable.scene.quantities import (
@@ -113,7 +114,8 @@ class HarmonicMotion(Part):
     """Time in s over which the motion grows from rest. Absent: at once."""
 
     def problems(self) -> Iterator[Problem]:
-        """Yield a fault where amplitude and period do not come together."""
+        """Yield a phase in degrees without its unit, and amplitude without period or the reverse."""
+        yield from turn_problems(("phase",), self.phase)
         if self.amplitude is not None and self.period is None:
             yield Problem(("period",), "expected a positive time (s) with amplitude, found nothing")
         if self.amplitude is None and self.period is not None:

@@ -281,6 +281,7 @@ def read_toml(file: FilePath, holds: str = SCENE) -> tuple[str, dict[str, Any]]:
 _OTHERS = (".csv", ".json")  # data and numbers that commands take or write, but not as a scene
 _AGAIN = re.compile("Cannot (overwrite|declare|mutate)")  # tomllib of what has been given already
 _LONG = re.compile(rf"(?<![\w.])[+-]?\d(?:_?\d){{{sys.get_int_max_str_digits()},}}(?![\w.])")
+_WORD = re.compile(r"\s*([\w.\"-]+\s*=)\s*([A-Za-z_][\w.@-]*)\s*(?:#.*)?")
 _UNQUOTED = re.compile(r"\s*([\w.\"-]+\s*=)\s*([+-]?[\d.]+\s*[A-Za-z%°µ][^#\"]*?)\s*(?:#.*)?")
 
 
@@ -299,7 +300,11 @@ def _syntax_fault(file: FilePath, text: str, reason: str) -> Fault:
         name = lines[line - 1].split("#")[0].split("=")[0].strip()
         message = f"expected each key and table once, found {name} again"
         return Fault(str(file), line, "", message)
-    unquoted = _UNQUOTED.fullmatch(lines[line - 1]) if line <= len(lines) else None
-    hint = f'; did you mean {unquoted[1]} "{unquoted[2]}"?' if unquoted else ""
+    last = lines[line - 1] if line <= len(lines) else ""
+    bare = _UNQUOTED.fullmatch(last) or _WORD.fullmatch(last)
+    hint = ""
+    if bare:
+        value = bare[2].lower() if bare[2] in ("True", "False") else f'"{bare[2]}"'
+        hint = f"; did you mean {bare[1]} {value}?"
     reason = reason[:1].lower() + reason[1:]
     return Fault(str(file), line, "", f"expected TOML, found a mistake: {reason}{hint}")

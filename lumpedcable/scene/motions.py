@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag
 
+from lumpedcable.scene.angles import IN_RADIANS, TURN, turn_problems
 from lumpedcable.scene.part import (
     Name,
     Part,
@@ -36,6 +37,7 @@ from lumpedcable.scene.units import format_quantity
 
 SHIFTS = ("surge", "sway", "heave")
 TURNS = ("roll", "pitch", "yaw")
+BEGUN_ANEW = 0.5  # rad to the last row that an angle may leave which goes on after a turn
 FREEDOMS = (*SHIFTS, *TURNS)
 """The six motions of a ship: along and about its x, y and z axes."""
 
@@ -46,6 +48,15 @@ class ByFreedom(Part):
     def names(self) -> tuple[str, ...]:
         """Return the freedoms that it names."""
         return tuple(name for name in FREEDOMS if getattr(self, name) is not None)
+
+
+def _degrees(sines: ByFreedom) -> Iterator[Problem]:
+    """Yield phases and angles of swinging that stand in degrees without their unit."""
+    for name in sines.names():
+        sine = getattr(sines, name)
+        yield from turn_problems((name, "phase"), sine.phase)
+        if isinstance(sine, Turn):
+            yield from turn_problems((name, "amplitude"), sine.amplitude)
 
 
 class Shift(Part):
@@ -87,6 +98,10 @@ class HarmonicBody(ByFreedom):
     """About its z axis. Absent: none."""
     ramp: PositiveTime | None = None
     """Time in s over which the motion grows from rest. Absent: at once."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield angles in degrees that stand without their unit."""
+        yield from _degrees(self)
 
 
 class RecordedBody(ByFreedom):
@@ -137,6 +152,12 @@ class RecordedBody(ByFreedom):
         for time, (before, after) in zip(self.time[1:], pairwise(values), strict=False):
             if abs(after - before) > math.pi:
                 on = after + math.copysign(math.tau, before - after)
+                if abs(on - before) > BEGUN_ANEW:
+                    return (
+                        f"expected {name} that changes by less than half a turn from row to row, found "
+                        f"{after:.4g} rad after {before:.4g} rad at {format_quantity(time, 's')}; "
+                        f"{IN_RADIANS}"
+                    )
                 return (
                     f"expected {name} that goes on beyond half a turn, {math.degrees(on):.4g} deg at "
                     f"{format_quantity(time, 's')}, found {math.degrees(after):.4g} deg after "
@@ -191,6 +212,21 @@ class SeaBody(Part):
                     f"expected {len(self.omega)} values of {name}, one per frequency, "
                     f"found {len(self.response[name])}",
                 )
+            else:
+                yield from self._leaps(where, name)
+
+    def _leaps(self, where: Path, name: str) -> Iterator[Problem]:
+        """Yield a phase beyond a turn that leaps from row to row: degrees without their unit."""
+        phases = [phase for _, phase in self.response[name]]
+        for before, after in pairwise(phases):
+            if max(abs(before), abs(after)) > TURN and abs(after - before) > math.pi:
+                yield Problem(
+                    where,
+                    f"expected phases of {name} that change by less than half a turn from row to row, "
+                    f"found {after:.4g} rad after {before:.4g} rad; {IN_RADIANS}: write "
+                    f'"{name}_phase (deg)"',
+                )
+                return
 
 
 class Push(Part):
@@ -232,6 +268,10 @@ class HarmonicWaves(ByFreedom):
     """Moment about its height. Absent: none."""
     ramp: PositiveTime | None = None
     """Time in s over which the forces grow from nothing. Absent: at once."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield phases in degrees that stand without their unit."""
+        yield from _degrees(self)
 
 
 class SeaWaves(SeaBody):

@@ -5,6 +5,7 @@ weight between its ends (joints, bending, current), Newton's method on the resid
 follows, with the Jacobian by blocks. The residual judges the result in either case.
 """
 
+from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
 from typing import NamedTuple
@@ -133,9 +134,10 @@ def equilibrium(
     Lines between known points or under known forces that carry weight alone are at equilibrium
     already, by `spanning_line` and `hanging_line`; anything else goes through Newton's method.
     """
-    goal = tolerance * force_scale(model) + rounding_force(model)
     if not laid_out_exactly(model):
-        return _newton(model, make_net(model), goal, Stages.of(model, max_iterations, at_once=near))
+        stages = Stages.of(model, max_iterations, at_once=near)
+        return _newton(model, make_net(model), tolerance, stages)
+    goal = tolerance * force_scale(model) + rounding_force(model)
     net = make_net(model, ordered=False)
     still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
     left = jnp.max(jnp.abs(static_residual(model, still, net)))
@@ -178,14 +180,18 @@ def rounding_force(model: Model) -> Float[Array, ""]:
     return 8.0 * jnp.finfo(jnp.float64).eps * jnp.max(jnp.stack(sizes))
 
 
-def _newton(model: Model, net: Net, goal: Float[Array, ""], stages: Stages) -> Equilibrium:
+def _newton(model: Model, net: Net, tolerance: Float[Array, ""], stages: Stages) -> Equilibrium:
     """Newton's method on the net force at every node: a search, and a step that has the derivative."""
     balance = _Balance(model, net)
-    goal = jax.lax.stop_gradient(goal)
+    tolerance, rounding = jax.lax.stop_gradient((tolerance, rounding_force(model)))
+
+    def goal(x: Float[Array, "n b"]) -> Float[Array, ""]:
+        return tolerance * balance.scale_at(x) + rounding
+
     x, force, stiffness, count = _searched(model, balance, goal, stages)
-    found = worst(force) <= goal
-    there = _polished(model, balance, x, force, stiffness, goal)
-    return Equilibrium(there, worst(force) / balance.scale, found, count)
+    scale, left = balance.scale_at(x), worst(force)
+    there = _polished(model, balance, x, force, stiffness, goal(x))
+    return Equilibrium(there, left / scale, left <= goal(x), count)
 
 
 class _Balance:
@@ -222,6 +228,13 @@ class _Balance:
         """Blocks as vectors of nodes, by line."""
         return self.net.spread(x.reshape(self.nodes))
 
+    def scale_at(self, x: Float[Array, "n b"]) -> Float[Array, ""]:
+        """The largest forces (N) at x, or at first if those are smaller: a first shape may be stretched
+        many times over, and beside its tensions those of the shape at rest would be nothing.
+        """
+        here = force_scale(self.still, self.lines(x))
+        return jax.lax.stop_gradient(jnp.minimum(self.scale, here))
+
     def sloped(
         self, x: Float[Array, "n b"], stages: Stages, stage: Stage
     ) -> tuple[Float[Array, "n b"], BlockTridiagonal]:
@@ -250,7 +263,10 @@ def _turn(model: Model, change: Vectors) -> Float[Array, ""]:
 
 
 def _searched(
-    model: Model, balance: _Balance, goal: Float[Array, ""], stages: Stages
+    model: Model,
+    balance: _Balance,
+    goal: Callable[[Float[Array, "n b"]], Float[Array, ""]],
+    stages: Stages,
 ) -> tuple[Float[Array, "n b"], Float[Array, "n b"], BlockTridiagonal, Int[Array, ""]]:
     """How far the nodes move to equilibrium (m), F (N) and K there, and the steps taken.
 
@@ -266,13 +282,13 @@ def _searched(
     raised = balance.across * jnp.eye(balance.blocks[1])
 
     def unfinished(carry):
-        (_, force, _), _, stage, _ = carry
-        return stages.unfinished(stage, worst(force) <= goal)
+        (_, force, _, enough), _, stage, _ = carry
+        return stages.unfinished(stage, worst(force) <= enough)
 
     def step(carry):
         """Looks at a trial, and from the better place for the next: followed once, F and K together."""
         kept, (trial, share, mu), stage, count = carry
-        after = (trial, *balance.sloped(trial, stages, stage))
+        after = (trial, *balance.sloped(trial, stages, stage), goal(trial))
         begins, left, before = stages.begins(stage), norm(after[1]), norm(kept[1])
         usable = jnp.isfinite(left) & ((stage.number == 0) | (left <= WORST * before))
         ratio = jnp.where(usable, left / jnp.maximum(before, 1e-300), 10.0)
@@ -282,17 +298,18 @@ def _searched(
         again = jnp.where((stage.number > 0) & (ratio > 4.0), AGAIN, 0.0)
         mu = jnp.where(begins, first, jnp.maximum(eased(mu, ratio, share), again))
         kept = jax.tree.map(partial(jnp.where, usable | begins), after, kept)
-        x, force, (lower, diagonal, upper) = kept
+        x, force, (lower, diagonal, upper), enough = kept
         change = solve_blocks((lower, diagonal + mu * raised, upper), force)
         share = jnp.minimum(1.0, 0.33 / jnp.maximum(_turn(model, balance.lines(change)), 1e-300))
-        stage, trial = stages.after(stage, worst(force) <= goal, x, x + share * change)
+        stage, trial = stages.after(stage, worst(force) <= enough, x, x + share * change)
         return kept, (trial, share, mu), stage, count + 1
 
     x, one = jnp.zeros(balance.blocks), jnp.ones(())
     nothing = jnp.zeros((*balance.blocks, balance.blocks[1]))
-    unknown = x, jnp.full(balance.blocks, jnp.inf), (nothing, nothing, nothing)
+    far = jnp.full(balance.blocks, jnp.inf)
+    unknown = x, far, (nothing, nothing, nothing), jnp.zeros(())
     carry = unknown, (x, one, one), stages.first, jnp.zeros((), int)
-    (x, force, stiffness), *_, looks = jax.lax.stop_gradient(
+    (x, force, stiffness, _), *_, looks = jax.lax.stop_gradient(
         jax.lax.while_loop(unfinished, step, carry)
     )
     return x, force, stiffness, looks - 1
@@ -336,11 +353,15 @@ def _polished(
     return model.placed({name: where[name] + moved[name] for name in where})
 
 
-def force_scale(model: Model) -> Float[Array, ""]:
-    """Largest of the tensions, weights and end forces of a scene (N), to judge a residual by."""
+def force_scale(model: Model, moved: Vectors | None = None) -> Float[Array, ""]:
+    """Largest of the tensions, weights and end forces of a scene (N), to judge a residual by.
+
+    The tensions are those of the reference, or of nodes that have `moved` from it (m), by line.
+    """
     sizes = [jnp.full((), 1e-12)]
     for name, line in model.lines.items():
-        sizes.append(jnp.max(jnp.abs(line.law.tension(line.reference_strain))))
+        strain = line.reference_strain if moved is None else line.shape(moved[name]).strain
+        sizes.append(jnp.max(jnp.abs(line.law.tension(strain))))
         sizes.append(jnp.sqrt(jnp.sum(jnp.sum(nodal_weight(line), axis=1) ** 2)))
         for end in model.ends[name]:
             if isinstance(end, Loaded) and end.force is not None:

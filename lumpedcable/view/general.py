@@ -111,7 +111,8 @@ def true_to_scale(shapes: Sequence[Array], plane: tuple[int, int]) -> str:
     wide, high = (extent(everything[:, component]) for component in plane)
     # what is flat but for rounding has no height to stretch
     true = wide <= _TRUE_SHAPE * high or high <= style.ROUNDING * wide
-    return "" if true else "Vertical scale stretched."
+    words = "Vertical scale" if plane[1] == 2 else f"Scale of {_AXES[plane[1]]}"
+    return "" if true else f"{words} stretched."
 
 
 def _shapes(result: ResultFile, run: int, times: Array) -> list[Array]:
