@@ -61,6 +61,7 @@ def start_of(
     given = _given_places(scene, layout, model, coordinates)
     joints = [given.get(k, place) for k, place in enumerate(joints)]
     joints = _laid_on_bed(scene, layout, model, joints, set(given))
+    joints = _hung_over_bed(scene, layout, model, joints, set(given))
     lines, wholes, paths, spans = dict(model.lines), {}, {}, {}
     for name in scene.lines:
         pieces = layout.of_line(name)
@@ -157,13 +158,7 @@ def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[
     for index, junction in enumerate(model.junctions):
         if index in given or len(junction.members) != 2 or junction.mass is not None:
             continue
-        lengths, far = [], []
-        for name, node in junction.members:
-            line = next(p.line for p in layout.pieces if p.name == name)
-            lengths.append(jnp.asarray(scene.lines[line].length, float))
-            pieces = layout.of_line(line)
-            other = (pieces[-1].name, -1) if node == 0 else (pieces[0].name, 0)
-            far.append(_place(model, other, joints))
+        far, lengths = _beyond(scene, layout, model, joints, junction)
         if far[0] is None or far[1] is None:
             continue
         for a, b, own, rest in ((far[0], far[1], *lengths), (far[1], far[0], *lengths[::-1])):
@@ -176,6 +171,72 @@ def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[
             reaches = jnp.sum((b - place) ** 2) <= rest**2
             found[index] = jnp.where(on_bed & reaches, place, found[index])
     return found
+
+
+def _hung_over_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[int]):
+    """First places (m) of bodies that sink, over a bed: where their two lines meet stretched out.
+
+    From a place between the others, high over its own, a body has far to fall, and lines of many
+    segments lose their way.
+    """
+    if not joints:
+        return joints
+    first = next(iter(model.lines.values()))
+    slope = slope_under(first)
+    bed = seabed_of(first) if slope is None else slope
+    if bed is None or first.dimensions == 1:
+        return joints
+    found = list(joints)
+    for index, junction in enumerate(model.junctions):
+        if index in given or len(junction.members) != 2 or not _may_sink(scene, layout, junction):
+            continue
+        (start, end), (own, rest) = _beyond(scene, layout, model, joints, junction)
+        assert junction.load is not None
+        if start is None or end is None:
+            continue
+        low = _stretched_out(start, end, own, rest, bed.up)
+        ground = bed.height if slope is None else slope.level(low)
+        low = low + bed.up * jnp.maximum(ground - jnp.dot(bed.up, low), 0.0)
+        found[index] = jnp.where(jnp.dot(bed.up, junction.load) <= 0.0, low, found[index])
+    return found
+
+
+def _may_sink(scene: Scene, layout: Layout, junction: Junction) -> bool:
+    """Whether a joint is of a body with weight that the scene gives no place and no water bears."""
+    if junction.mass is None or junction.load is None or junction.lift is not None:
+        return False
+    joint = next(j for j in layout.joints if j.members == junction.members)
+    body = None if joint.body is None else scene.bodies[joint.body]
+    return isinstance(body, Body) and body.position is None
+
+
+def _beyond(scene: Scene, layout: Layout, model: Model, joints, junction: Junction):
+    """Where the other ends of the lines at a joint are (m), None if unknown; and their lengths (m)."""
+    far, lengths = [], []
+    for name, node in junction.members:
+        line = next(p.line for p in layout.pieces if p.name == name)
+        lengths.append(jnp.asarray(scene.lines[line].length, float))
+        pieces = layout.of_line(line)
+        other = (pieces[-1].name, -1) if node == 0 else (pieces[0].name, 0)
+        far.append(_place(model, other, joints))
+    return far, lengths
+
+
+def _stretched_out(
+    start: Float[Array, " d"],
+    end: Float[Array, " d"],
+    first: Float[Array, ""],
+    second: Float[Array, ""],
+    up: Float[Array, " d"],
+) -> Float[Array, " d"]:
+    """Where two lines of lengths `first` and `second` (m) from two places (m) meet under their chord."""
+    chord = end - start
+    long = size(chord)
+    along = _unit(chord)
+    share = (long**2 + first**2 - second**2) / (2.0 * jnp.maximum(long, 1e-300))
+    share = jnp.clip(share, 0.0, first)
+    down = _unit(jnp.dot(up, along) * along - up)
+    return start + share * along + jnp.sqrt(jnp.maximum(first**2 - share**2, 0.0)) * down
 
 
 def _held_joints(model: Model, given: dict[int, Float[Array, " d"]]) -> Model:
