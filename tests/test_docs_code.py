@@ -260,7 +260,7 @@ def test_the_documentation_builds_without_a_warning(tmp_path):
     "name",
     [
         pytest.param("parting-line", marks=pytest.mark.slow),
-        pytest.param("highline", marks=pytest.mark.slow),  # a minute of compiling
+        "highline",
     ],
 )
 def test_a_notebook_says_what_it_said(name):
