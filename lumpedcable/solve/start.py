@@ -21,6 +21,7 @@ from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
 from lumpedcable.solve.clamps import bent_out, folded, opened_out, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight
+from lumpedcable.solve.hung import hung_over
 from lumpedcable.solve.resting import (
     bed_under,
     draped,
@@ -194,9 +195,7 @@ def _hung_over_bed(scene: Scene, layout: Layout, model: Model, joints, given: se
         assert junction.load is not None
         if start is None or end is None:
             continue
-        low = _stretched_out(start, end, own, rest, bed.up)
-        ground = bed.height if slope is None else slope.level(low)
-        low = low + bed.up * jnp.maximum(ground - jnp.dot(bed.up, low), 0.0)
+        low = hung_over(start, end, own, rest, bed)
         found[index] = jnp.where(jnp.dot(bed.up, junction.load) <= 0.0, low, found[index])
     return found
 
@@ -220,23 +219,6 @@ def _beyond(scene: Scene, layout: Layout, model: Model, joints, junction: Juncti
         other = (pieces[-1].name, -1) if node == 0 else (pieces[0].name, 0)
         far.append(_place(model, other, joints))
     return far, lengths
-
-
-def _stretched_out(
-    start: Float[Array, " d"],
-    end: Float[Array, " d"],
-    first: Float[Array, ""],
-    second: Float[Array, ""],
-    up: Float[Array, " d"],
-) -> Float[Array, " d"]:
-    """Where two lines of lengths `first` and `second` (m) from two places (m) meet under their chord."""
-    chord = end - start
-    long = size(chord)
-    along = _unit(chord)
-    share = (long**2 + first**2 - second**2) / (2.0 * jnp.maximum(long, 1e-300))
-    share = jnp.clip(share, 0.0, first)
-    down = _unit(jnp.dot(up, along) * along - up)
-    return start + share * along + jnp.sqrt(jnp.maximum(first**2 - share**2, 0.0)) * down
 
 
 def _held_joints(model: Model, given: dict[int, Float[Array, " d"]]) -> Model:
