@@ -190,8 +190,9 @@ def _newton(model: Model, net: Net, tolerance: Float[Array, ""], stages: Stages)
 
     x, force, stiffness, count = _searched(model, balance, goal, stages)
     scale, left = balance.scale_at(x), worst(force)
-    there = _polished(model, balance, x, force, stiffness, goal(x))
-    return Equilibrium(there, left / scale, left <= goal(x), count)
+    enough = tolerance * scale + rounding
+    there = _polished(model, balance, x, force, stiffness, enough)
+    return Equilibrium(there, left / scale, left <= enough, count)
 
 
 class _Balance:

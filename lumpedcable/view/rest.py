@@ -95,14 +95,15 @@ def _shapes(
         figure.colorbar(shown, ax=ax, label=style.with_unit(axis.words, unit), aspect=20, pad=0.02)
     ax.set_aspect("equal", adjustable="datalim")
     handles: list[Line2D] = []
+    named = axis is None and len(group.runs) > 1
     for index, (run, title) in enumerate(zip(group.runs, group.titles, strict=True)):
         look: dict[str, Any] = {"color": table(0.3)}
         if axis is not None:
             look = {"color": table(colours(float(axis.values[run]) * factor))}
-        elif len(group.runs) > 1:
+        elif named:
             look = style.curve(index) | {"label": title.replace("\n", ": ")}
         drawn = ax.plot(*_places(result, cable, run), **look, linewidth=1.0)
-        handles += drawn if axis is None and len(group.runs) > 1 else []
+        handles += drawn if named else []
     return handles
 
 

@@ -99,7 +99,7 @@ def _of(line: LineData, run: int, last: int) -> _Swept:
     kept = np.unique(np.linspace(0, nodes - 1, min(nodes, _MOST_NODES)).round().astype(int))
     times = np.unique(np.linspace(0, last, min(last + 1, _MOST_TIMES)).round().astype(int))
     places = line.position(run)[times][:, kept]
-    speeds = np.linalg.norm(line.velocity(run), axis=-1)[times][:, kept]
+    speeds = np.linalg.norm(line.velocity(run)[times][:, kept], axis=-1)
     return _Swept(places, speeds)
 
 
