@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.export.parts import lines_of, replacing
 from lumpedcable.results import ResultFile
+from lumpedcable.results.spread import even
 
 __all__ = ["write_gltf"]
 
@@ -40,8 +41,7 @@ def write_gltf(result: ResultFile, target: Path, run: int | None) -> list[Path]:
     time = result.field_time
     good = np.all([np.isfinite(line.position).all(axis=(1, 2)) for line in lines], axis=0)
     good = np.flatnonzero(good)  # a run that failed ends there
-    spread = np.linspace(0, max(good.size - 1, 0), MOST_KEYS).round().astype(int)
-    keys = good[np.unique(spread)[: good.size]]
+    keys = good[even(good.size, MOST_KEYS)]
     places = [_y_up(line.position[keys]) for line in lines]
     origin = np.zeros(3)
     if any(np.abs(place).max(initial=0.0) > FAR for place in places):

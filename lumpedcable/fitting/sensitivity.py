@@ -116,7 +116,7 @@ def sensitivity_of(
         found, status, slopes = _slopes(spec, arrays, values, scalar.reduction, back)
         value = float(found)
         timings.mark("slopes")
-    rounds = 1 if back else -(-values.size // AT_ONCE)
+    rounds = 1 if back else _rounds(values.size)
     slow = timings.stages["slopes"] > SLOW * rounds
     if not np.isfinite(value) and int(status) == Status.OK:
         raise AskedError(scalar.never)
@@ -246,7 +246,7 @@ def _slopes(
     if back:
         return _backwards(spec, arrays, values, reduction)
     # batches of one size, so that one program is compiled: those too many lead nowhere
-    whole = -(-values.size // AT_ONCE)
+    whole = _rounds(values.size)
     width = -(-values.size // whole)
     starts = _starts(spec, arrays, values, jnp.eye(whole * width, values.size))
     found = [
@@ -254,6 +254,11 @@ def _slopes(
     ]
     slopes = jnp.concatenate([slope for _, _, slope in found])
     return found[0][0], found[0][1], slopes[: values.size]
+
+
+def _rounds(count: int) -> int:
+    """How many batches of directions so many numbers take."""
+    return -(-count // AT_ONCE)
 
 
 def _alone(spec: GroupSpec, arrays: GroupArrays, values, reduction: str):

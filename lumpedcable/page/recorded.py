@@ -14,13 +14,14 @@ from lumpedcable.page.bodies import moved_bodies
 from lumpedcable.page.curves import largest, length, sag
 from lumpedcable.page.pack import Pack
 from lumpedcable.page.surroundings import points_apart, surroundings
-from lumpedcable.page.thinned import even, extremes, with_peaks
+from lumpedcable.page.thinned import extremes, with_peaks
 from lumpedcable.page.unrecorded import StraightLine, Unrecorded
 from lumpedcable.results import ResultError
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity, scale
 from lumpedcable.results.lines import LineData
 from lumpedcable.results.sound import SoundFile
+from lumpedcable.results.spread import even
 
 __all__ = ["Payload", "recorded"]
 

@@ -1,4 +1,4 @@
-"""Which of many numbers the page keeps: an even choice of them, and what is extreme."""
+"""Which of many numbers the page keeps beside an even choice of them: what is extreme."""
 
 from __future__ import annotations
 
@@ -8,16 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["even", "extremes", "with_peaks"]
+from lumpedcable.results.spread import even
+
+__all__ = ["extremes", "with_peaks"]
 
 Array = NDArray[Any]
-
-
-def even(count: int, most: int) -> Array:
-    """Indices of at most `most` of `count` things, evenly spread, first and last among them."""
-    if count <= most:
-        return np.arange(count)
-    return np.unique(np.linspace(0, count - 1, most).round().astype(int))
 
 
 def with_peaks(count: int, most: int, histories: Iterable[Array]) -> Array:

@@ -48,8 +48,12 @@ class AbstractSeabed(AbstractLoad):
     blend: eqx.AbstractVar[Float[Array, ""]]
 
     @abc.abstractmethod
+    def level(self, position: Float[Array, "d *nodes"]) -> Float[Array, "*#nodes"]:
+        """Height of the bed (m) under positions, over the origin of the scene's own coordinates."""
+
     def penetration(self, shape: Lying) -> Float[Array, " nodes"]:
         """p of each node (m), negative above the bed."""
+        return self.level(shape.position) - self.up @ shape.position
 
     @abc.abstractmethod
     def normal(self, shape: Lying) -> Float[Array, "d nodes"]:
@@ -92,9 +96,9 @@ class Seabed(AbstractSeabed):
     stiffness: Float[Array, ""]
     blend: Float[Array, ""]
 
-    def penetration(self, shape: Lying) -> Float[Array, " nodes"]:
-        """p of each node (m), negative above the bed."""
-        return self.height - self.up @ shape.position
+    def level(self, position: Float[Array, "d *nodes"]) -> Float[Array, "*#nodes"]:
+        """Its height (m), the same everywhere."""
+        return self.height
 
     def normal(self, shape: Lying) -> Float[Array, "d nodes"]:
         """The vertical."""
@@ -134,10 +138,6 @@ class SlopingSeabed(AbstractSeabed):
     def level(self, position: Float[Array, "d *nodes"]) -> Float[Array, "*nodes"]:
         """Height of the bed (m) under positions, over the origin of the scene's own coordinates."""
         return self.height - self.depth.value(self.x_of(position))
-
-    def penetration(self, shape: Lying) -> Float[Array, " nodes"]:
-        """p of each node (m), negative above the bed."""
-        return self.level(shape.position) - self.up @ shape.position
 
     def normal(self, shape: Lying) -> Float[Array, "d nodes"]:
         """Unit normals of the bed under each node."""

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-__all__ = ["dot", "least", "most", "root", "size"]
+__all__ = ["dot", "least", "most", "root", "size", "unit"]
 
 
 def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
@@ -17,6 +17,12 @@ def dot(a: Float[Array, "d *n"], b: Float[Array, "d *n"]) -> Float[Array, "*n"]:
 def size(vector: Float[Array, "d *n"]) -> Float[Array, "*n"]:
     """Euclidean norm along the first axis; its derivative at zero is zero, not NaN."""
     return root(dot(vector, vector))
+
+
+def unit(vector: Float[Array, "d *n"]) -> Float[Array, "d *n"]:
+    """The vectors along the first axis at the length 1, and 0 where they are 0."""
+    long = size(vector)
+    return jnp.where(long > 0.0, vector / jnp.where(long > 0.0, long, 1.0), 0.0)
 
 
 def root(square: Float[Array, "..."]) -> Float[Array, "..."]:

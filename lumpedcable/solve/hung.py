@@ -3,8 +3,8 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.seabed import Seabed, SlopingSeabed
-from lumpedcable.physics.vectors import size
+from lumpedcable.physics.seabed import AbstractSeabed
+from lumpedcable.physics.vectors import size, unit
 
 __all__ = ["hung_over"]
 
@@ -14,7 +14,7 @@ def hung_over(
     end: Float[Array, " d"],
     first: Float[Array, ""],
     second: Float[Array, ""],
-    bed: Seabed | SlopingSeabed,
+    bed: AbstractSeabed,
 ) -> Float[Array, " d"]:
     """Where two lines from places (m), of lengths `first` and `second` (m), first meet at a body.
 
@@ -23,23 +23,17 @@ def hung_over(
     """
     chord = end - start
     long = size(chord)
-    along = chord / jnp.maximum(long, 1e-300)
+    along = unit(chord)
     share = (long**2 + first**2 - second**2) / (2.0 * jnp.maximum(long, 1e-300))
     share = jnp.clip(share, 0.0, first)
-    down = jnp.dot(bed.up, along) * along - bed.up
-    down = down / jnp.maximum(size(down), 1e-300)
+    down = unit(jnp.dot(bed.up, along) * along - bed.up)
     low = start + share * along + jnp.sqrt(jnp.maximum(first**2 - share**2, 0.0)) * down
-    ground = _level(bed, low)
+    ground = bed.level(low)
     over, far = (x - start - bed.up * jnp.dot(bed.up, x - start) for x in (low, end))
     beyond = jnp.dot(over, far) > jnp.dot(far, far)
     lies = jnp.where(beyond, _between(start, far, first, second, bed.up, ground), low)
-    lies = lies + bed.up * (_level(bed, lies) - jnp.dot(bed.up, lies))
+    lies = lies + bed.up * (bed.level(lies) - jnp.dot(bed.up, lies))
     return jnp.where(jnp.dot(bed.up, low) < ground, lies, low)
-
-
-def _level(bed: Seabed | SlopingSeabed, place: Float[Array, " d"]) -> Float[Array, ""]:
-    """Height of the bed (m) under a place."""
-    return bed.level(place) if isinstance(bed, SlopingSeabed) else bed.height
 
 
 def _between(
@@ -54,4 +48,4 @@ def _between(
     high = jnp.dot(up, start) - ground
     most = jnp.sqrt(jnp.maximum(first**2 - high**2, 0.0))
     along = jnp.minimum(size(far) * first / (first + second), most)
-    return start + far * along / jnp.maximum(size(far), 1e-300) - high * up
+    return start + unit(far) * along - high * up

@@ -16,12 +16,13 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.line import Line
 from lumpedcable.physics.bisection import bisected
-from lumpedcable.physics.seabed import Seabed, SlopingSeabed
+from lumpedcable.physics.seabed import AbstractSeabed, Seabed, SlopingSeabed
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.physics.vectors import root, size
 from lumpedcable.physics.weight import Weight
 
 __all__ = [
+    "any_bed_of",
     "bed_under",
     "draped",
     "laid_on_slope",
@@ -33,6 +34,11 @@ __all__ = [
 
 PULLS = 1e-3  # share of it above which a line is taut along what it lies on
 LEAST = 1e-6  # share of the line's weight below which a horizontal tension counts as none
+
+
+def any_bed_of(line: Line) -> AbstractSeabed | None:
+    """The seabed under a line, flat or with a profile, None where the scene has none."""
+    return next((load for load in line.loads if isinstance(load, AbstractSeabed)), None)
 
 
 def seabed_of(line: Line) -> Seabed | None:

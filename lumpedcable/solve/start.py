@@ -14,7 +14,7 @@ from lumpedcable.model.line import Line, alike, done_alike, placed
 from lumpedcable.model.model import Model
 from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.motion import Still
-from lumpedcable.physics.vectors import size
+from lumpedcable.physics.vectors import size, unit
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
@@ -23,6 +23,7 @@ from lumpedcable.solve.clamps import bent_out, folded, opened_out, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight
 from lumpedcable.solve.hung import hung_over
 from lumpedcable.solve.resting import (
+    any_bed_of,
     bed_under,
     draped,
     laid_on_slope,
@@ -167,7 +168,7 @@ def _laid_on_bed(scene: Scene, layout: Layout, model: Model, joints, given: set[
             level = jnp.minimum(
                 *(bed_under(model.lines[m], bed).level for m, _ in junction.members)
             )
-            place = a + own * _unit(across) + bed.up * (level - jnp.dot(bed.up, a))
+            place = a + own * unit(across) + bed.up * (level - jnp.dot(bed.up, a))
             on_bed = jnp.abs(jnp.dot(bed.up, a) - bed.height) < 0.01 * own
             reaches = jnp.sum((b - place) ** 2) <= rest**2
             found[index] = jnp.where(on_bed & reaches, place, found[index])
@@ -183,8 +184,7 @@ def _hung_over_bed(scene: Scene, layout: Layout, model: Model, joints, given: se
     if not joints:
         return joints
     first = next(iter(model.lines.values()))
-    slope = slope_under(first)
-    bed = seabed_of(first) if slope is None else slope
+    bed = any_bed_of(first)
     if bed is None or first.dimensions == 1:
         return joints
     found = list(joints)
@@ -204,9 +204,15 @@ def _may_sink(scene: Scene, layout: Layout, junction: Junction) -> bool:
     """Whether a joint is of a body with weight that the scene gives no place and no water bears."""
     if junction.mass is None or junction.load is None or junction.lift is not None:
         return False
+    body = _body_of(scene, layout, junction)
+    return body is not None and body.position is None
+
+
+def _body_of(scene: Scene, layout: Layout, junction: Junction) -> Body | None:
+    """The body of the scene that lines meet at, None where they meet at none."""
     joint = next(j for j in layout.joints if j.members == junction.members)
     body = None if joint.body is None else scene.bodies[joint.body]
-    return isinstance(body, Body) and body.position is None
+    return body if isinstance(body, Body) else None
 
 
 def _beyond(scene: Scene, layout: Layout, model: Model, joints, junction: Junction):
@@ -292,8 +298,8 @@ def _swept(
     weight = nodal_weight(line)
     flow = jnp.mean(line.current.velocity(model.base + model.up @ path), axis=1)
     flow, load = jax.lax.stop_gradient((flow, pull + jnp.sum(weight, axis=1)))
-    along = _unit(flow)
-    across = _unit(load - jnp.dot(load, along) * along)
+    along = unit(flow)
+    across = unit(load - jnp.dot(load, along) * along)
     drag = jnp.sum(line.node_length) * line.drag.normal * jnp.dot(flow, flow)
 
     def steeper(p):
@@ -301,7 +307,7 @@ def _swept(
         return turn > drag * jnp.sin(p) ** 2
 
     p, _ = bisected(steeper, jnp.zeros(()), jnp.full((), jnp.pi), 50)
-    tangent = _unit(jnp.cos(p) * along + jnp.sin(p) * across)
+    tangent = unit(jnp.cos(p) * along + jnp.sin(p) * across)
     slip = jnp.dot(flow, tangent)
     side = flow - slip * tangent
     per_metre = line.drag.normal * size(side) * side
@@ -357,21 +363,15 @@ def _joint_places(
             pulls = pulls.at[index].add(junction.load)
         if junction.lift is not None:
             pulls = pulls.at[index].add(junction.lift.weight * junction.lift.up)
-    places = jax.numpy.linalg.solve(matrix, right + _unit(pulls.T).T)
+    places = jax.numpy.linalg.solve(matrix, right + unit(pulls.T).T)
     result = [places[k] for k in range(count)]
     for index, junction in enumerate(model.junctions):
-        joint = next(j for j in layout.joints if j.members == junction.members)
-        body = None if joint.body is None else scene.bodies[joint.body]
-        if isinstance(body, Body) and body.position is not None:
+        body = _body_of(scene, layout, junction)
+        if body is not None and body.position is not None:
             result[index] = coordinates.point(body.position)
         elif (lift := junction.lift) is not None:  # not above the water that it floats on
             result[index] = result[index] - jnp.maximum(lift.height(result[index]), 0.0) * lift.up
-    bed = seabed_of(next(iter(model.lines.values())))
+    bed = any_bed_of(next(iter(model.lines.values())))
     if bed is not None:
-        result = [x + bed.up * jnp.maximum(bed.height - bed.up @ x, 0.0) for x in result]
+        result = [x + bed.up * jnp.maximum(bed.level(x) - bed.up @ x, 0.0) for x in result]
     return result
-
-
-def _unit(vector: Float[Array, " d"]) -> Float[Array, " d"]:
-    long = size(vector)
-    return jnp.where(long > 0.0, vector / jnp.where(long > 0.0, long, 1.0), 0.0)

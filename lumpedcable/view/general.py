@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.lines import LineData
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.results.sound import SoundFile
+from lumpedcable.results.spread import even
 from lumpedcable.view import style
 from lumpedcable.view.ground import draw_ground, ground_note
 from lumpedcable.view.groups import Group
@@ -81,7 +82,7 @@ def _end_tensions(line: LineData, run: int) -> tuple[Array, Array]:
 def shape_figure(result: SoundFile, group: Group) -> Figure:
     """All lines seen from the side at a few times, a panel for each run, at its end if that is early."""
     ends = {run: result.last_frame(run) for run in group.runs}
-    times = np.unique(np.linspace(0, max(ends.values()), _SHAPES).round().astype(int))
+    times = even(max(ends.values()) + 1, _SHAPES)
     seen = {run: np.unique(np.minimum(times, end)) for run, end in ends.items()}
     shapes = {run: _shapes(result, run, seen[run]) for run in group.runs}
     across, up = side_view([shape for run in shapes.values() for shape in run])

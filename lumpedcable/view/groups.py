@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity
 from lumpedcable.results.reader import OK, ResultFile
+from lumpedcable.results.spread import even
 from lumpedcable.view import style
 
 MOST_PANELS = 12
@@ -91,8 +92,7 @@ def _group(result: ResultFile, runs: list[int], tag: str) -> Group:
     shown = runs
     notes = []
     if len(runs) > MOST_PANELS:
-        places = np.unique(np.linspace(0, len(runs) - 1, MOST_PANELS).round().astype(int))
-        shown = [runs[place] for place in places]
+        shown = [runs[place] for place in even(len(runs), MOST_PANELS)]
         which = ", ".join(map(str, shown))
         notes.append(f"{len(shown)} of {len(runs)} runs shown: numbers {which}.")
     if not result.complete:

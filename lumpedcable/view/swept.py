@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.lines import LineData
 from lumpedcable.results.sound import SoundFile
+from lumpedcable.results.spread import even
 from lumpedcable.view import style
 from lumpedcable.view.general import true_to_scale
 from lumpedcable.view.ground import draw_ground, ground_note
@@ -96,8 +97,7 @@ def swept_figure(
 def _of(line: LineData, run: int, last: int) -> _Swept:
     """A line up to a frame, thinned to what a panel can show."""
     nodes = line.node_count(run)
-    kept = np.unique(np.linspace(0, nodes - 1, min(nodes, _MOST_NODES)).round().astype(int))
-    times = np.unique(np.linspace(0, last, min(last + 1, _MOST_TIMES)).round().astype(int))
+    kept, times = even(nodes, _MOST_NODES), even(last + 1, _MOST_TIMES)
     places = line.position(run)[times][:, kept]
     speeds = np.linalg.norm(line.velocity(run)[times][:, kept], axis=-1)
     return _Swept(places, speeds)

@@ -10,8 +10,9 @@ from page.test_recorded_page import unpacked
 from lumpedcable.page import recorded as module
 from lumpedcable.page.open import write_recorded
 from lumpedcable.page.recorded import recorded
-from lumpedcable.page.thinned import even, with_peaks
+from lumpedcable.page.thinned import with_peaks
 from lumpedcable.results import open_result
+from lumpedcable.results.spread import even
 
 PEAK = 77  # of 201 times
 
