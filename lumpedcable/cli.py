@@ -336,6 +336,7 @@ def check(
     """
     from lumpedcable.model.layout import layout_of
     from lumpedcable.scene import load_study
+    from lumpedcable.scene.idle import idle_parts
 
     with _told():
         study = load_study(scene, set_ or [])
@@ -350,6 +351,8 @@ def check(
             common_coordinates(study, scenes)
     runs = len(study.runs)
     print(f"{scene}: ok, {runs} run{'' if runs == 1 else 's'}")
+    for words in idle_parts(study.scene):
+        print(f"  {words}")
     if steps:
         suit_device(study.scene.nodes * len(scenes))
         from lumpedcable.study.prospect import prospect_lines, prospect_of

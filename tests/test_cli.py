@@ -150,6 +150,26 @@ def test_check_counts_the_runs_of_an_override(ran):
     assert said.out == "scene.toml: ok, 6 runs\n"
 
 
+def test_check_names_what_nothing_uses(tmp_path):
+    more = """
+[materials.spare]
+law = "linear"
+EA = "1 MN"
+
+[bodies.ball]
+mass = "10 kg"
+"""
+    good_scenes.write(tmp_path, SMALL + more)
+    said = say(tmp_path, "check", "scene.toml")
+    assert said.code == 0
+    first, *rest = said.out.splitlines()
+    assert first.startswith("scene.toml: ok")
+    assert rest == [
+        '  materials.spare is not used: no line is of "spare"',
+        '  bodies.ball is not there: no line ends at "ball", a point mass',
+    ]
+
+
 def test_schema_is_json(tmp_path):
     said = say(tmp_path, "schema")
     assert set(json.loads(said.out)["properties"]) >= {"lines", "materials", "sweep", "output"}

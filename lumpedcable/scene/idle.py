@@ -1,0 +1,25 @@
+"""What a scene names and nothing in it uses: no fault, but seldom meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.lines import tie_of
+from lumpedcable.scene.part import SIDES
+from lumpedcable.scene.scene import Scene
+
+__all__ = ["idle_parts"]
+
+
+def idle_parts(scene: Scene) -> Iterator[str]:
+    """Yield in words the materials that no line is of and the point masses that no line ends at."""
+    of = {line.material for line in scene.lines.values()}
+    for name in scene.materials:
+        if name not in of:
+            yield f'materials.{name} is not used: no line is of "{name}"'
+    ties = [tie_of(getattr(line, side)) for line in scene.lines.values() for side in SIDES]
+    ends = {tie.partition(".")[0] for tie in ties if tie is not None}
+    for name, body in scene.bodies.items():
+        if isinstance(body, Body) and not body.rigid and name not in ends:
+            yield f'bodies.{name} is not there: no line ends at "{name}", a point mass'
