@@ -12,8 +12,9 @@ from scipy.optimize import lsq_linear
 from lumpedcable.fitting.data import FitProblem, Table
 from lumpedcable.fitting.parameters import Parameter
 from lumpedcable.scene import TanhMaterial
+from lumpedcable.scene.units import format_quantity
 
-__all__ = ["linear_start", "start_faults"]
+__all__ = ["is_linear", "linear_start", "start_faults"]
 
 Array = NDArray[np.float64]
 
@@ -26,11 +27,21 @@ MOST_LAWS = 5000
 OFF_BOUND = 1e-3
 """Share of the way from a bound to the start that a number keeps from that bound."""
 LARGE = 50.0
-"""Factor between data and the law at the start from which a unit is in doubt."""
+"""Factor between data and the law at the start, or a scene's duration and a record's, from which a unit
+is in doubt."""
 AGAINST = -0.5
 """Correlation of data with the law at the start, below which a sign is in doubt."""
 SPREAD = 0.1
 """Range of strains over the largest, below which a table tells of one strain alone."""
+
+
+def is_linear(problem: FitProblem) -> bool:
+    """Whether every free number enters the data linearly and their squares are summed.
+
+    The sum then has one minimum within bounds, wherever a search begins.
+    """
+    only = not problem.records and not problem.smooth and problem.method.loss == "squares"
+    return only and all(_is_linear(problem, p) for p in problem.parameters)
 
 
 def linear_start(problem: FitProblem, places: Iterable[Array]) -> Array | None:
@@ -132,6 +143,14 @@ def start_faults(problem: FitProblem, began: Sequence[Array] | None = None) -> l
         with np.errstate(all="ignore"):
             ratio = float(np.sqrt(np.mean(series.values**2) / np.mean(law**2)))
         said += _unit_in_doubt(series.label, ratio, "scene", "unit of the column")
+    for record in problem.records if began else ():
+        own = record.study.scene.output.duration
+        times = [series.x[-1] for series in record.series if series.x_unit == "s"]
+        if times and max(times) * LARGE < own:
+            said.append(
+                f"{record.name}: the times end at {format_quantity(max(times), 's')}, where the scene "
+                f"goes on to {format_quantity(own, 's')}: check their unit."
+            )
     return said
 
 

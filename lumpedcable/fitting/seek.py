@@ -14,7 +14,7 @@ from scipy.stats import qmc
 from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.bounds import falling, inside, with_slopes
 from lumpedcable.fitting.data import FitProblem
-from lumpedcable.fitting.linear import linear_start
+from lumpedcable.fitting.linear import is_linear, linear_start
 from lumpedcable.fitting.minimise import Found, search
 from lumpedcable.fitting.residual import penalised, unpacked
 from lumpedcable.fitting.transforms import to_unbounded, to_values, transform_of
@@ -28,11 +28,11 @@ __all__ = [
     "Sought",
     "Start",
     "at_own_steps",
-    "bad_end",
     "beside",
     "chance_of",
     "seek",
     "settled",
+    "wants_others",
 ]
 
 Array = NDArray[np.float64]
@@ -103,7 +103,7 @@ def seek(
     for start in (first, *more):
         sought = go(start)
     assert sought is not None
-    if problem.method.starts is not None or not bad_end(problem, spec, sought):
+    if problem.method.starts is not None or not wants_others(problem, spec, sought):
         return sought
     for start in _others(problem, spec, arrays):
         sought = go(start)
@@ -174,6 +174,13 @@ def bad_end(problem: FitProblem, spec: Spec, sought: Sought) -> bool:
         square = float(np.sum(sought.best.residual[:data] ** 2))
         free = max(problem.points - effective_of(np.asarray(sought.best.slope), data), 1.0)
     return chance_of(square, free) < UNLIKELY
+
+
+def wants_others(problem: FitProblem, spec: Spec, sought: Sought) -> bool:
+    """Whether others could find better than the first search: it ended badly, at no only minimum."""
+    return bad_end(problem, spec, sought) and not (
+        sought.starts[0].converged and is_linear(problem)
+    )
 
 
 def chance_of(square: float, free: float) -> float:

@@ -144,7 +144,9 @@ def _solver(result: ResultFile) -> str:
 
 
 def _statuses(result: ResultFile) -> str:
-    counts = Counter(result.status)
+    # of a file that is not complete nobody knows whether it is still being written
+    open_yet = "not at its end" if not result.complete else "interrupted"
+    counts = Counter(open_yet if word == "interrupted" else word for word in result.status)
     return ", ".join(f"{count} {word}" for word, count in counts.most_common())
 
 

@@ -26,7 +26,8 @@ SUMMARIES = {
     "static_imbalance": ("1", "largest force left by statics over the largest force"),
     "peak_tension": (
         "N",
-        "largest tension of any segment, at any step; with other methods than leapfrog at output times",
+        "largest tension of any segment at any step, with other methods than leapfrog at output times; "
+        "of ends of lines with weight at output times as well",
     ),
     "utilisation": ("1", "largest tension of a line over the breaking strength of its material"),
     "peak_kinetic_energy": ("J", "largest kinetic energy, at the output times"),

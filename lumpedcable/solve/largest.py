@@ -24,17 +24,21 @@ def tensions_of(
     along: dict[str, Float[Array, " n"]],
     at_ends: Mapping[str, Float[Array, ""]] = MappingProxyType({}),
 ) -> dict[str, Float[Array, ""]]:
-    """The largest tension (N) of each line, "tension of NAME", and of all segments, "tension".
+    """The largest tension (N) of each line, "tension of NAME", and of them all, "tension".
 
-    Of a line it is that `at_ends` too, where a segment's is that of its middle.
+    Of a line it is that `at_ends` too, since a segment's is that of its middle. Of them all it is so
+    where loads make the two differ at rest; waves alone do for as long as they take to pass a segment.
     """
     found = {name: largest_tension(model.lines[name], t) for name, t in along.items()}
     if not found:
         return {}
-    whole = {"tension": jnp.max(jnp.stack(list(found.values())))}
+    whole = dict(found)
     for name, most in at_ends.items():
         found[name] = jnp.maximum(found[name], most)
-    return whole | {_of(name): most for name, most in found.items()}
+        if model.lines[name].loads:
+            whole[name] = found[name]
+    every = {"tension": jnp.max(jnp.stack(list(whole.values())))}
+    return every | {_of(name): most for name, most in found.items()}
 
 
 def so_far(

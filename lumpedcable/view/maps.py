@@ -125,7 +125,9 @@ def _along(axis: Axis) -> Along:
     values = axis.values * factor
     label = style.with_unit(axis.words, unit)
     known = np.unique(values)
-    log = bool(known[0] > 0 and known[-1] / known[0] > 20)
+    log = bool(
+        known[0] > 0 and known[-1] / known[0] > 20 and _uneven(np.log(known)) < _uneven(known)
+    )
     place = np.log if log else np.asarray
     if len(known) > MOST_CELLS:
         ends = place(known[[0, -1]])
@@ -140,6 +142,12 @@ def _along(axis: Axis) -> Along:
         )
         cells = np.searchsorted(known, values)
     return Along(label, np.exp(edges) if log else edges, cells, log)
+
+
+def _uneven(places: Array) -> float:
+    """How far places in order are from evenly spread ones, as a share of their range."""
+    share = (places - places[0]) / (places[-1] - places[0])
+    return float(np.max(np.abs(share - np.linspace(0.0, 1.0, len(share)))))
 
 
 def _table(x: Along, y: Along, values: Array, which: str) -> Array:
@@ -160,8 +168,9 @@ def _draw(ax: Axes, x: Along, y: Along, table: Array, colours: Normalize) -> Non
             continue
         set_scale("log")
         if PLAIN[0] <= along.edges[0] and along.edges[-1] <= PLAIN[1]:
-            axis.set_major_formatter(_PlainFormatter())
-            axis.set_minor_formatter(_PlainFormatter())
+            formatter = _FewFormatter if along is x else _PlainFormatter  # side by side: no room
+            axis.set_major_formatter(formatter())
+            axis.set_minor_formatter(formatter())
 
 
 class _PlainFormatter(LogFormatter):
@@ -170,3 +179,14 @@ class _PlainFormatter(LogFormatter):
     def __call__(self, x: float, pos: int | None = None) -> str:
         """The text beside a tick."""
         return f"{x:g}" if super().__call__(x, pos) else ""
+
+
+class _FewFormatter(_PlainFormatter):
+    """Numbers that begin with 1, 2 or 5 alone, where the axis has more than one power of ten."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """The text beside a tick."""
+        low, high = self.axis.get_view_interval()
+        if high < 10.0 * low:
+            return super().__call__(x, pos)
+        return f"{x:g}" if f"{x:e}"[0] in "125" else ""

@@ -124,3 +124,33 @@ def test_a_record_of_another_unit_is_told_where_the_search_ends_badly(tmp_path):
         "start: check the unit of the column."
     )
     assert start_faults(problem, (np.full(3, np.nan), metres)) == []
+
+
+def test_times_that_end_far_too_early_are_told_where_the_search_ends_badly(tmp_path):
+    (tmp_path / "test.csv").write_text("t,F,s\n0.001,45000,0.1\n0.002,44000,0.2\n0.003,40000,0.3\n")
+    text = 'scene = "scene.toml"\n' + free(TRUTH[:1], NAMES[:1]) + RECORD
+    problem = fit_of(tmp_path, text).problem
+    right = np.array([45e3, 44e3, 40e3]), np.array([0.1, 0.2, 0.3])
+    assert start_faults(problem) == []
+    (said,) = start_faults(problem, right)
+    assert said.startswith("test: the times end at 3 us, where the scene goes on to ")
+    assert said.endswith(": check their unit.")
+
+
+def test_where_all_is_linear_a_bad_end_is_not_sought_elsewhere(tmp_path):
+    # scatter of twenty times the noise that is given: a bad end, but of the one minimum that there is
+    strain, random = np.linspace(0.02, 0.2, 30), np.random.default_rng(5)
+    load = 1e6 * strain + 3e6 * strain**2 + 4e3 * random.standard_normal(30)
+    problem = law_of(
+        tmp_path,
+        'law = "polynomial"\ncoefficients = ["1 MN", "1 MN"]',
+        '"materials.nylon.coefficients.0" = {}\n"materials.nylon.coefficients.1" = {}',
+        strain,
+        load,
+        'noise = "0.2 kN"\n',
+    )
+    fitted = fit_problem(problem)
+    exact = np.linalg.lstsq(np.stack([strain, strain**2], 1), load, rcond=None)[0]
+    np.testing.assert_allclose(fitted.values, exact, rtol=1e-6)
+    assert (len(fitted.starts), fitted.sampled) == (1, 0)
+    assert any("cannot explain the data" in words for words in remarks_of(fitted))

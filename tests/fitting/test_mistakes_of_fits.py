@@ -128,6 +128,8 @@ MISTAKES = {
         'scene = "scene.toml"\n' + free([2e5, 10, -2, 2e5], [f"materials.nylon.p{k}" for k in
                                                              (1, 2, 3, 4)]) + BENCH,
         TABLE, "found 3 values for 4 numbers"),
+    "no tensions": (GOOD, "strain (%),load\n1,0\n2,0\n3,0\n",
+                    'expected tensions, found nothing but 0 in column load of bench.csv'),
     "strain beyond": (GOOD, TABLE.replace("3,5", "60,5"),
                       "max_strain of materials.nylon, 0.5, found 0.6 in bench.csv:4"),
     "no file": (GOOD.replace("bench.csv", "bnech.csv"), TABLE, "expected a file, found none"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from engine_runs import HOOKE, run_text, study_of
 
+from lumpedcable.exact import elastic_catenary
 from lumpedcable.results import open_result
 from lumpedcable.study import batches, shrinking
 from lumpedcable.study.run import run_study
@@ -93,6 +94,32 @@ def test_it_is_the_largest_of_all_outputs_if_every_step_is_one(tmp_path, more):
     top = np.nanmax(np.concatenate([*segments.values()], axis=1), axis=1)
     np.testing.assert_array_equal(peak, top)
     np.testing.assert_array_equal(every, top)
+
+
+def test_of_a_line_with_weight_it_is_that_of_its_ends(tmp_path):
+    # the middles of five segments bear a fifth less than the supports that they hang at
+    text = """
+    gravity = 9.81
+    [materials.steel]
+    law = "linear"
+    EA = "50 MN"
+    [lines.chain]
+    material = "steel"
+    length = 100
+    segments = 5
+    mass = 20
+    start = { fixed = [0, 0, 0] }
+    end = { fixed = [50, 0, 0] }
+    [output]
+    duration = "0.1 s"
+    every = "10 ms"
+    """
+    run_text(tmp_path, text)
+    exact = elastic_catenary(50.0, 0.0, 100.0, 50e6, 20.0 * 9.81)
+    with open_result(tmp_path / "result.h5") as result:
+        peak = result.summary()["run"]["peak_tension"]
+        assert peak == pytest.approx(exact.tension(0.0), rel=0.01)
+        assert np.max(result.line("chain").tension()) < 0.85 * exact.tension(0.0)
 
 
 def test_damping_counts_as_of_the_kick(tmp_path):

@@ -118,6 +118,23 @@ def test_axes_of_ratios_have_plain_numbers(tmp_path, times, shown):
     assert shown <= texts
 
 
+def test_draws_about_a_mean_have_an_even_axis(tmp_path):
+    rng = np.random.default_rng(3)
+    drags = np.abs(rng.normal(0.01, 0.003, 3000))
+    drags[0] = 2e-4  # one near zero makes the range long, not the draws even in their logarithms
+    tensions, times = rng.uniform(1e3, 4e3, 3000), np.exp(rng.uniform(0.0, 4.0, 3000)) * 1e-3
+    axes = figure_of(study(tmp_path / "a.h5", tensions, times, drags)).axes
+    assert [(ax.get_xscale(), ax.get_yscale()) for ax in axes[:3]] == [
+        ("linear", "log"),
+        ("linear", "linear"),
+        ("log", "linear"),
+    ]
+    # side by side there is room for few numbers
+    ticks = axes[2].get_xticklabels() + axes[2].get_xticklabels(minor=True)
+    texts = {text.get_text() for text in ticks} - {""}
+    assert {"2", "5", "10", "20", "50"} <= texts <= {"1", "2", "5", "10", "20", "50", "100"}
+
+
 def test_white_cells_are_explained_where_there_are_any(tmp_path):
     grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
     assert "White" not in small_print(figure_of(study(tmp_path / "a.h5", *grid)))
