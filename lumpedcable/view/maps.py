@@ -186,6 +186,7 @@ class _FewFormatter(_PlainFormatter):
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """The text beside a tick."""
+        assert self.axis is not None  # nobody asks before it has one
         low, high = self.axis.get_view_interval()
         if high < 10.0 * low:
             return super().__call__(x, pos)
