@@ -30,6 +30,19 @@ start = {{ fixed = ["100 m", 0, "1 m"] }}
 [water]
 density = 1025
 {END}"""
+# the same
+HOISTED = f"""
+material = "wire"
+length = "20 m"
+segments = 4
+mass = "5 kg/m"
+[bodies.load]
+mass = "1 t"
+[bodies.crane]
+position = [0, 0, "10 m"]
+motion.heave = {{ amplitude = "1 m", period = "8 s" }}
+points = {{ tip = ["12 m", 0, "30 m"] }}
+{END}"""
 HIGHLINES = """
 [bodies.cargo]
 mass = "2 t"
@@ -89,7 +102,7 @@ def transfer_with(block):
     return text
 
 
-BUOY, CURRENT, SHIP, WAVES, CARGO, OVERLOAD, TARGETS, *SWEEPS = blocks("scene-language.md")
+BUOY, CURRENT, DRUM, SHIP, WAVES, CARGO, OVERLOAD, TARGETS, *SWEEPS = blocks("scene-language.md")
 SWEPT_ASIDE = FLOATING.replace("density = 1025\n", f"density = 1025\n{CURRENT}").replace(
     'diameter = "40 mm"', 'diameter = "40 mm"\ndrag = { normal = 1.2, tangential = 0.01 }'
 )
@@ -97,6 +110,7 @@ SWEPT_ASIDE = FLOATING.replace("density = 1025\n", f"density = 1025\n{CURRENT}")
 WITHIN = {
     "a buoy": (f"{WIRE}{BUOY}{ON_A_CHAIN}{END}", 1),
     "a current": (f"{WIRE}{SHIP}{SWEPT_ASIDE}", 1),
+    "a drum": (f"{WIRE}{DRUM}{HOISTED}", 1),
     "a ship": (f"{WIRE}{SHIP}{FLOATING}", 1),
     "waves": (f"{WIRE}{SHIP}{FLOATING}{WAVES}", 1),
     "cargo": (transfer_with(CARGO), 175),

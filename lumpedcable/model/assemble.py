@@ -14,6 +14,7 @@ from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.model.carried import (
     body_place,
     make_couplings,
+    make_drums,
     make_measures,
     make_riders,
     make_winches,
@@ -44,7 +45,7 @@ from lumpedcable.physics.waves import ReleaseWaves
 from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import WinchEnd
+from lumpedcable.scene.carried import post_of
 from lumpedcable.scene.environment import PowerCurrent as PowerPart
 from lumpedcable.scene.environment import TableCurrent as TablePart
 from lumpedcable.scene.lines import (
@@ -265,6 +266,7 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
         if isinstance(body, Body) and body.rigid
     }
     bodies |= make_riders(scene, coordinates) | make_winches(scene, lines)
+    bodies |= make_drums(scene, lines)
     couplings, measures = (
         make_couplings(scene, coordinates),
         make_measures(scene, layout, coordinates),
@@ -300,7 +302,7 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
     """The end of a joint's members that holds or moves it as a whole, None where none does."""
     for name, node in joint.members:
         end = _own_end(scene, layout, name, node)
-        moved = isinstance(end, MovingEnd | WinchEnd) or scene.on_body(end)
+        moved = isinstance(end, MovingEnd) or post_of(end) is not None or scene.on_body(end)
         if moved or held_place(end) is not None:
             return end
     return None

@@ -18,6 +18,7 @@ from lumpedcable.model.model import AbstractMeasured, Model
 from lumpedcable.model.moved import path_of
 from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.places import Later, place_measured
+from lumpedcable.model.reels import Drum
 from lumpedcable.model.riders import Coupled, Rider
 from lumpedcable.model.sea import gauge, sea_surface
 from lumpedcable.model.ships import motion_of
@@ -27,13 +28,13 @@ from lumpedcable.physics import measures
 from lumpedcable.physics.contact import Hertz
 from lumpedcable.physics.coupling import BodyPost, IdealCable, Trolley
 from lumpedcable.physics.measures import AbstractMeasure, Near
-from lumpedcable.physics.motion import AbstractMotion, Hauled, Still
+from lumpedcable.physics.motion import AbstractMotion, Hauled, Spooled, Still, velocity_of
 from lumpedcable.physics.rigid import place_of
 from lumpedcable.physics.ships import HeldBody
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, Contact, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, Contact, DrumEnd, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
 from lumpedcable.scene.lines import joined_to
 from lumpedcable.scene.measures import (
@@ -49,6 +50,7 @@ __all__ = [
     "Measured",
     "body_place",
     "make_couplings",
+    "make_drums",
     "make_measures",
     "make_riders",
     "make_winches",
@@ -172,6 +174,28 @@ def make_winches(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody
             line=name,
             node=node,
         )
+    return found
+
+
+def make_drums(scene: Scene, lines: dict[str, Line]) -> dict[str, AbstractBody]:
+    """The drums at ends of lines."""
+    found: dict[str, AbstractBody] = {}
+    for name, part in scene.lines.items():
+        for node, end in ((0, part.start), (-1, part.end)):
+            if not isinstance(end, DrumEnd):
+                continue
+            length, schedule = jnp.sum(lines[name].node_length)[None], end.drum.schedule
+            # a scene at rest pays nothing out
+            path = Spooled(length, vector(schedule.time), moving(scene) * vector(schedule.speed))
+            found[winch_name(name)] = Drum(
+                reference=length,
+                path=path,
+                least=path.least(number(scene.output.duration)),
+                free=jnp.zeros_like(length),
+                line=name,
+                node=node,
+                start_velocity=velocity_of(path, jnp.zeros(())),
+            )
     return found
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model.numbers import number, vector
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, WAYS, Body
-from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, post_of
 from lumpedcable.scene.lines import (
     HarmonicMotion,
     JoinedEnd,
@@ -287,8 +287,8 @@ def _keeps(each: np.ndarray, axes: np.ndarray) -> bool:
 def _places_of(end) -> list[np.ndarray]:
     if (place := held_place(end)) is not None:
         return [np.asarray(place)]
-    if isinstance(end, WinchEnd) and isinstance(end.winch.at, tuple):
-        return [np.asarray(end.winch.at)]
+    if isinstance(post := post_of(end), tuple):
+        return [np.asarray(post)]
     if isinstance(end, JoinedEnd):
         return [np.asarray(end.at)]
     if isinstance(end, MovingEnd):

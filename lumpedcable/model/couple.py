@@ -1,4 +1,4 @@
-"""Bodies that run on cables, and lines that winches pay out: how they act on each other."""
+"""Bodies that run on cables, and lines that winches and drums pay out: how they act on each other."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from lumpedcable.model.inertia import kinetic_energy
 from lumpedcable.model.line import Line, LineForces
 from lumpedcable.model.model import Model
 from lumpedcable.model.passing import GIVEN, on_payout, passing_kinds
+from lumpedcable.model.reels import AbstractReel, Drum
 from lumpedcable.model.riders import Coupled, Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import (
@@ -40,6 +41,7 @@ __all__ = [
     "paid_out",
     "payout_force",
     "posts_of",
+    "reel_of",
     "winch_name",
     "winch_of",
 ]
@@ -48,21 +50,27 @@ Values = dict[str, Array]
 
 
 def winch_name(line: str) -> str:
-    """The body that is the winch of a line; no body of a scene has such a name."""
+    """The body that is the winch or the drum of a line; no body of a scene has such a name."""
     return f"winch of {line}"
 
 
 def winch_of(model: Model, line: str) -> Winch | None:
     """The winch at an end of a line, None where it has none."""
-    winch = model.bodies.get(winch_name(line))
-    assert winch is None or isinstance(winch, Winch)  # no other body has such a name
-    return winch
+    reel = reel_of(model, line)
+    return reel if isinstance(reel, Winch) else None
 
 
-def _winches(model: Model) -> Iterator[tuple[str, Winch]]:
-    """The winches among the bodies, by name."""
+def reel_of(model: Model, line: str) -> AbstractReel | None:
+    """The winch or the drum at an end of a line, None where it has neither."""
+    reel = model.bodies.get(winch_name(line))
+    assert reel is None or isinstance(reel, AbstractReel)  # no other body has such a name
+    return reel
+
+
+def _reels(model: Model) -> Iterator[tuple[str, AbstractReel]]:
+    """The winches and drums of the lines of a model, or of the part of one, by name."""
     for name, body in model.bodies.items():
-        if isinstance(body, Winch):
+        if isinstance(body, AbstractReel) and body.line in model.lines:
             yield name, body
 
 
@@ -74,12 +82,12 @@ def _rider(model: Model, coupled: Coupled) -> Rider:
 
 
 def live_line(model: Model, name: str, displacement: Values, velocity: Values | None) -> Line:
-    """A line as long as it is at the moment: its winch has paid out L, and pays out dL/dt."""
-    line, winch = model.lines[name], winch_of(model, name)
-    if winch is None:
+    """A line as long as it is at the moment: its winch or drum has paid out L, and pays out dL/dt."""
+    line, reel = model.lines[name], reel_of(model, name)
+    if reel is None:
         return line
     # of the whole length single precision has no digits for what a strain is of it
-    share = displacement[body_key(winch_name(name))][0] / winch.reference[0]
+    share = displacement[body_key(winch_name(name))][0] / reel.reference[0]
     return _longer(line, share, _growth(model, name, displacement, velocity))
 
 
@@ -136,8 +144,8 @@ class Found(dict[str, Evaluation]):
             for coupled in model.couplings
         )
         self.drawn = {
-            name: payout_force(model, winch, self[winch.line].line, displacement)
-            for name, winch in _winches(model)
+            name: payout_force(model, reel, self[reel.line].line, displacement)
+            for name, reel in _reels(model)
         }
         for coupled, pull in zip(model.couplings, self.pulls, strict=True):
             if coupled.line is not None and pull.line is not None:
@@ -152,23 +160,26 @@ class Found(dict[str, Evaluation]):
                     grown = sum((force.payout for force in pull.taken.values()), pull.kink)
                     self.drawn[winch] = self.drawn[winch] + grown / length
         self.payouts = {
-            name: _answer(winch, name, self, velocity, t) for name, winch in _winches(model)
+            name: _answer(reel, name, self, velocity, t)
+            for name, reel in _reels(model)
+            if isinstance(reel, Winch)
         }
 
     def add_passing(self, model: Model, t, velocity: Values | None, middle: Values | None) -> None:
-        """Add what drag, friction and waves along a line do to what its winch pays out (see `passing`).
+        """Add what drag, friction and waves along a line do to what is paid out (see `passing`).
 
         `velocity` is that of the evaluation, `middle` that at which drag acts; None at rest.
         """
-        for name, winch in _winches(model):
-            line = model.lines[winch.line]
+        for name, reel in _reels(model):
+            line = model.lines[reel.line]
             if not passing_kinds(line):
                 continue
-            v = None if middle is None else middle[winch.line]
-            held = None if velocity is None else velocity[winch.line][:, winch.node]
-            self.passed[name] = on_payout(line, self[winch.line], v, winch.node, held)
+            v = None if middle is None else middle[reel.line]
+            held = None if velocity is None else velocity[reel.line][:, reel.node]
+            self.passed[name] = on_payout(line, self[reel.line], v, reel.node, held)
             self.drawn[name] = sum(self.passed[name].values(), self.drawn[name])
-            self.payouts[name] = _answer(winch, name, self, velocity, t)
+            if isinstance(reel, Winch):
+                self.payouts[name] = _answer(reel, name, self, velocity, t)
 
 
 def _answer(
@@ -195,8 +206,8 @@ def _pull(
         return coupled.law.pull(t, place, speed, posts)
     own = None if velocity is None else velocity[coupled.line]
     growth, still = _growth(model, coupled.line, displacement, velocity), 0.0
-    winch = winch_of(model, coupled.line)
-    if winch is not None and winch.node == 0:
+    reel = reel_of(model, coupled.line)
+    if reel is not None and reel.node == 0:
         still = float(model.lines[coupled.line].segments)
     e, kick = found[coupled.line], None
     if velocity is not None and dt is not None:
@@ -209,11 +220,11 @@ def _pull(
 def _growth(
     model: Model, line: str, displacement: Values, velocity: Values | None
 ) -> Float[Array, ""] | None:
-    """dL/dt over L (1/s) of the winch of a line, None without one and at rest."""
-    winch, key = winch_of(model, line), body_key(winch_name(line))
-    if velocity is None or winch is None:
+    """dL/dt over L (1/s) of a line on a winch or drum, None without one and at rest."""
+    reel, key = reel_of(model, line), body_key(winch_name(line))
+    if velocity is None or reel is None:
         return None
-    return velocity[key][0] / (winch.reference + displacement[key])[0]
+    return velocity[key][0] / (reel.reference + displacement[key])[0]
 
 
 def posts_of(
@@ -264,18 +275,18 @@ def body_force(
 
 
 def payout_force(
-    model: Model, winch: Winch, forces: LineForces, displacement: Values
+    model: Model, reel: AbstractReel, forces: LineForces, displacement: Values
 ) -> Float[Array, ""]:
-    """What the line pulls out of its winch (N): -dE/dL at fixed nodes, and of what resists.
+    """What the line pulls out of its winch or drum (N): -dE/dL at fixed nodes, and of what resists.
 
     Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
     the rope on the drum is as heavy, so that the work of weight counts from there.
     """
-    line, shape = model.lines[winch.line], forces.shape
+    line, shape = model.lines[reel.line], forces.shape
     share = shape.segment_length * jnp.ones_like(shape.strain)
     length = jnp.sum(share)
     density = forces.total_tension() * (1.0 + shape.strain) - line.law.energy(shape.strain)
-    force = jnp.sum(density * share) / length + _drum_weight(model, winch, displacement)
+    force = jnp.sum(density * share) / length + _drum_weight(model, reel, displacement)
     rest = tuple(load for load in line.loads if not isinstance(load, Weight))
     for load in line.loads:
         if isinstance(load, Weight):
@@ -292,10 +303,10 @@ def payout_force(
     return force
 
 
-def _drum_weight(model: Model, winch: Winch, displacement: Values) -> Float[Array, ""]:
+def _drum_weight(model: Model, reel: AbstractReel, displacement: Values) -> Float[Array, ""]:
     """Potential energy (J) that a metre of line has at the post."""
-    line = model.lines[winch.line]
-    post = (line.reference + displacement[winch.line])[:, winch.node]
+    line = model.lines[reel.line]
+    post = (line.reference + displacement[reel.line])[:, reel.node]
     total = jnp.zeros((), post.dtype)
     for load in line.loads:
         if isinstance(load, Weight):
@@ -315,13 +326,13 @@ def coupling_energies(model: Model, found: Found) -> dict[str, Float[Array, ""]]
 
 
 def body_works(model: Model, name: str) -> tuple[str, ...]:
-    """The kinds of work of a body, of what it runs on, of what hauls it and of its winch."""
+    """The kinds of work of a body, of what it runs on, of what hauls it and of the line it pays out."""
     body = model.bodies[name]
     mine = (coupled for coupled in model.couplings if coupled.body == name)
     kinds = [*body.works(), *(kind for coupled in mine for kind in coupled.law.works)]
     if isinstance(body, Rider) and body.path is not None:
         kinds.append("hauling")
-    if isinstance(body, Winch):
+    if isinstance(body, AbstractReel):
         kinds += ["payout", *passing_kinds(model.lines[body.line])]
     return tuple(dict.fromkeys(kinds))
 
@@ -348,16 +359,20 @@ def body_powers(
         pull = body_force(model, name, found)
         force = body.force(q, v) if pull is None else body.force(q, v) + pull
         total["hauling"] = jnp.dot((body.mass(q) @ gain - force) * (1.0 - body.free), v)
-    if isinstance(body, Winch):
+    if isinstance(body, AbstractReel):
         # what is paid out brings its energy of motion and of height with it, added mass included
         line = live_line(model, body.line, displacement, velocity)
         moving = kinetic_energy(found[body.line].nodes, velocity[body.line])
         moving = moving / jnp.sum(line.node_length)
-        if body.driven:
+        if isinstance(body, Drum):
+            total["control"] = found.drawn[name] * v[0]
+        elif isinstance(body, Winch) and body.driven:
             total["control"] = body.taken(q, v, gain, found.drawn[name], t)
         own = body.resisting(q, v)
         for kind, force in found.passed.get(name, {}).items():
             power = (force + own[kind][0] if kind in own else force) * v[0]
             total[kind] = power if kind in GIVEN else -power
         total["payout"] = v[0] * (moving + _drum_weight(model, body, displacement))
+        if (slower := found[body.line].hastened) is not None:
+            total["payout"] = total["payout"] + jnp.sum(slower * velocity[body.line])
     return total

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumpedcable.physics.tips import FALLEN
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import WinchEnd
+from lumpedcable.scene.carried import post_of
 from lumpedcable.scene.lines import Line
 
 __all__ = [
@@ -30,8 +30,8 @@ LENGTH_KEYS = ("length", "payout.speed", "payout.time")
 def has_seam(scene: Scene, name: str) -> bool:
     """Whether the one place along a line at which it breaks may be a number of the program.
 
-    Not where bending or friction on the bed reaches across it, where winches, trolleys or targets ask
-    for the whole line, where it may leave the water, or where segments differ.
+    Not where bending or friction on the bed reaches across it, where winches, drums, trolleys or targets
+    ask for the whole line, where it may leave the water, or where segments differ.
     """
     line = scene.lines[name]
     targets = [event.target() for event in scene.events.values() if event.target()[0] == name]
@@ -40,7 +40,7 @@ def has_seam(scene: Scene, name: str) -> bool:
     equal = line.segment_lengths is None and line.grading is None
     rigid = scene.materials[line.material].law == "inextensible"
     grips = scene.seabed is not None and scene.seabed.friction is not None
-    winches = any(isinstance(end, WinchEnd) for end in (line.start, line.end))
+    winches = any(post_of(end) is not None for end in (line.start, line.end))
     carries = not all(isinstance(body, Body) for body in scene.bodies.values())
     leaves = scene.surface is not None
     odd = rigid or grips or winches or carries or leaves or line.bending is not None

@@ -35,11 +35,11 @@ WORKS = {
     "drag": (-1.0, "energy given to the fluid by drag"),
     "hauling": (1.0, "work done on bodies by what hauls them along a line"),
     "waves": (1.0, "work done on free ships and lines by waves"),
-    "payout": (1.0, "energy of motion and height of the line that a winch pays out"),
+    "payout": (1.0, "energy of motion and height of the line that a winch or drum pays out"),
     "winch": (-1.0, "energy dissipated by winches"),
     "control": (
         -1.0,
-        "energy taken by the drives of winches beyond their set tension and of ships",
+        "energy taken by the drives of winches beyond their set tension, of drums and of ships",
     ),
     "hull": (-1.0, "energy given to the water by hulls"),
     "friction": (

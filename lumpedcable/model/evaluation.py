@@ -17,7 +17,8 @@ class Evaluation(NamedTuple):
     `ends` are the known forces on the nodes of the line's ends (N), None where there is none; `grip` the
     friction (N) on the nodes in a kick, None where the line has none; `push` (N) what the water pushes
     them with as it accelerates in waves, which is part of `force`; `past` the velocity (m/s) at which a
-    winch moves the line's substance past the nodes, of one that drags or rubs.
+    winch moves the line's substance past the nodes, of one that drags or rubs; `hastened` (N) the force
+    of inertia of substance that a drum accelerates past them, which is part of `force`.
     """
 
     line: LineForces
@@ -27,6 +28,7 @@ class Evaluation(NamedTuple):
     grip: Float[Array, "d nodes"] | None = None
     push: Float[Array, "d nodes"] | None = None
     past: Float[Array, "d nodes"] | None = None
+    hastened: Float[Array, "d nodes"] | None = None
 
     @property
     def force(self) -> Float[Array, "d nodes"]:

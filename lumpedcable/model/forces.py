@@ -5,11 +5,12 @@ from jaxtyping import Array, Float
 from lumpedcable.model import inertia
 from lumpedcable.model.attached import follow
 from lumpedcable.model.boundary import boundary
-from lumpedcable.model.couple import Found, live_line, winch_of
+from lumpedcable.model.couple import Found, live_line, reel_of
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Line, Workspace
 from lumpedcable.model.model import Model, Vectors
-from lumpedcable.model.passing import drifting, passed
+from lumpedcable.model.passing import drifting, hastened, passed
+from lumpedcable.model.reels import Drum
 from lumpedcable.model.splices import add_splices
 from lumpedcable.physics.load import Shape
 
@@ -44,10 +45,10 @@ def evaluate(
         forces = line.forces(u, v, boundaries, dt, ends, workspace)
         wet = line.wet(forces.shape, None if velocity is None else t)
         nodes = node_frame(model, line, forces.shape, wet)
-        winch, past = winch_of(model, name), None
+        reel, past, slower = reel_of(model, name), None, None
         resisted = line.drag is not None or line.grip is not None
-        if winch is not None and line.growth is not None and resisted:
-            past = line.growth * passed(forces.shape, winch.node)
+        if reel is not None and line.growth is not None and resisted:
+            past = line.growth * passed(forces.shape, reel.node)
             nodes = nodes if line.drag is None else drifting(nodes, past)
         push = None
         if line.sea is not None and velocity is not None:
@@ -57,7 +58,12 @@ def evaluate(
                 push = push + line.lift.of(wet) - line.lift.force(forces.shape)
             forces = forces._replace(force=forces.force + push)
             nodes = inertia.in_waves(nodes, water)
-        result[name] = Evaluation(forces, nodes, ends, boundaries, push=push, past=past)
+        if isinstance(reel, Drum) and velocity is not None:
+            slower = hastened(reel, forces.shape, nodes, t, dt)
+            forces = forces._replace(force=forces.force + slower)
+        result[name] = Evaluation(
+            forces, nodes, ends, boundaries, push=push, past=past, hastened=slower
+        )
     add_splices(model, t, result, dt)
     result.add_couplings(model, t, displacement, velocity, dt)
     return result

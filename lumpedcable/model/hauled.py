@@ -1,4 +1,4 @@
-"""Coordinates whose motion is given: trolleys that are hauled."""
+"""Coordinates whose motion is given: trolleys that are hauled, and what drums have paid out."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.model import Model
+from lumpedcable.model.reels import Drum
 from lumpedcable.model.riders import Rider
 from lumpedcable.physics.motion import AbstractMotion, mean_velocity_of, velocity_of, way_of
 
-__all__ = ["placed_on_way", "steered", "steered_gain", "ways"]
+__all__ = ["placed_on_way", "spooled", "steered", "steered_gain", "ways"]
 
 Values = dict[str, Array]
 
 
 def _hauled(model: Model) -> Iterator[tuple[str, AbstractMotion, Array]]:
     for name, body in model.bodies.items():
-        if isinstance(body, Rider) and body.path is not None and body.free is not None:
+        if isinstance(body, Rider | Drum) and body.path is not None and body.free is not None:
             yield body_key(name), body.path, body.free
 
 
@@ -30,6 +31,19 @@ def placed_on_way(model: Model, t: Float[Array, ""], displacement: Values) -> Va
     for key, way, free in ways(model, t):
         own = displacement[key]
         moved[key] = jnp.where(free > 0.0, own, way.astype(own.dtype))
+    return moved
+
+
+def spooled(model: Model, t: Float[Array, ""], displacement: Values) -> Values:
+    """The same displacements (m), but of drums what they have paid out by t (s).
+
+    A sum over the steps is off by what rounding leaves out of each.
+    """
+    moved = dict(displacement)
+    for name, body in model.bodies.items():
+        if isinstance(body, Drum):
+            key = body_key(name)
+            moved[key] = way_of(body.path, jnp.zeros_like(t), t).astype(moved[key].dtype)
     return moved
 
 

@@ -10,20 +10,20 @@ from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.ships import point_of_body
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import WinchEnd
+from lumpedcable.scene.carried import post_of
 from lumpedcable.scene.lines import MovingEnd, RecordedMotion, held_place
 
 __all__ = ["path_of"]
 
 
 def path_of(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotion | None:
-    """The path of an end or a winch, or of a place [x, y, z] (m); None where nothing says where it is.
+    """The path of an end, or of a place [x, y, z] (m); None where nothing says where it is.
 
-    That is so of free ends, of those that a force holds, and of those that are joined or tied to a body
-    that moves freely.
+    An end on a winch or drum is where that stands. Nothing says it of free ends, of those that a force
+    holds, and of those that are joined or tied to a body that moves freely.
     """
-    if isinstance(place, WinchEnd):
-        place = place.winch.at
+    post = post_of(place)
+    place = place if post is None else post
     if isinstance(place, MovingEnd):
         return _moved(scene, place, coordinates)
     held = held_place(place)

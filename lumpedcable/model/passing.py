@@ -8,6 +8,9 @@ acts on that substance, so by virtual work on the paid-out length as well:
     Q_L = -sum f_i . r'_i s_i / L
 
 With the mean of the line's tensions, which pulls at the winch, this leaves the tension at the winch.
+
+Where a drum's speed changes, the substance at a node is accelerated by -s r' (d2L/dt2) / L more than the
+node, and holds back with its mass times that.
 """
 
 import jax.numpy as jnp
@@ -16,10 +19,12 @@ from jaxtyping import Array, Float
 from lumpedcable.model import inertia
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.line import Line
+from lumpedcable.model.reels import Drum
 from lumpedcable.physics.load import Shape
+from lumpedcable.physics.motion import mean_acceleration_of
 from lumpedcable.physics.place import place_at_end
 
-__all__ = ["GIVEN", "drifting", "on_payout", "passed", "passing_kinds"]
+__all__ = ["GIVEN", "drifting", "hastened", "on_payout", "passed", "passing_kinds"]
 
 GIVEN = ("waves",)  # kinds of work that are put in, not lost
 
@@ -35,7 +40,7 @@ def passing_kinds(line: Line) -> tuple[str, ...]:
 
 
 def passed(shape: Shape, node: int) -> Float[Array, "d nodes"]:
-    """-s r' at the nodes (m) of a line whose winch is at `node`, 0 or -1."""
+    """-s r' at the nodes (m) of a line whose winch or drum is at `node`, 0 or -1."""
     step = shape.tangent * shape.length
     size = jnp.broadcast_to(shape.segment_length, shape.strain.shape)
     inner = (step[:, 1:] + step[:, :-1]) / (size[1:] + size[:-1])
@@ -47,6 +52,20 @@ def passed(shape: Shape, node: int) -> Float[Array, "d nodes"]:
 def drifting(nodes: inertia.Frame, past: Float[Array, "d nodes"]) -> inertia.Frame:
     """The frame with the fluid as it flows past the substance, which moves `past` the nodes (m/s)."""
     return nodes._replace(flow=-past if nodes.flow is None else nodes.flow - past)
+
+
+def hastened(
+    drum: Drum, shape: Shape, nodes: inertia.Frame, t: Float[Array, ""],
+    dt: Float[Array, ""] | None,
+) -> Float[Array, "d nodes"]:  # fmt: skip
+    """Force of inertia (N) of the substance that a drum accelerates past the nodes at t (s).
+
+    Without the terms in L', which a line has where it turns or curves as it runs. With dt (s) for a kick
+    of that length.
+    """
+    gain = mean_acceleration_of(drum.path, t, dt)[0].astype(shape.strain.dtype)
+    length = jnp.sum(shape.segment_length * jnp.ones_like(shape.strain))
+    return -nodes.mass_t * passed(shape, drum.node) * (gain / length)
 
 
 def on_payout(

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.couple import live_line, winch_of
+from lumpedcable.model.couple import live_line, reel_of
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import AbstractMeasured, Model
@@ -25,7 +25,7 @@ class PlaceMeasured(AbstractMeasured):
     """Tension (N), bending moment (N m) or motion (m/s, m) at a place of a line.
 
     `place` (m) is the unstretched distance from its start, None at an end.
-    The line is as long as its winch has paid it out. `pieces` are the parts of the line, from its
+    The line is as long as it has been paid out. `pieces` are the parts of the line, from its
     start on; `side` 0 or -1 stands for an end of it. A vector v is told by its size or, with `along`,
     by along . v; of a position x = `origin` + along . q (m), from the coordinates q.
     """
@@ -53,18 +53,18 @@ class PlaceMeasured(AbstractMeasured):
             along = [_moment(model, seen, piece)[None] for piece in self.pieces]
             return self._at(lines, along)[0]
         moved = self._at(lines, self._vectors(model, seen))
-        if self.kind == "displacement" and any(winch_of(model, piece) for piece in self.pieces):
+        if self.kind == "displacement" and any(reel_of(model, piece) for piece in self.pieces):
             # the nodes pass along the line; where its start is the place stays
             before = [model.lines[piece] for piece in self.pieces]
             moved = moved + self._at(lines, [line.reference for line in before])
             moved = moved - self._at(before, [line.reference for line in before])
-        if self.kind in ("speed", "velocity") and winch_of(model, self.pieces[0]) is not None:
+        if self.kind in ("speed", "velocity") and reel_of(model, self.pieces[0]) is not None:
             moved = moved - self._passing(model, seen)
         return self._told(moved)
 
     def _passing(self, model: Model, seen: Seen) -> Float[Array, " d"]:
         """s r' L' / L (m/s): how fast nodes pass the place s (m) on a line that is paid out."""
-        (piece,) = self.pieces  # a line with a winch is in one
+        (piece,) = self.pieces  # a line on a winch or drum is in one
         line = live_line(model, piece, seen.displacement, seen.velocity)
         assert line.growth is not None
         nodes, sizes = seen.displacement[piece] + line.reference, segment_sizes(line)

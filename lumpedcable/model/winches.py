@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.bodies import AbstractBody
+from lumpedcable.model.reels import AbstractReel
 from lumpedcable.physics.body import AbstractBedFriction
 
 __all__ = ["Control", "Schedule", "Sheave", "Winch"]
@@ -64,7 +64,7 @@ class Schedule(eqx.Module):
         return along(self.pull), along(self.tension), along(self.stretch)
 
 
-class Winch(AbstractBody):
+class Winch(AbstractReel):
     """The winch at an end of a line: q = (L), the length (m) that is paid out.
 
     All segments of the line are L / n long, so that what is paid out is spread over the line at once.
@@ -124,14 +124,6 @@ class Winch(AbstractBody):
     ) -> Float[Array, ""]:
         """That of drum and line (J)."""
         return 0.5 * self.kilograms * v[0] ** 2
-
-    def place(self, q: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
-        """The point itself: a winch is no place."""
-        return point
-
-    def shift(self, u: Float[Array, " m"], point: Float[Array, " d"]) -> Float[Array, " d"]:
-        """Nothing."""
-        return jnp.zeros_like(point)
 
     def stored(self, q: Float[Array, " m"]) -> dict[str, Float[Array, ""]]:
         """pull L (J)."""

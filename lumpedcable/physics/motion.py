@@ -15,7 +15,9 @@ __all__ = [
     "Harmonic",
     "Hauled",
     "Recorded",
+    "Spooled",
     "Still",
+    "mean_acceleration_of",
     "mean_velocity_of",
     "velocity_of",
     "way_of",
@@ -60,6 +62,22 @@ def mean_velocity_of(
     if isinstance(motion, Still):
         return jnp.zeros_like(motion.at)
     return way_of(motion, t, t + dt) / dt
+
+
+def mean_acceleration_of(
+    motion: AbstractMotion, t: Float[Array, ""], dt: Float[Array, ""] | None
+) -> Float[Array, " d"]:
+    """d2x/dt2 (m/s2) at t (s), or the mean over a kick of dt (s) about t, not before t = 0.
+
+    In double precision: a step is short beside what speeds are rounded to.
+    """
+    t, motion = jnp.asarray(t), cast(motion, "float64")
+    if dt is None:
+        return jax.jvp(lambda s: velocity_of(motion, s), (t,), (jnp.ones_like(t),))[1]
+    half = 0.5 * dt.astype(t.dtype)
+    before, after = jnp.maximum(t - half, 0.0), t + half
+    span = jnp.where(after > before, after - before, 1.0)  # a scene at rest has no steps
+    return (velocity_of(motion, after) - velocity_of(motion, before)) / span
 
 
 class Still(AbstractMotion):
@@ -168,3 +186,39 @@ class Hauled(AbstractMotion):
         slowing = 0.5 * (share + jnp.sin(jnp.pi * share) / jnp.pi)
         way = self.speed * (jnp.minimum(t, even) + self.ease * slowing)
         return self.start + self.direction * way.astype(self.start.dtype)
+
+
+class Spooled(AbstractMotion):
+    """x(t) = x0 + the integral of v from 0 to t, v linear between times and constant beyond them.
+
+    x0 (1,) in m, `time` (K,) in s with t_0 >= 0, `speed` (K,) in m/s. Parabolas, without error.
+    """
+
+    start: Float[Array, " 1"]
+    time: Float[Array, " K"]
+    speed: Float[Array, " K"]
+
+    def position(self, t: Float[Array, ""]) -> Float[Array, " 1"]:
+        """x(t) (m)."""
+        steps, slopes = self._pieces()
+        ways = 0.5 * (self.speed[1:] + self.speed[:-1]) * steps
+        knots = jnp.cumsum(jnp.append(self.speed[0] * self.time[0], ways))
+        k = jnp.clip(jnp.searchsorted(self.time, t, side="right") - 1, 0, None)
+        past = t - self.time[k]
+        bend = jnp.where(past < 0.0, 0.0, slopes[k])
+        way = knots[k] + past * (self.speed[k] + 0.5 * bend * past)
+        return self.start + way.astype(self.start.dtype)
+
+    def least(self, end: Float[Array, ""]) -> Float[Array, ""]:
+        """The least of x (m) from 0 to `end` (s)."""
+        steps, slopes = self._pieces()
+        # where v goes through 0 between two of the times, x may turn
+        slope = jnp.where(slopes == 0.0, 1.0, slopes)[:-1]
+        turns = self.time[:-1] + jnp.clip(-self.speed[:-1] / slope, 0.0, steps)
+        times = jnp.concatenate([jnp.zeros(1), self.time, turns, jnp.ones(1) * end])
+        return jnp.min(jax.vmap(self.position)(jnp.clip(times, 0.0, end)))
+
+    def _pieces(self) -> tuple[Array, Array]:
+        """How long the pieces between the times are (K - 1,), in s, and slopes of v from each (K,)."""
+        steps = jnp.diff(self.time)
+        return steps, jnp.append(jnp.diff(self.speed) / steps, 0.0)

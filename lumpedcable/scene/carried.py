@@ -1,10 +1,12 @@
-"""What runs along a line, and what pays the line out: cargo under a trolley, and winches."""
+"""What runs along a line, and what pays the line out: cargo under a trolley, winches and drums."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Tag
 
 from lumpedcable.scene.angles import turn_problems
@@ -15,6 +17,7 @@ from lumpedcable.scene.quantities import (
     Length,
     MomentOfInertia,
     NonNegativeNumber,
+    NonNegativeTime,
     Position,
     PositiveForce,
     PositiveLength,
@@ -22,6 +25,7 @@ from lumpedcable.scene.quantities import (
     PositiveNumber,
     PositiveSpeed,
     PositiveTime,
+    Speed,
     fault,
     found,
 )
@@ -193,3 +197,53 @@ class WinchEnd(Part):
 
     winch: Winch
     """The winch."""
+
+
+class DrumSchedule(Part):
+    """Speeds over time: linear between these, the first before them and the last after them."""
+
+    time: tuple[NonNegativeTime, ...]
+    """Times in s, increasing."""
+    speed: tuple[Speed, ...]
+    """Speeds in m/s of payout at those times; negative: hauled in."""
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield lists of unequal length and times that do not increase."""
+        yield from table_problems("time", self.time, "time", "s", self.speed, "speed", 1)
+
+    def least_way(self, duration: float) -> tuple[float, float]:
+        """Return the least that has been paid out (m, negative: hauled in) in a time (s), and when."""
+        times = sorted({0.0, duration, *(t for t in self.time if 0.0 < t < duration)})
+        speeds = [float(v) for v in np.interp(times, self.time, self.speed)]
+        way, found = 0.0, [(0.0, 0.0)]
+        for (begin, v), (end, w) in pairwise(zip(times, speeds, strict=True)):
+            step = end - begin
+            if v < 0.0 < w:  # it turns there from hauling in to paying out
+                turn = step * v / (v - w)
+                found.append((way + 0.5 * v * turn, begin + turn))
+            way += 0.5 * (v + w) * step
+            found.append((way, end))
+        return min(found)
+
+
+class Drum(Part):
+    """A drum that pays a line out and hauls it in as it is told."""
+
+    at: Place
+    """Where, in m, or a point of a body, "ship.post"."""
+    schedule: DrumSchedule
+    """How fast it pays out at what time."""
+
+
+class DrumEnd(Part):
+    """An end on a drum, which pays the line out and hauls it in at given speeds."""
+
+    drum: Drum
+    """The drum."""
+
+
+def post_of(end: Any) -> tuple[float, float, float] | str | None:
+    """Return where the winch or drum of an end stands, a place (m) or "BODY.POINT"; None of others."""
+    if isinstance(end, WinchEnd):
+        return end.winch.at
+    return end.drum.at if isinstance(end, DrumEnd) else None

@@ -1,4 +1,4 @@
-"""What must hold between trolleys, winches and the rest of a scene."""
+"""What must hold between trolleys, winches, drums and the rest of a scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, DrumEnd, WinchEnd, post_of
+from lumpedcable.scene.drum_checks import drum_problems
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
     HarmonicMotion,
@@ -44,7 +45,7 @@ def carried_problems(
     gravity: float | None,
     duration: float | None,
 ) -> Iterator[Problem]:
-    """Yield what is wrong with carried bodies, winches and breaks of lines on winches.
+    """Yield what is wrong with carried bodies, winches, drums and breaks of lines on them.
 
     None stands for the unreadable, and for a `duration` (s) that is not known.
     """
@@ -56,6 +57,7 @@ def carried_problems(
     for name, body in bodies.items():
         if isinstance(body, CarriedBody):
             yield from _carried(lines, bodies, ("bodies", name), body, gravity, duration)
+    yield from drum_problems(lines, bodies, duration)
     for name, event in events.items():
         if event is not None and next(event.problems(), None) is None:
             yield from _parted(lines, ("events", name, "breaks"), event)
@@ -82,13 +84,11 @@ def is_point(bodies: Bodies, name: str) -> bool:
 def _ends(bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
     for side in SIDES:
         end = getattr(line, side)
+        at, what = post_of(end), "drum" if isinstance(end, DrumEnd) else "winch"
+        if isinstance(at, str) and not is_point(bodies, at):
+            yield named((*path, side, what, "at"), at, points_of(bodies), "a point of a moved body")
         if not isinstance(end, WinchEnd):
             continue
-        at = end.winch.at
-        if isinstance(at, str) and not is_point(bodies, at):
-            yield named(
-                (*path, side, "winch", "at"), at, points_of(bodies), "a point of a moved body"
-            )
         if side == "end" and isinstance(line.start, WinchEnd):
             yield Problem((*path, side), "expected one winch on a line, found one at either end")
 
@@ -124,7 +124,7 @@ def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
     if line.model != "ideal":
         return
     path: Path = ("lines", name)
-    if not any(isinstance(getattr(line, side), WinchEnd) for side in SIDES):
+    if not any(post_of(getattr(line, side)) is not None for side in SIDES):
         yield Problem(
             (*path, "model"),
             "expected a winch at an end of an ideal line, which has no tension of its own, found none",
@@ -157,8 +157,8 @@ def _ideal(bodies: Bodies, name: str, line: Line) -> Iterator[Problem]:
 def _parted(lines: Lines, path: Path, event: Event) -> Iterator[Problem]:
     """Yield a fault where an ideal line parts, or a line from its winch or along what that pays out.
 
-    What a winch pays out is spread over its whole line: it has no part of a line to haul in, and no
-    line once that has left it. Across from it a line may part.
+    What a winch or a drum pays out is spread over its whole line: it has no part of a line to haul in,
+    and no line once that has left it. Across from it a line may part.
     """
     name, side, _ = event.target()
     line = lines.get(name)
@@ -170,14 +170,15 @@ def _parted(lines: Lines, path: Path, event: Event) -> Iterator[Problem]:
         )
         return
     for held, other in zip(SIDES, reversed(SIDES), strict=True):
-        if isinstance(getattr(line, held), WinchEnd) and side != other:
-            what = f'"{name}.{side}", which its winch holds'
+        if post_of(getattr(line, held)) is not None and side != other:
+            reel = "drum" if isinstance(getattr(line, held), DrumEnd) else "winch"
+            what = f'"{name}.{side}", which its {reel} holds'
             if side is None:
-                what = f'a place along "{name}", all of which the winch at its {held} pays out'
+                what = f'a place along "{name}", all of which the {reel} at its {held} pays out'
             yield Problem(
                 path,
-                f'expected "{name}.{other}", the end across from the winch, or a line without a '
-                f"winch, found {what}",
+                f'expected "{name}.{other}", the end across from the {reel}, or a line without a '
+                f"{reel}, found {what}",
             )
             return
 
@@ -195,8 +196,8 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
 
     Nor of an end with a motion that does not begin at its mean place.
     """
-    if isinstance(end, WinchEnd):
-        end = end.winch.at
+    post = post_of(end)
+    end = end if post is None else post
     if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
         from_mean = end.motion.phase == 0.0 or end.motion.ramp is not None
         return end.motion.position if from_mean else None
@@ -231,7 +232,7 @@ def _carried(
             (*path, "on", "line"), f'expected a line of equal segments, found "{name}", graded'
         )
     winches = [end for side in SIDES if isinstance(end := getattr(line, side), WinchEnd)]
-    if not winches:
+    if not any(post_of(getattr(line, side)) is not None for side in SIDES):
         yield Problem(
             (*path, "on", "line"),
             f'expected a winch at an end of a line that carries a body, found none on "{name}"',

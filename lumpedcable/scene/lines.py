@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, Tag
 
 from lumpedcable.scene.angles import turn_problems
-from lumpedcable.scene.carried import WinchEnd
+from lumpedcable.scene.carried import DrumEnd, WinchEnd, post_of
 from lumpedcable.scene.part import SIDES, Part, Path, Problem, Text, choose, did_you_mean_key, tag
 from lumpedcable.scene.quantities import (
     Angle,
@@ -188,8 +188,8 @@ def tie_of(end: Any) -> str | None:
     """Return the text that says what an end is tied to, None where it is not or is held by itself."""
     if isinstance(end, JoinedEnd):
         return end.joined
-    if isinstance(end, WinchEnd):
-        return end.winch.at if isinstance(end.winch.at, str) else None
+    if (post := post_of(end)) is not None:
+        return post if isinstance(post, str) else None
     return end if isinstance(end, str) and end != "free" else None
 
 
@@ -230,6 +230,7 @@ ENDS: dict[str, type[Part]] = {
     "held": HeldEnd,
     "motion": MovingEnd,
     "winch": WinchEnd,
+    "drum": DrumEnd,
     "joined": JoinedEnd,
 }
 """The one place where the key of an end's table becomes a class."""
@@ -258,6 +259,7 @@ End = Annotated[
     | Annotated[HeldEnd, Tag(tag("held"))]
     | Annotated[MovingEnd, Tag(tag("motion"))]
     | Annotated[WinchEnd, Tag(tag("winch"))]
+    | Annotated[DrumEnd, Tag(tag("drum"))]
     | Annotated[JoinedEnd, Tag(tag("joined"))],
     *choose(_pick_end, _END),
 ]

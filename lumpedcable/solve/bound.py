@@ -4,9 +4,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
-from lumpedcable.model.couple import Coupled, posts_of
+from lumpedcable.model.couple import Coupled, paid_out, posts_of
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
+from lumpedcable.model.reels import Drum
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.contact import read
@@ -60,6 +61,12 @@ def step_bound(model: Model) -> Float[Array, ""]:
         winch_step_bound(model.lines[body.line], body)
         for body in model.bodies.values()
         if isinstance(body, Winch)
+    ]
+    # what a drum hauls in shortens all segments: the step is that of the shortest
+    bounds += [
+        line_step_bound(paid_out(model.lines[body.line], body.least))
+        for body in model.bodies.values()
+        if isinstance(body, Drum)
     ]
     return jnp.min(jnp.stack(bounds))
 

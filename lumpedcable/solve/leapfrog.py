@@ -15,6 +15,7 @@ from lumpedcable.model.attached import follow, left_out, on_course, travels
 from lumpedcable.model.energy import powers
 from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.forces import evaluate
+from lumpedcable.model.hauled import spooled
 from lumpedcable.model.line import Workspace
 from lumpedcable.model.model import Model
 from lumpedcable.model.motion import acceleration, driven_velocities, kick
@@ -82,7 +83,8 @@ def moved(
     (W. Kahan, Commun. ACM 8, 40, 1965).
     """
     if not low:
-        return follow(model, t, jax.tree.map(lambda x, v: x + dt * v, place, velocity)), {}
+        drifted = jax.tree.map(lambda x, v: x + dt * v, place, velocity)
+        return follow(model, t, spooled(model, t, drifted)), {}
     steps = jax.tree.map(lambda rest, v: rest + dt * v, low, velocity)
     sums = jax.tree.map(jnp.add, place, steps)
     low = jax.tree.map(lambda new, old, step: step - (new - old), sums, place, steps)

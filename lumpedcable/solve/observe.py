@@ -184,12 +184,16 @@ def _drag(line: Line, nodes: Frame, node: int, velocity: Float[Array, "d nodes"]
 
 
 def _resisted(line: Line, found: Evaluation, node: int, velocity: Float[Array, "d nodes"]):
-    """Drag and what accelerating water pushes with (N) on the node of an end, None without either."""
-    drag = _drag(line, found.nodes, node, velocity)
-    if found.push is None:
-        return drag
-    push = pick(found.push, line.node(node))
-    return push if drag is None else drag + push
+    """Drag, the push of water in waves and the inertia of substance that a drum accelerates (N).
+
+    On the node of an end; None without any of them.
+    """
+    total = _drag(line, found.nodes, node, velocity)
+    for along in (found.push, found.hastened):
+        if along is not None:
+            own = pick(along, line.node(node))
+            total = own if total is None else total + own
+    return total
 
 
 def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch, ...]:

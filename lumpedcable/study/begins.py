@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lumpedcable.model.layout import Layout
+from lumpedcable.model.reels import AbstractReel
 from lumpedcable.model.seams import part_segments
-from lumpedcable.model.winches import Winch
 from lumpedcable.scene import Scene, Study
 from lumpedcable.solve.observe import FAR, Recoil
 from lumpedcable.study.compiled import Ready
@@ -96,13 +96,13 @@ def earliest(ready: Ready, recoil: Recoil) -> NDArray[np.float64]:
     Nothing goes faster than a segment in the largest stable step. Ahead of a front a chain of n
     segments has a foot, an Airy function of the width (n / 8)^(1/3) segments: at 2.8 widths half a per
     cent of the front, which a wall doubles. Two segments more are what reading a tension at an end
-    blurs. A line that has no speed of waves, or whose segments a winch shortens, has no such bound.
+    blurs. A line that has no speed of waves, or that is on a winch or drum, has no such bound.
     """
     line, bound = ready.model.lines[recoil.line], np.asarray(ready.bound, float)
-    winches = [body for body in ready.model.bodies.values() if isinstance(body, Winch)]
+    reels = [body for body in ready.model.bodies.values() if isinstance(body, AbstractReel)]
     n = part_segments(line, recoil.node)
     foot = (n - 2.8 * np.cbrt(n / 8.0) - 2.0) * bound
-    if line.inextensible or any(winch.line == recoil.line for winch in winches):
+    if line.inextensible or any(reel.line == recoil.line for reel in reels):
         foot = np.full(bound.shape, -np.inf)
     return np.where(n > 1, foot, np.inf)
 

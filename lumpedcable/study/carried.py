@@ -1,4 +1,4 @@
-"""What a results file holds of bodies on lines, winches and measures."""
+"""What a results file holds of bodies on lines, winches, drums and measures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import winch_name
 from lumpedcable.results import Variable
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, DrumEnd, post_of
 from lumpedcable.scene.measures import (
     ElevationMeasure,
     Measure,
@@ -45,16 +45,16 @@ def carried_bodies(scene: Scene) -> list[str]:
 
 
 def winch_lines(scene: Scene) -> list[str]:
-    """Names of the lines with nodes that a winch pays out."""
+    """Names of the lines with nodes that a winch or a drum pays out."""
     return [
         name
         for name, line in scene.lines.items()
-        if line.model == "lumped" and any(isinstance(e, WinchEnd) for e in (line.start, line.end))
+        if line.model == "lumped" and any(post_of(e) is not None for e in (line.start, line.end))
     ]
 
 
 def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
-    """The datasets of measures and winches."""
+    """The datasets of measures, winches and drums."""
     found = []
     for name, part in scene.measures.items():
         unit, text, best = part.UNIT, part.words, "least" if part.LEAST else "largest"
@@ -79,9 +79,12 @@ def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
             path = f"measures/{name}"
             found.append(Variable(path, ("run", "time"), "f8", unit, text, attributes))
     for name in winch_lines(scene) if histories else ():
-        path, text = f"lines/{name}/payout", "unstretched length that the winch has paid out"
+        line = scene.lines[name]
+        drum = any(isinstance(end, DrumEnd) for end in (line.start, line.end))
+        reel = "drum" if drum else "winch"
+        path, text = f"lines/{name}/payout", f"unstretched length that the {reel} has paid out"
         found.append(Variable(path, ("run", "time"), "f8", "m", text))
-        path, text = f"lines/{name}/payout_speed", "speed at which the winch pays out"
+        path, text = f"lines/{name}/payout_speed", f"speed at which the {reel} pays out"
         found.append(Variable(path, ("run", "time"), "f8", "m/s", text))
     return found
 

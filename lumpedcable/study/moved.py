@@ -19,7 +19,7 @@ from lumpedcable.model.ships import motion_of
 from lumpedcable.physics.sea import SeaSurface
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, WinchEnd
+from lumpedcable.scene.carried import CarriedBody, WinchEnd, post_of
 from lumpedcable.scene.lines import joined_to
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.study import compiled  # noqa: F401 - for float64
@@ -144,7 +144,8 @@ def _post(
 ) -> NDArray[np.float64]:
     """The way (time, 3) of an end of an ideal cable: with a ship, or as it is held or moved itself."""
     end = joined_to(scene.lines, end)
-    named = end.winch.at if isinstance(end, WinchEnd) else end
+    post = post_of(end)
+    named = end if post is None else post
     name, _, point = named.partition(".") if isinstance(named, str) else ("", "", "")
     body = scene.bodies.get(name)
     if name in ships and isinstance(body, MovedBody | Body):

@@ -1,4 +1,4 @@
-"""Figures of bodies and winches: how far they have come and how fast they are, against time."""
+"""Figures of bodies, winches and drums: how far they have come and how fast they are, against time."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ def body_figure(result: ResultFile, name: str, group: Group) -> Figure:
 
 
 def has_payout(line: LineData) -> bool:
-    """Whether the file tells what a winch pays out of a line."""
+    """Whether the file tells what a winch or drum pays out of a line."""
     return line.has("payout") and line.has("payout_speed")
 
 
 def payout_figure(result: ResultFile, name: str, group: Group) -> Figure:
-    """What a winch has paid out of a line, and how fast it does, against time."""
+    """What a winch or drum has paid out of a line, and how fast it does, against time."""
     line = result.line(name)
 
     def both(run: int) -> tuple[Array, Array]:
         return line.field("payout", run), line.field("payout_speed", run)
 
     size = _scene_size(result, group.runs)
-    heading = f"winch of {name}"
+    heading = f"payout of {name}"
     words = "unstretched length paid out", "speed of payout"
     return _side_by_side(result, heading, group, both, words, size, False)
 
