@@ -213,8 +213,10 @@ def _wait_for(condition, started, patience=120.0):
     ],
 )
 def test_an_interrupted_run_keeps_what_it_has(tmp_path, how, word, code):
-    told = f"{word}; what was finished is in scene.h5.partial\n"
-    assert stopped(tmp_path, how) == (told, code)
+    said = stopped(tmp_path, how)
+    # on a machine that has much to do a bookmark was due before there was something to stop at
+    noted = (tmp_path / "scene.h5.bookmark").exists() * "; the same command goes on with it"
+    assert said == (f"{word}; what was finished is in scene.h5.partial{noted}\n", code)
     _check_unfinished(tmp_path)
 
 
