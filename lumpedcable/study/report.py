@@ -45,6 +45,7 @@ HEADS = {
 }
 PREPARING = "start state and programs, compiled the first time"
 PEAK = "peak\ntension"
+STOPS = {"stop_time": ("stops\nafter", "s"), "stop_distance": ("gone by\nthen", "m")}
 BEGINS = {"break_start": ("breaks\nafter", "s", 1.0, "{:.4f}")}
 # spaces between columns and what stands beside the measured values, from wide to narrow
 LOOKS = ((1, ("references", "exact")), (0, ("references", "exact")), (0, ("exact",)), (0, ()))
@@ -146,21 +147,27 @@ def _table(
         table.add_column(Text(head), justify=justify, style=style, vertical="bottom", no_wrap=True)
         return len(table.columns) - 1
 
+    def referred(quantity: str) -> None:
+        for name in _told(study, quantity) if "references" in beside else ():
+            numbers.append(column(name, style="dim"))
+
     swept = [column(words, justify=side) for words, side in run_heads(study)][1:]
     if _several(study, ends):
         column("end", justify="left")
     for quantity, (words, unit, _, _) in _heads(study).items() if ends else ():
         numbers.append(column(words, unit))
-        for name in _told(study, quantity) if "references" in beside else ():
-            numbers.append(column(name, style="dim"))
+        referred(quantity)
         if quantity in EXACT and "exact" in beside:
             numbers.append(column("exact*", style="cyan"))
     measured = _measured(study, outcomes)
     if not ends:  # nothing parts: what the lines bear is what is asked for
         measured = {PEAK: _scaled([o.peak_tension for o in outcomes], "N")} | measured
-    numbers += [column(name, unit) for name, (_, unit) in measured.items()]
-    if study.scene.output.stop is not None:
-        numbers += [column("stops\nafter", "s"), column("gone by\nthen", "m")]
+    for name, (_, unit) in measured.items():
+        numbers.append(column(name, unit))
+        referred("peak_tension" if name == PEAK else name)
+    for name, (words, unit) in STOPS.items() if study.scene.output.stop is not None else ():
+        numbers.append(column(words, unit))
+        referred(name)
     if has_strength(study.scene):
         numbers.append(column("utili-\nsation", "-"))
     closure = column("energy\nclosure", "%")
@@ -211,22 +218,28 @@ def _row(
     beside: Sequence[str],
     measured: Mapping[str, tuple[float, str]],
 ) -> list[Text]:
+
+    def referred(quantity: str, factor: float, form: str) -> list[str]:
+        names = _told(study, quantity) if "references" in beside else ()
+        values = (study.scene.references[name].values[quantity][outcome.run] for name in names)
+        return [_cell(value, factor, form) for value in values]
+
     cells = run_cells(study, outcome.run)
     if _several(study, ends):
         cells.append(end)
     numbers = outcome.recoils.get(end, {})
     for quantity, (_, _, factor, form) in _heads(study).items() if ends else ():
         cells.append(_cell(numbers.get(quantity), factor, form))
-        for name in _told(study, quantity) if "references" in beside else ():
-            told = study.scene.references[name].values[quantity][outcome.run]
-            cells.append(_cell(told, factor, "{:.4g}"))
+        cells += referred(quantity, factor, "{:.4g}")
         if quantity in EXACT and "exact" in beside:
             cells.append(_cell(numbers.get(f"exact_{quantity}"), factor, form))
     told = {PEAK: outcome.peak_tension} | dict(outcome.measures)
-    cells += [_cell(told.get(n), factor, "{:.3f}") for n, (factor, _) in measured.items()]
-    if study.scene.output.stop is not None:
-        cells.append(_cell(outcome.stop_time, 1.0, "{:.3f}"))
-        cells.append(_cell(outcome.stop_distance, 1.0, "{:.3f}"))
+    for name, (factor, _) in measured.items():
+        cells.append(_cell(told.get(name), factor, "{:.3f}"))
+        cells += referred("peak_tension" if name == PEAK else name, factor, "{:.3f}")
+    for name in STOPS if study.scene.output.stop is not None else ():
+        cells.append(_cell(getattr(outcome, name), 1.0, "{:.3f}"))
+        cells += referred(name, 1.0, "{:.3f}")
     if has_strength(study.scene):
         cells.append(_cell(outcome.utilisation, 1.0, "{:.3f}"))
     cells.append(_cell(outcome.energy_closure, 100.0, "{:.3f}"))
@@ -241,7 +254,7 @@ def _cell(value: float | None, factor: float, form: str) -> str:
 def _hidden(study: Study, ends: Sequence[str], beside: Sequence[str]) -> list[str]:
     """What stands beside the values where there is room for it, in words."""
     hidden = ["exact values"] if ends and "exact" not in beside else []
-    if study.scene.references and ends and "references" not in beside:
+    if study.scene.references and "references" not in beside:
         hidden.append("references")
     return hidden
 

@@ -131,6 +131,18 @@ def test_measures_have_a_unit_in_which_they_are_short(monkeypatch):
     assert {"0.200", "111.282"} <= set(row.split())
 
 
+def test_references_of_measures_stand_beside_them(monkeypatch):
+    told = replace(outcome(0), recoils={}, peak_tension=277154.0, measures={"peak": 273789.0})
+    lowering = load_study(SNAPBACK.with_name("lowering.toml"))
+    text = printed(monkeypatch, 120, lowering, [told])
+    row = text[text.index("─") :].splitlines()[1].split()
+    assert row[:4] == ["0", "277.154", "273.789", "273.550"]
+    assert "spring: the closed form above." in text
+    narrow = printed(monkeypatch, 40, lowering, [told])
+    assert "273.550" not in narrow
+    assert "references" in narrow
+
+
 def test_where_nothing_parts_the_largest_tension_is_told(monkeypatch):
     whole = [replace(outcome(0), recoils={}, peak_tension=123456.0)]
     text = printed(monkeypatch, 120, load_study(SNAPBACK), whole)
