@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,7 +119,7 @@ def least_design(
     while len(trials) < MOST_TRIALS:
         trial = _tried(study, limits, keys, start, number, run)
         trials.append(trial)
-        after, decides = next_number(trial, limits)
+        after, decides = next_number(trial, limits, trials[:-1])
         if abs(after - number) <= CLOSE * abs(number):
             if trial.strained:
                 raise ValueError(_failed(key, number, Status.STRAIN_EXCEEDED))
@@ -153,8 +154,13 @@ def _failed(key: str, number: float, status: Status) -> str:
     return f"{key} = {number:g}: {MEANING[status]}"
 
 
-def next_number(trial: Trial, limits: tuple[Limit, ...]) -> tuple[float, int]:
+def next_number(
+    trial: Trial, limits: tuple[Limit, ...], before: Sequence[Trial] = ()
+) -> tuple[float, int]:
     """The least number that the limits allow as straight lines, and which of them asks for it.
+
+    Where none does, the trials `before` tell why: a limit that asked for more and now asks for less has
+    been passed at its best.
 
     Straight lines that meet their bounds far from the trial and leave no number between them say
     nothing yet of the limits themselves: those contradict each other where at one trial one asks for
@@ -179,6 +185,15 @@ def next_number(trial: Trial, limits: tuple[Limit, ...]) -> tuple[float, int]:
         elif slope > 0.0:
             high = min(high, meets)
     if decides < 0:
+        for k, limit in enumerate(limits):
+            beyond = [limit.excess(t.values[k]) for t in (*before, trial)]
+            more = [limit.sign * t.slopes[k] < 0.0 for t in before]
+            if min(beyond) > 0.0 and any(more):
+                best = (*before, trial)[int(np.argmin(beyond))]
+                raise ValueError(
+                    f"expected a bound that some number keeps, found {limit.scalar} beyond it wherever "
+                    f"tried, at best {best.values[k]:.6g} at {best.number:.6g} (SI)"
+                )
         raise ValueError("expected a limit that keeps the number from falling, found none")
     near = CLOSE * abs(trial.number)
     if low >= trial.number - near and high < trial.number - near:

@@ -43,7 +43,8 @@ class Response:
     A run that fails at x, or whose waves become too fast there for the steps that `values` ask for, is
     NaN, and so are its derivatives. So it is where a number is none that its key may have, as a negative
     mass, and where a line at rest or at an output time is strained beyond max_strain of its material.
-    Whether numbers go together, which `lumpedcable.run` looks at too, is not.
+    Whether numbers go together, which `lumpedcable.run` looks at too, is not. Nor is it where a line has
+    crumpled: what happens then hangs on the last digit, and derivatives grow without end.
 
     Attributes:
         of: y in words, "max velocity at rope.end"; over the output times.

@@ -70,6 +70,16 @@ def test_limits_that_no_number_keeps_are_told(bounds, slopes, words):
         next_number(trial, limits(*bounds))
 
 
+def test_a_bound_that_a_limit_passes_at_its_best_is_told():
+    # a line that gets longer bears less until it bears more: least at 10, where 7 are still over 3
+    before = [Trial(4.0, (8.0,), (-0.5,)), Trial(10.0, (7.0,), (-0.1,))]
+    with pytest.raises(ValueError, match=r"beyond it wherever tried, at best 7 at 10 \(SI\)"):
+        next_number(Trial(20.0, (9.0,), (0.4,)), limits((1.0, 3.0)), before)
+    # one that was kept somewhere is none such
+    with pytest.raises(ValueError, match="keeps the number from falling"):
+        next_number(Trial(20.0, (9.0,), (0.4,)), limits((1.0, 7.5)), before)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -75,3 +75,12 @@ def test_one_number_of_cases_is_drawn_along_it(tmp_path, names):
     figure = figures_of(tmp_path / "result.h5")["rest"]
     drawn = figure.axes[2].lines[-1]
     assert drawn.get_xdata().tolist() == [61.0, 65.0]
+
+
+def test_runs_that_went_wrong_are_counted(tmp_path):
+    # of 61 m and more a thousandth of stretch is enough, of 58 m it is not
+    text = SCENE.replace('law = "linear"', 'law = "linear"\nmax_strain = 1e-3')
+    ran = run_text(tmp_path, text + '[sweep]\n"lines.a.length" = [58, 61, 62]\n')
+    assert ran.statuses == ["STRAIN_EXCEEDED", "OK", "OK"]
+    figure = figures_of(tmp_path / "result.h5")["rest"]
+    assert figure.legends[0].get_title().get_text() == "1 of 3 runs went wrong."
