@@ -287,7 +287,7 @@ class _Reader:
             return []
         strain, tension = columns.values
         noise, problem = noise_of(one.noise, tension, "N", (*path, "noise"), one.tension)
-        if problem is None and not np.any(tension):
+        if problem is None and np.any(strain) and not np.any(tension):
             message = f"expected tensions, found nothing but 0 in column {one.tension.column}"
             problem = Problem((*path, "tension"), f"{message} of {columns.name}")
         self.tell([problem] if problem else [])

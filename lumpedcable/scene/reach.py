@@ -132,7 +132,7 @@ def _tensions(
             yield Problem(
                 ("targets", name, "tension"),
                 f"expected {format_quantity(math.ceil(least * 100.0) / 100.0, 'N')} or more, the least "
-                f'tension with which "{" + ".join(names)}" can carry itself{carry} unstretched, '
+                f'tension with which "{" + ".join(names)}" can carry itself{carry}, '
                 f"found {format_quantity(target.wanted, 'N')}",
             )
 

@@ -212,7 +212,7 @@ every = 0.1
 
 @pytest.mark.parametrize(
     "solver",
-    ["", 'dtype = "float32"', pytest.param('method = "rk4"', marks=pytest.mark.slow),
+    ["", pytest.param('dtype = "float32"', marks=pytest.mark.slow), pytest.param('method = "rk4"', marks=pytest.mark.slow),
      pytest.param('method = "dopri8"', marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_the_account_closes_where_a_line_is_hauled_in_aslant(tmp_path, solver):
@@ -251,7 +251,9 @@ def test_speeds_may_be_swept_in_one_program(tmp_path):
     assert swept["tension"][2] == pytest.approx(alone["tension"][0], rel=1e-9)
 
 
-@pytest.mark.parametrize("key", [SPEED, "lines.wire.start.drum.schedule.time.1"])
+@pytest.mark.parametrize(
+    "key", [SPEED, pytest.param("lines.wire.start.drum.schedule.time.1", marks=pytest.mark.slow)]
+)
 def test_derivatives_of_the_peak_go_through_the_drum(tmp_path, key):
     path = tmp_path / "scene.toml"
     path.write_text(SHORT, encoding="utf-8")
@@ -274,6 +276,7 @@ def test_a_scene_at_rest_is_as_long_as_it_says(tmp_path):
     assert ran["payout"][0] == pytest.approx(LENGTH)
 
 
+@pytest.mark.slow
 def test_a_target_finds_how_much_is_out(tmp_path):
     text = """
 gravity = 9.81
@@ -312,6 +315,7 @@ end = { winch = { at = [40, 5, 10], tension = "20 kN" } }
 """
 
 
+@pytest.mark.slow
 def test_a_drum_and_a_winch_of_two_lines_do_not_meddle(tmp_path):
     ran = run_text(tmp_path, SHORT.replace("[output]", BESIDE))
     assert ran.statuses == ["OK"]
@@ -320,6 +324,7 @@ def test_a_drum_and_a_winch_of_two_lines_do_not_meddle(tmp_path):
     assert np.ptp(ran["other.payout"]) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_line_may_part_across_from_its_drum(tmp_path):
     cut = '[events.cut]\nbreaks = "rope.start"\nstart = 10\ntime = 0.05\n'
     ran = run_text(tmp_path, TOW + cut)
