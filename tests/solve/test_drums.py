@@ -212,9 +212,13 @@ every = 0.1
 
 @pytest.mark.parametrize(
     "solver",
-    ["", pytest.param('dtype = "float32"', marks=pytest.mark.slow), pytest.param('method = "rk4"', marks=pytest.mark.slow),
-     pytest.param('method = "dopri8"', marks=pytest.mark.slow)],
-)  # fmt: skip
+    [
+        "",
+        pytest.param('dtype = "float32"', marks=pytest.mark.slow),
+        pytest.param('method = "rk4"', marks=pytest.mark.slow),
+        pytest.param('method = "dopri8"', marks=pytest.mark.slow),
+    ],
+)
 def test_the_account_closes_where_a_line_is_hauled_in_aslant(tmp_path, solver):
     ran = run_text(tmp_path, TOWED + f"[solver]\n{solver}\n")
     assert ran.statuses == ["OK"]
