@@ -10,7 +10,7 @@ from lumpedcable.model.numbers import if_given, moving, number, vector
 from lumpedcable.model.ships import point_of_body
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import post_of
+from lumpedcable.scene.carried import stands_at
 from lumpedcable.scene.lines import MovingEnd, RecordedMotion, held_place
 
 __all__ = ["path_of"]
@@ -22,8 +22,7 @@ def path_of(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotio
     An end on a winch or drum is where that stands. Nothing says it of free ends, of those that a force
     holds, and of those that are joined or tied to a body that moves freely.
     """
-    post = post_of(place)
-    place = place if post is None else post
+    place = stands_at(place)
     if isinstance(place, MovingEnd):
         return _moved(scene, place, coordinates)
     held = held_place(place)

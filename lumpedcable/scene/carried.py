@@ -247,3 +247,16 @@ def post_of(end: Any) -> tuple[float, float, float] | str | None:
     if isinstance(end, WinchEnd):
         return end.winch.at
     return end.drum.at if isinstance(end, DrumEnd) else None
+
+
+def stands_at(end: Any) -> Any:
+    """Return where the winch or drum of an end stands, and any other end itself."""
+    post = post_of(end)
+    return end if post is None else post
+
+
+def reel_key(end: Any) -> str | None:
+    """Return the key that an end on a winch or drum is written with, None of others."""
+    if isinstance(end, WinchEnd):
+        return "winch"
+    return "drum" if isinstance(end, DrumEnd) else None

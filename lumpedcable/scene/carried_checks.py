@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, DrumEnd, WinchEnd, post_of
+from lumpedcable.scene.carried import CarriedBody, WinchEnd, post_of, reel_key, stands_at
 from lumpedcable.scene.drum_checks import drum_problems
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.lines import (
@@ -84,9 +84,9 @@ def is_point(bodies: Bodies, name: str) -> bool:
 def _ends(bodies: Bodies, path: Path, line: Line) -> Iterator[Problem]:
     for side in SIDES:
         end = getattr(line, side)
-        at, what = post_of(end), "drum" if isinstance(end, DrumEnd) else "winch"
-        if isinstance(at, str) and not is_point(bodies, at):
-            yield named((*path, side, what, "at"), at, points_of(bodies), "a point of a moved body")
+        at, reel = post_of(end), reel_key(end)
+        if isinstance(at, str) and reel is not None and not is_point(bodies, at):
+            yield named((*path, side, reel, "at"), at, points_of(bodies), "a point of a moved body")
         if not isinstance(end, WinchEnd):
             continue
         if side == "end" and isinstance(line.start, WinchEnd):
@@ -170,8 +170,8 @@ def _parted(lines: Lines, path: Path, event: Event) -> Iterator[Problem]:
         )
         return
     for held, other in zip(SIDES, reversed(SIDES), strict=True):
-        if post_of(getattr(line, held)) is not None and side != other:
-            reel = "drum" if isinstance(getattr(line, held), DrumEnd) else "winch"
+        reel = reel_key(getattr(line, held))
+        if reel is not None and side != other:
             what = f'"{name}.{side}", which its {reel} holds'
             if side is None:
                 what = f'a place along "{name}", all of which the {reel} at its {held} pays out'
@@ -196,8 +196,7 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
 
     Nor of an end with a motion that does not begin at its mean place.
     """
-    post = post_of(end)
-    end = end if post is None else post
+    end = stands_at(end)
     if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
         from_mean = end.motion.phase == 0.0 or end.motion.ramp is not None
         return end.motion.position if from_mean else None

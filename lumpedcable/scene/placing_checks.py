@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, DrumEnd, WinchEnd, post_of
+from lumpedcable.scene.carried import CarriedBody, WinchEnd, post_of, reel_key
 from lumpedcable.scene.environment import Seabed
 from lumpedcable.scene.lines import (
     FixedEnd,
@@ -152,8 +152,8 @@ def _place(end: Any) -> tuple[Path, tuple[float, ...] | None]:
         return ("held", "position"), end.held.position
     if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
         return ("motion", "position"), end.motion.position
-    if isinstance(post := post_of(end), tuple):
-        return ("drum" if isinstance(end, DrumEnd) else "winch", "at"), post
+    if (reel := reel_key(end)) is not None and not isinstance(post := post_of(end), str):
+        return (reel, "at"), post
     if isinstance(end, JoinedEnd):
         return ("at",), end.at
     return (), None

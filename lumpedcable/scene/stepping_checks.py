@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import DrumEnd, WinchEnd
+from lumpedcable.scene.carried import WinchEnd, reel_key
 from lumpedcable.scene.lines import Line
 from lumpedcable.scene.part import SIDES, Problem, did_you_mean
 from lumpedcable.scene.run import ROUNDING, Output, Solver
@@ -161,12 +161,11 @@ def _rod_company(bodies: Mapping[str, Any], events: Mapping[str, Any]) -> Iterat
 def _rod_lines(rigid: Mapping[str, Line]) -> Iterator[Problem]:
     for name, line in rigid.items():
         for side in SIDES:
-            for kind, what in ((WinchEnd, "winch"), (DrumEnd, "drum")):
-                if isinstance(getattr(line, side), kind):
-                    yield Problem(
-                        ("lines", name, side),
-                        f"expected an elastic line on a {what}, found an inextensible one",
-                    )
+            if (reel := reel_key(getattr(line, side))) is not None:
+                yield Problem(
+                    ("lines", name, side),
+                    f"expected an elastic line on a {reel}, found an inextensible one",
+                )
         if line.bending is not None:
             yield Problem(
                 ("lines", name, "bending"), "expected no bending of an inextensible line, found one"

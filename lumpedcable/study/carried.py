@@ -10,7 +10,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import winch_name
 from lumpedcable.results import Variable
 from lumpedcable.scene import Scene
-from lumpedcable.scene.carried import CarriedBody, DrumEnd, post_of
+from lumpedcable.scene.carried import CarriedBody, post_of, reel_key
 from lumpedcable.scene.measures import (
     ElevationMeasure,
     Measure,
@@ -80,8 +80,7 @@ def carried_variables(scene: Scene, histories: bool) -> list[Variable]:
             found.append(Variable(path, ("run", "time"), "f8", unit, text, attributes))
     for name in winch_lines(scene) if histories else ():
         line = scene.lines[name]
-        drum = any(isinstance(end, DrumEnd) for end in (line.start, line.end))
-        reel = "drum" if drum else "winch"
+        reel = reel_key(line.start) or reel_key(line.end)
         path, text = f"lines/{name}/payout", f"unstretched length that the {reel} has paid out"
         found.append(Variable(path, ("run", "time"), "f8", "m", text))
         path, text = f"lines/{name}/payout_speed", f"speed at which the {reel} pays out"

@@ -10,7 +10,7 @@ from rich.text import Text
 import lumpedcable
 from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, Study, format_quantity
-from lumpedcable.scene.carried import DrumEnd, WinchEnd
+from lumpedcable.scene.carried import reel_key
 from lumpedcable.solve.modal import Modes
 from lumpedcable.study.tables import console_of, new_table
 
@@ -127,8 +127,9 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
             f"Not about rest: {modes.held:.4g} N are left on a joint that the scene puts `at` a place."
         )
     ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
-    for kind, what in ((WinchEnd, "Winches"), (DrumEnd, "Drums")):
-        if any(isinstance(end, kind) for end in ends):
+    reels = {reel_key(end) for end in ends}
+    for reel, what in (("winch", "Winches"), ("drum", "Drums")):
+        if reel in reels:
             notes.append(f"{what} are held: each line keeps the length that it has at rest.")
     if len(study.runs) > 1:
         notes.append(f"Run {run} of 0 to {len(study.runs) - 1}; --run takes another.")

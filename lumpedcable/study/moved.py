@@ -19,7 +19,7 @@ from lumpedcable.model.ships import motion_of
 from lumpedcable.physics.sea import SeaSurface
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, WinchEnd, post_of
+from lumpedcable.scene.carried import CarriedBody, WinchEnd, stands_at
 from lumpedcable.scene.lines import joined_to
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.study import compiled  # noqa: F401 - for float64
@@ -143,10 +143,8 @@ def _post(
     scene: Scene, end: Any, ships: Mapping[str, Moved], times: NDArray[Any]
 ) -> NDArray[np.float64]:
     """The way (time, 3) of an end of an ideal cable: with a ship, or as it is held or moved itself."""
-    end = joined_to(scene.lines, end)
-    post = post_of(end)
-    named = end if post is None else post
-    name, _, point = named.partition(".") if isinstance(named, str) else ("", "", "")
+    end = stands_at(joined_to(scene.lines, end))
+    name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
     body = scene.bodies.get(name)
     if name in ships and isinstance(body, MovedBody | Body):
         ship, place = ships[name], body.points.get(point, (0.0, 0.0, 0.0))

@@ -44,7 +44,7 @@ HEADS = {
     "front_arrival": ("far end\nfeels it", "ms", 1e3, "{:.2f}"),
 }
 PREPARING = "start state and programs, compiled the first time"
-PEAK = "peak\ntension"
+PEAK = "peak_tension"  # which no measure may be called
 STOPS = {"stop_time": ("stops\nafter", "s"), "stop_distance": ("gone by\nthen", "m")}
 BEGINS = {"break_start": ("breaks\nafter", "s", 1.0, "{:.4f}")}
 # spaces between columns and what stands beside the measured values, from wide to narrow
@@ -163,8 +163,8 @@ def _table(
     if not ends:  # nothing parts: what the lines bear is what is asked for
         measured = {PEAK: _scaled([o.peak_tension for o in outcomes], "N")} | measured
     for name, (_, unit) in measured.items():
-        numbers.append(column(name, unit))
-        referred("peak_tension" if name == PEAK else name)
+        numbers.append(column("peak\ntension" if name == PEAK else name, unit))
+        referred(name)
     for name, (words, unit) in STOPS.items() if study.scene.output.stop is not None else ():
         numbers.append(column(words, unit))
         referred(name)
@@ -236,7 +236,7 @@ def _row(
     told = {PEAK: outcome.peak_tension} | dict(outcome.measures)
     for name, (factor, _) in measured.items():
         cells.append(_cell(told.get(name), factor, "{:.3f}"))
-        cells += referred("peak_tension" if name == PEAK else name, factor, "{:.3f}")
+        cells += referred(name, factor, "{:.3f}")
     for name in STOPS if study.scene.output.stop is not None else ():
         cells.append(_cell(getattr(outcome, name), 1.0, "{:.3f}"))
         cells += referred(name, 1.0, "{:.3f}")
