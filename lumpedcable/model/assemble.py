@@ -25,7 +25,7 @@ from lumpedcable.model.ends import Attached, Driven, End, Joined, Junction, Load
 from lumpedcable.model.floating import lift_of, make_body
 from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
-from lumpedcable.model.materials import law_of, rod_law
+from lumpedcable.model.materials import law_of, relaxation_of, rod_law
 from lumpedcable.model.model import Model
 from lumpedcable.model.moved import path_of
 from lumpedcable.model.numbers import if_given, number, vector
@@ -154,6 +154,7 @@ def make_line(scene: Scene, name: str, length: Float[Array, "..."], segments: in
         resistances=resistances,
         grip=_grip(scene, bed, resistances),
         damping=if_given(material.damping),
+        relaxation=relaxation_of(material),
         drag=drag,
         added_mass=added,
         current=_current(scene, coordinates) if drag is not None else None,

@@ -48,6 +48,7 @@ WORKS = {
     ),
     "contact": (-1.0, "energy dissipated by the seabed and by wheels on lines"),
     "damping": (-1.0, "energy dissipated by the material"),
+    "relaxation": (-1.0, "energy lost as the material relaxes"),
     "viscosity": (-1.0, "energy dissipated by the shock viscosity"),
     "correction": (-1.0, "energy taken by the dispersion correction"),
     "stepping": (-1.0, "energy taken by the finite time step where the tension law curves"),
@@ -66,6 +67,7 @@ def works_of(line: Line, stepping: bool) -> tuple[str, ...]:
         "friction": line.grip is not None,
         **{resistance.work_name: True for resistance in line.resistances},
         "damping": line.damping is not None,
+        "relaxation": line.relaxation is not None,
         "viscosity": line.waves is not None,
         "correction": line.waves is not None and line.waves.corrected,
         "stepping": stepping,
@@ -138,6 +140,8 @@ def powers(
             power["friction"] = jnp.zeros_like(v[0]) if e.grip is None else -dot(e.grip, v)
         if e.line.damping is not None:
             power["damping"] = e.line.damping * rate
+        if e.line.relaxed is not None:
+            power["relaxation"] = e.line.relaxed.lost * line.segment_length
         if e.line.waves is not None:
             power["viscosity"] = e.line.waves.viscosity * rate
             if e.line.waves.correction is not None:

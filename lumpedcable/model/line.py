@@ -13,6 +13,7 @@ from lumpedcable.physics.fluid import AbstractCurrent
 from lumpedcable.physics.linear import differences, settled_back
 from lumpedcable.physics.load import AbstractLoad, AbstractResistance, Shape, between_nodes
 from lumpedcable.physics.morison import AddedMass, Drag
+from lumpedcable.physics.relaxation import Memory, Relaxation, Relaxed
 from lumpedcable.physics.sea import SeaFlow
 from lumpedcable.physics.seabed import BedGrip
 from lumpedcable.physics.seam import Seam
@@ -51,8 +52,8 @@ class LineForces(NamedTuple):
 
     `force` is the net force on each node (N) without drag, with the end forces that were given. The
     tensions are the law's, the damping's and those for waves (N), None where the line has no such
-    thing. `resistances` are the nodal forces (N), each (d, n+1), of the line's resistances; empty at
-    rest.
+    thing; what its branches carry is in that of the law, and `relaxed` tells how they stand.
+    `resistances` are the nodal forces (N), each (d, n+1), of the line's resistances; empty at rest.
     """
 
     shape: Shape
@@ -63,6 +64,7 @@ class LineForces(NamedTuple):
     waves: WaveTensions | None
     resistances: tuple[Float[Array, "d nodes"], ...] = ()
     workspace: Workspace | None = None
+    relaxed: Relaxed | None = None
 
     @property
     def pull(self) -> Float[Array, " n"]:
@@ -86,7 +88,8 @@ class Line(eqx.Module):
     `waterline` is where the water ends, `sea` how it moves in waves, `displaced` (kg/m) the mass of the
     water that a metre of line takes the place of. `growth` (1/s) is the rate at which a winch lengthens
     it, dL/dt over L. `low` (d, n+1) is what rounding has left out of the displacements (m) that it is
-    asked about, where a method keeps that. `segment_length` has shape (n,), or (1,) where all are equal.
+    asked about, where a method keeps that. `memory` is how the branches of its `relaxation` stand, None
+    at rest, where they carry nothing. `segment_length` has shape (n,), or (1,) where all are equal.
     `mass` is per metre of unstretched length (kg/m). What the line does not have is None and is not in
     the compiled program.
 
@@ -106,6 +109,8 @@ class Line(eqx.Module):
     loads: tuple[AbstractLoad, ...] = ()
     resistances: tuple[AbstractResistance, ...] = ()
     damping: Float[Array, ""] | None = None
+    relaxation: Relaxation | None = None
+    memory: Memory | None = None
     drag: Drag | None = None
     added_mass: AddedMass | None = None
     current: AbstractCurrent | None = None
@@ -238,7 +243,8 @@ class Line(eqx.Module):
         any; `end_forces` act on the nodes of its ends (N); `over` is a workspace to write over.
         """
         shape = self.shape(displacement)
-        tension, stiffness = map(settled_back, tension_and_stiffness(self.law, shape.strain))
+        tension, stiffness, relaxed = self.carried(shape.strain)
+        tension, stiffness = map(settled_back, (tension, stiffness))
         if self.inextensible and velocity is not None:
             # its tensions keep its length and are found with its motion
             tension = stiffness = jnp.zeros_like(tension)
@@ -259,7 +265,9 @@ class Line(eqx.Module):
                 # a step reads them where it has written them; who keeps nothing need not write them
                 if over is not None and ghosted.tension is not None:
                     tension = ghosted.tension[1:-1]
-        result = LineForces(shape, jnp.zeros(()), tension, stiffness, damping, waves)
+        result = LineForces(
+            shape, jnp.zeros(()), tension, stiffness, damping, waves, relaxed=relaxed
+        )
         outer = end_forces[0], end_forces[1]
         force, carried = between_nodes(
             settled_back(result.total_tension()) * shape.tangent,
@@ -283,13 +291,26 @@ class Line(eqx.Module):
                 # a tension pulls the end before the cut forwards, and the one after it back
                 yield self.seam.slot(side), force if side == BEFORE else -force
 
+    def carried(
+        self, strain: Float[Array, " n"]
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"], Relaxed | None]:
+        """Tension (N) of its law and its branches at each strain (-), and its slope (N); no damping."""
+        if self.relaxation is None or self.memory is None:
+            return *tension_and_stiffness(self.law, strain), None
+        found = self.relaxation.relaxed(self.law, strain, self.memory, self.tension_only)
+        return found.tension, found.stiffness, found
+
     def stored_energy(self, shape: Shape) -> Float[Array, ""]:
         """Strain energy of the line (J)."""
         if self.inextensible:
             if self.give is None:
                 return jnp.zeros((), shape.strain.dtype)
             return 0.5 * jnp.sum((shape.length - self.kept) ** 2 / self.kept) / self.give
-        return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
+        _, _, relaxed = self.carried(shape.strain)
+        if self.relaxation is None or relaxed is None:
+            return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
+        stored = self.law.energy(relaxed.strain) + self.relaxation.energy(relaxed)
+        return jnp.sum(stored * self.segment_length)
 
 
 def strain_rate(line: Line, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " n"]:
@@ -318,11 +339,11 @@ def node_lengths(segment_length: Float[Array, "..."], segments: int) -> Float[Ar
 
 
 def last_segments(line: Line, node: int, count: int) -> tuple[Line, slice]:
-    """The `count` segments next to an end (node 0 or -1) without what acts on them; and their nodes."""
+    """The `count` segments next to an end (node 0 or -1) without what acts on them, and their nodes."""
     count = min(count, line.segments)
     nodes = slice(0, count + 1) if node == 0 else slice(line.segments - count, None)
     segments = slice(0, count) if node == 0 else slice(line.segments - count, None)
-    length = line.segment_length
+    length, memory = line.segment_length, line.memory
     return Line(
         law=line.law,
         mass=line.mass,
@@ -332,6 +353,8 @@ def last_segments(line: Line, node: int, count: int) -> tuple[Line, slice]:
         reference_step=line.reference_step[:, segments],
         reference_strain=line.reference_strain[segments],
         max_strain=line.max_strain,
+        relaxation=line.relaxation,
+        memory=None if memory is None else memory._replace(stretch=memory.stretch[:, segments]),
     ), nodes
 
 

@@ -4,6 +4,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.numbers import number, vector
+from lumpedcable.physics.relaxation import Relaxation
 from lumpedcable.physics.tension import (
     AbstractTensionLaw,
     Linear,
@@ -18,7 +19,7 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import held_force
 from lumpedcable.scene.materials import InextensibleMaterial
 
-__all__ = ["LAWS", "STANDARD_GRAVITY", "law_of", "rest_stiffness", "rod_law"]
+__all__ = ["LAWS", "STANDARD_GRAVITY", "law_of", "relaxation_of", "rest_stiffness", "rod_law"]
 
 STANDARD_GRAVITY = 9.80665  # m/s2
 # m; rods are first looked for with a strain of their tension over this and their weight per metre
@@ -38,6 +39,14 @@ def law_of(material) -> AbstractTensionLaw:
     """The law of a material of the scene, cut at zero where it is tension-only."""
     law = LAWS[material.law](material)
     return TensionOnly(law, number(material.max_strain)) if material.tension_only else law
+
+
+def relaxation_of(material) -> Relaxation | None:
+    """The branches of a material of the scene, in the order of their names; None where it has none."""
+    branches = [material.relaxation[name] for name in sorted(material.relaxation)]
+    if not branches:
+        return None
+    return Relaxation(vector(b.EA for b in branches), vector(b.time for b in branches))
 
 
 def rod_law(scene: Scene, name: str) -> AbstractTensionLaw:

@@ -12,6 +12,7 @@ from lumpedcable.model.ends import Driven, End, Joined, Junction, Loaded, Releas
 from lumpedcable.model.line import Line, placed
 from lumpedcable.model.riders import Coupled
 from lumpedcable.model.state import Seen
+from lumpedcable.physics.relaxation import Memory
 
 __all__ = ["AbstractMeasured", "Model", "Vectors"]
 
@@ -79,6 +80,22 @@ class Model(eqx.Module):
         if not low:
             return self
         lines = {name: replace(line, low=low[name]) for name, line in self.lines.items()}
+        return replace(self, lines=lines)
+
+    def remembering(
+        self, memory: dict[str, Float[Array, "k n"]], step: Float[Array, ""] | None = None
+    ) -> "Model":
+        """The model whose branches' dashpots are stretched so (-), or were half a `step` (s) ago.
+
+        {}: no line has branches.
+        """
+        if not memory:
+            return self
+        kept = {name: Memory(stretch, step) for name, stretch in memory.items()}
+        lines = {
+            name: replace(line, memory=kept[name]) if name in kept else line
+            for name, line in self.lines.items()
+        }
         return replace(self, lines=lines)
 
     def leavers(self, junction: int):

@@ -15,7 +15,8 @@ class State(eqx.Module):
     (J) accumulated so far, per node, per segment or as scalars (empty where the scene asks for
     none). reaction: by "line.start" or "line.end", the force (d,) in N that a driven or joined end
     carried when it last held (empty where no such end can break). tension: by inextensible line,
-    what its segments carry (n,) in N.
+    what its segments carry (n,) in N. memory: by line whose material relaxes, how far the dashpots of
+    its k branches are stretched (k, n).
     """
 
     displacement: dict[str, Float[Array, "d nodes"]]
@@ -23,6 +24,7 @@ class State(eqx.Module):
     work: dict[str, dict[str, Array]]
     reaction: dict[str, Float[Array, " d"]]
     tension: dict[str, Float[Array, " n"]] = eqx.field(default_factory=dict)
+    memory: dict[str, Float[Array, "k n"]] = eqx.field(default_factory=dict)
 
 
 class Seen(NamedTuple):

@@ -12,17 +12,27 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, StrictBool, Tag
 
-from lumpedcable.scene.part import Part, Problem, Text, choose, pick_word, tag
+from lumpedcable.scene.part import Name, Part, Problem, Text, choose, pick_word, tag
 from lumpedcable.scene.quantities import (
     Damping,
     Force,
     Number,
     PositiveForce,
     PositiveNumber,
+    PositiveTime,
 )
 from lumpedcable.scene.units import format_quantity
 
 _SAMPLES = 2001  # strains looked at between 0 and max_strain, both included
+
+
+class Branch(Part):
+    """A spring in series with a dashpot, beside the law: q = EA (e - s), ds/dt = (e - s) / time."""
+
+    EA: PositiveForce
+    """Stiffness in N that it adds to the law's for loads that are fast."""
+    time: PositiveTime
+    """Time in s within which its tension falls to 1/e of itself while the length stays."""
 
 
 class _Law(Part):
@@ -34,14 +44,22 @@ class _Law(Part):
     """T = max(T, 0), and 0 below the strain where T is 0: the line cannot push."""
     damping: Damping | None = None
     """Kelvin-Voigt constant c in N s: T gains c de/dt. Absent: none."""
+    relaxation: dict[Name, Branch] = Field(default_factory=dict)
+    """Branches by names of their own, each a spring and a dashpot in series beside the law, which then
+    is that of slow loads. Absent: none."""
     max_strain: PositiveNumber = 0.5
     """The law is used for strains from -max_strain to max_strain; it bounds the wave speed. A run that
     stretches a line further ends with status `strain_exceeded`."""
     breaking_strength: PositiveForce | None = None
     """Minimum breaking load in N, which the largest tension is compared with. Absent: none."""
 
+    def __hash__(self) -> int:
+        """Of all that it has; a table of branches has no hash of its own."""
+        own = (tuple(v.items()) if isinstance(v, dict) else v for v in self.__dict__.values())
+        return hash((type(self), *own))
+
     def curve(self, strain: np.ndarray) -> np.ndarray:
-        """Return T in N for strains (any shape), without damping and before tension_only."""
+        """Return T in N for strains (any shape) of slow loads, without damping, before tension_only."""
         raise NotImplementedError
 
     def top_strain(self) -> float:
@@ -210,8 +228,8 @@ class InextensibleMaterial(_Law):
 
     def problems(self) -> Iterator[Problem]:
         """Yield the keys of elastic laws."""
-        for key in ("damping", "max_strain", "tension_only"):
-            if key in self.model_fields_set and getattr(self, key) not in (None, False):
+        for key in ("damping", "relaxation", "max_strain", "tension_only"):
+            if key in self.model_fields_set and getattr(self, key) not in (None, False, {}):
                 yield Problem((key,), f"expected no {key} of an inextensible material, found one")
 
 

@@ -79,8 +79,13 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
         for name, line in model.lines.items()
         if line.inextensible
     }
+    memory = {
+        name: jnp.tile(line.reference_strain, (line.relaxation.branches, 1))
+        for name, line in model.lines.items()
+        if line.relaxation is not None
+    }
     reaction = reactions_at_rest(model, displacement)
-    return State(displacement, velocity, work if energy else {}, reaction, tension)
+    return State(displacement, velocity, work if energy else {}, reaction, tension, memory)
 
 
 def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]:
@@ -209,8 +214,9 @@ def _settled(model: Model, t, y: State, dt) -> State:
     displacement, velocity = on_paths(model, t, y.displacement, y.velocity)
     reaction = y.reaction
     if reaction:
-        reaction = carries(model, t, displacement, velocity, reaction, dt)
-    return State(displacement, velocity, y.work, reaction, y.tension)
+        whole = model.remembering(y.memory)
+        reaction = carries(whole, t, displacement, velocity, reaction, dt)
+    return State(displacement, velocity, y.work, reaction, y.tension, y.memory)
 
 
 def _until_breaks(model: Model, every, start) -> Float[Array, " parts"]:

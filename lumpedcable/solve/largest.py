@@ -74,12 +74,12 @@ def stretches(model: Model, strains: dict[str, Float[Array, " n"]]) -> dict[str,
 def pulls(model: Model, peaks: dict[str, Float[Array, " n"]]) -> dict[str, Float[Array, ""]]:
     """How hard elastic lines were pulled: largest tension over that at max_strain (-), and which.
 
-    Of lines whose tension is that of their law alone: damping adds to it.
+    Of lines whose tension is that of their law alone: damping and what relaxes add to it.
     """
     shares = {}
     for name, peak in peaks.items():
         line = model.lines[name]
-        if not line.inextensible and line.damping is None:
+        if not line.inextensible and line.damping is None and line.relaxation is None:
             most = line.law.tension(line.max_strain.astype(peak.dtype))
             share = largest_tension(line, peak) / jnp.where(most > 0.0, most, 1.0)
             shares[name] = jnp.where(most > 0.0, share, 0.0)

@@ -3,6 +3,7 @@
 What damping of the material and of the bed do is of first order: it lags by half a step.
 """
 
+from collections.abc import Iterator
 from typing import Any, ClassVar, NamedTuple
 
 import diffrax
@@ -20,6 +21,7 @@ from lumpedcable.model.line import Workspace
 from lumpedcable.model.model import Model
 from lumpedcable.model.motion import acceleration, driven_velocities, kick
 from lumpedcable.model.state import State
+from lumpedcable.physics.relaxation import Relaxed
 from lumpedcable.physics.vectors import most
 
 __all__ = ["CableTerm", "HalfStep", "Leapfrog", "rates"]
@@ -32,6 +34,7 @@ def rates(
 
     `dt` is the step (s) that starts here, if steps are fixed.
     """
+    model = model.remembering(y.memory)
     gain, found = acceleration(model, t, y.displacement, y.velocity, y.reaction, dt)
     work = y.work
     if work:
@@ -41,7 +44,8 @@ def rates(
             for name, kinds in work.items()
         }
     still = jax.tree.map(lambda x: 0.0 * x, y.reaction)
-    return State(y.velocity, gain, work, still, y.tension), found
+    rate = {name: relaxed.rate for name, relaxed in relaxing(found)}
+    return State(y.velocity, gain, work, still, y.tension, rate), found
 
 
 class CableTerm(diffrax.AbstractTerm):
@@ -65,6 +69,13 @@ class CableTerm(diffrax.AbstractTerm):
     def prod(self, vf: State, control: Any) -> State:
         """The step times dy/dt."""
         return jax.tree.map(lambda rate: jnp.asarray(control).astype(rate.dtype) * rate, vf)
+
+
+def relaxing(found: dict[str, Evaluation]) -> Iterator[tuple[str, Relaxed]]:
+    """How the branches of lines stand whose material relaxes, by line."""
+    for name, e in found.items():
+        if e.line.relaxed is not None:
+            yield name, e.line.relaxed
 
 
 def workspaces(found: dict[str, Evaluation]) -> dict[str, Workspace]:
@@ -98,7 +109,8 @@ class HalfStep(NamedTuple):
     The velocities (m/s) half a step after the state, the work (J) until then, the step `dt` (s), what
     the last evaluation wrote along each line, and the largest tensions (N) so far of the segments of
     lines, both by line and empty where nobody asks for them. `low` is what rounding has left out of the
-    displacements (m), in single precision alone and where something carries lines along.
+    displacements (m), in single precision alone and where something carries lines along. `memory` is
+    that of the state half a step after it.
     """
 
     velocity: dict[str, Array]
@@ -107,6 +119,7 @@ class HalfStep(NamedTuple):
     over: dict[str, Workspace]
     peaks: dict[str, Float[Array, " n"]]
     low: dict[str, Array]
+    memory: dict[str, Float[Array, "k n"]]
 
 
 class Leapfrog(diffrax.AbstractSolver):
@@ -139,20 +152,25 @@ class Leapfrog(diffrax.AbstractSolver):
         t0, dt = jnp.asarray(t0), jnp.asarray(t1 - t0)
         half = 0.5 * dt
         kind = next(iter(y0.velocity.values())).dtype
-        slope, _ = rates(args, t0, y0, dt.astype(kind))
+        slope, start = rates(args, t0, y0, dt.astype(kind))
         velocity, work = jax.tree.map(
             lambda v, a: v + half.astype(v.dtype) * a,
             (y0.velocity, y0.work),
             (slope.velocity, slope.work),
         )
-        found = evaluate(args, t0, y0.displacement, velocity, y0.reaction, dt)
+        memory = {
+            name: args.lines[name].relaxation.half_a_step_on(relaxed, dt.astype(kind))
+            for name, relaxed in relaxing(start)
+        }
+        whole = args.remembering(y0.memory)
+        found = evaluate(whole, t0, y0.displacement, velocity, y0.reaction, dt)
         over = workspaces(found) if self.writes_over else {}
         watched = args.lines if self.watch_peaks else {}
         peaks = {n: line.law.tension(line.reference_strain) for n, line in watched.items()}
         velocity = driven_velocities(args, t0, dt, y0.displacement, velocity)
         rounds = kind != dt.dtype and travels(args)
         low = jax.tree.map(jnp.zeros_like, y0.displacement) if rounds else {}
-        return HalfStep(velocity, work, dt, over, peaks, low)
+        return HalfStep(velocity, work, dt, over, peaks, low, memory)
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         """One step from t0 to t1 (s)."""
@@ -164,7 +182,7 @@ class Leapfrog(diffrax.AbstractSolver):
         # worked out once and not at every step
         dt = kept.dt.astype(next(iter(before.values())).dtype)
         place, low = moved(model, t1, y0.displacement, kept.low, before, dt)
-        model = model.with_low(low)
+        model = model.with_low(low).remembering(kept.memory, dt)
         kicked = kick(model, t1, place, before, y0.reaction, dt, over or None)
         middle, after, found = kicked.middle, kicked.after, kicked.found
         now = work
@@ -172,11 +190,13 @@ class Leapfrog(diffrax.AbstractSolver):
             power = powers(model, t1, found, place, before, middle, after, dt)
             now = jax.tree.map(lambda w, p: w + 0.5 * dt * p, work, power)
             work = jax.tree.map(lambda w, p: w + dt * p, work, power)
-        y1 = State(place, middle, now, kicked.reaction, y0.tension)
+        memory = {name: relaxed.now for name, relaxed in relaxing(found)}
+        y1 = State(place, middle, now, kicked.reaction, y0.tension, memory)
         dense = {"y0": y0, "y1": y1}
         over = workspaces(found) if over else {}
         peaks = {name: most(found[name].line.pull, peak) for name, peak in kept.peaks.items()}
-        ahead = HalfStep(after, work, kept.dt, over, peaks, low)
+        later = {n: r.after for n, r in relaxing(found) if r.after is not None}
+        ahead = HalfStep(after, work, kept.dt, over, peaks, low, later)
         return y1, None, dense, ahead, diffrax.RESULTS.successful
 
     def func(self, terms, t0, y0, args):

@@ -276,9 +276,10 @@ def _begins(model: Model, recoil: Recoil) -> Float[Array, ""]:
 def _far_tension(model: Model, y: State, recoil: Recoil) -> Float[Array, ""]:
     """Tension (N) at the end across from the one that recoils, worked out there alone."""
     node = FAR[recoil.node]
-    end, nodes = last_segments(model.lines[recoil.line], node, 2)
+    line = model.remembering(y.memory).lines[recoil.line]
+    end, nodes = last_segments(line, node, 2)
     shape = end.shape(y.displacement[recoil.line][:, nodes])
-    return end_tension(end, end.law.tension(shape.strain), node)
+    return end_tension(end, end.carried(shape.strain)[0], node)
 
 
 def sample(
@@ -290,6 +291,7 @@ def sample(
     stuck: Int[Array, ""],
 ) -> Sample:
     """Everything that is kept of one output time."""
+    model = model.remembering(y.memory)
     found = evaluate(model, t, y.displacement, y.velocity, y.reaction, dt)
     fields, ends, whole_ends, tensions = {}, {}, {}, {}
     bent: dict[str, Array] = {}

@@ -107,7 +107,6 @@ def _instant(y0: State, y1: State, after, dt) -> State:
 
     ways = y0.displacement, y1.displacement, y0.velocity
     moved, rates = jax.tree.map(place, *ways), jax.tree.map(rate, *ways)
-    work, tension = (
-        jax.tree.map(line, *pair) for pair in ((y0.work, y1.work), (y0.tension, y1.tension))
-    )
-    return State(moved, rates, work, y1.reaction, tension)
+    pairs = (y0.work, y1.work), (y0.tension, y1.tension), (y0.memory, y1.memory)
+    work, tension, memory = (jax.tree.map(line, *pair) for pair in pairs)
+    return State(moved, rates, work, y1.reaction, tension, memory)

@@ -97,8 +97,8 @@ def exact_wave(
 
     With the `allowance` for the end speed (m/s), inf where it is no bound.
     """
-    if not tension > 0.0:
-        return {}
+    if not tension > 0.0 or line.relaxation is not None:
+        return {}  # a material that relaxes knows no wave that keeps its form
     source = source_of(scene, recoil.line)
     length = part_length(line, k, recoil.node)
     try:

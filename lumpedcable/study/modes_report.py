@@ -151,7 +151,10 @@ def _damping(scene: Scene) -> str:
     damped = [*scene.materials.values(), *([scene.seabed] if scene.seabed is not None else [])]
     damping = any(part.damping is not None for part in damped)
     left_out = [word for word, there in (("drag", drag), ("damping", damping)) if there]
-    return f"Without the {' and '.join(left_out)} of the motion." if left_out else ""
+    told = [f"Without the {' and '.join(left_out)} of the motion."] if left_out else []
+    if any(material.relaxation for material in scene.materials.values()):
+        told.append("Materials have the stiffness of slow loads, all that relaxes gone.")
+    return " ".join(told)
 
 
 def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any], dict[str, Any]]:
