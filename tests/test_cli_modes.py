@@ -201,12 +201,13 @@ def test_what_is_left_out_is_said(tmp_path):
     text = text.replace(
         "[materials.hooke]",
         '[water]\ndensity = 1025\ncurrent = { velocity = ["1 m/s", 0, 0] }\n[materials.hooke]\n'
-        "damping = 100",
+        "damping = 100\nrelaxation = { slow = { EA = 1e5, time = 10 } }",
     ).replace("segments = 1\n", "segments = 6\ndrag = { normal = 1.2, tangential = 0.01 }\n")
     good_scenes.write(tmp_path, f"{text.replace('10]', '-10]')}[output]\nduration = 1\nevery = 1\n")
     said = say(tmp_path, "modes", "scene.toml")
     assert (said.code, said.err) == (0, "")
     assert "Without the drag and damping of the motion." in said.out
+    assert "Materials have the stiffness of slow loads, all that relaxes gone." in said.out
     assert "Drag of the current makes the stiffness unsymmetric" in said.out
     assert "unstable" not in said.out
     told = json.loads((tmp_path / "scene" / "modes.json").read_text())

@@ -45,6 +45,7 @@ from .highline import (
 from .ideal_highline import IdealHighline
 from .law import Law, inverse_tension, released_strain
 from .ramp import RampedRelease, ramped_release
+from .relaxing import RelaxingRelease
 from .rod import HangingRod
 from .stages import STAGES, Slider, Stage, StageShape, stage_shape
 from .vibration import (
@@ -73,6 +74,7 @@ __all__ = [
     "Law",
     "LinearRelease",
     "RampedRelease",
+    "RelaxingRelease",
     "ReleaseWave",
     "Slider",
     "Stage",

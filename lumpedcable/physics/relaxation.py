@@ -8,7 +8,7 @@ EA_k tau_k (N s), carries
 
 with s_k the stretch of its dashpot (-): the generalised Maxwell model, whose relaxation modulus is the
 Prony series T' + sum EA_k exp(-t / tau_k) (J. D. Ferry, *Viscoelastic Properties of Polymers*, 3rd ed.
-1980, chapter 1, eqs. 15 and 17). At rest s_k = e, and the branches carry nothing.
+1980, chapter 1). At rest s_k = e, and the branches carry nothing.
 
 A line that cannot push carries max(T + sum q_k, 0). Where that is 0 it folds, and its substance has the
 strain e_m > e at which T(e_m) + sum EA_k (e_m - s_k) = 0, to which it shrinks back as its branches do.

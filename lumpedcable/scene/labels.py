@@ -10,7 +10,7 @@ __all__ = ["label_of"]
 def label_of(root: Spot, key: str) -> str:
     """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2.
 
-    Of a freedom of a ship "receiver heave period".
+    Of a freedom of a ship "receiver heave period", of a branch of a material "nylon fast EA".
     """
     words = key.split(".")
     vector = spot_at(root, tuple(words[:-1]))
@@ -21,4 +21,6 @@ def label_of(root: Spot, key: str) -> str:
         words[of:] = [" ".join((*words[of:-1], component))]
     if len(words) > 2 and words[-2] in FREEDOMS:
         words[-2:] = [f"{words[-2]} {words[-1]}"]
+    if len(words) > 3 and (words[0], words[2]) == ("materials", "relaxation"):
+        words[1] = f"{words[1]} {words[3]}"  # a branch has the keys of its material
     return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]

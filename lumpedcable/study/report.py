@@ -103,7 +103,7 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
     ends = list(dict.fromkeys(end for o in outcomes for end in o.recoils))
     rows = len(outcomes) * max(len(ends), 1)
     table, beside = _fitting(console, study, outcomes, ends)
-    table.hidden = _hidden(study, ends, beside)
+    table.hidden = _hidden(study, beside, _known(outcomes))
     if study.scene.title:
         console.print(Text(study.scene.title, "bold"))
     console.print(table)
@@ -119,12 +119,21 @@ def _fitting(
     console: Console, study: Study, outcomes: Sequence[Outcome], ends: Sequence[str]
 ) -> tuple[WholeTable, Sequence[str]]:
     """The richest look that the console is wide enough for, and what stands beside the values."""
-    for padding, beside in LOOKS[:-1]:
+    known, table, beside = _known(outcomes), None, ()
+    for padding, words in LOOKS:
+        beside = tuple(word for word in words if known or word != "exact")
         table = _table(study, outcomes, ends, beside, padding)
         if fits_on(console, table):
-            return table, beside
-    padding, beside = LOOKS[-1]
-    return _table(study, outcomes, ends, beside, padding), beside
+            break
+    assert table is not None
+    return table, beside
+
+
+def _known(outcomes: Sequence[Outcome]) -> bool:
+    """Whether an exact value is known of any run: not of a material that relaxes, for one."""
+    exact = tuple(f"exact_{quantity}" for quantity in EXACT)
+    ends = (numbers for outcome in outcomes for numbers in outcome.recoils.values())
+    return any(np.isfinite(numbers.get(key, np.nan)) for numbers in ends for key in exact)
 
 
 def _table(
@@ -251,9 +260,9 @@ def _cell(value: float | None, factor: float, form: str) -> str:
     return form.format(value * factor) if value is not None and np.isfinite(value) else "-"
 
 
-def _hidden(study: Study, ends: Sequence[str], beside: Sequence[str]) -> list[str]:
+def _hidden(study: Study, beside: Sequence[str], known: bool) -> list[str]:
     """What stands beside the values where there is room for it, in words."""
-    hidden = ["exact values"] if ends and "exact" not in beside else []
+    hidden = ["exact values"] if known and "exact" not in beside else []
     if study.scene.references and "references" not in beside:
         hidden.append("references")
     return hidden

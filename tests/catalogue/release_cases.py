@@ -7,7 +7,7 @@ from mode_cases import outputs
 from nylon_line import LENGTH, MASS, cut, tension
 from player import Seen
 
-from lumpedcable.exact import LinearRelease, ramped_release, release_wave
+from lumpedcable.exact import LinearRelease, RelaxingRelease, ramped_release, release_wave
 
 # the viscosity lags by half a step, which is first order in the step and shrinks with the mesh;
 # what is smooth is second order
@@ -68,6 +68,44 @@ RAMPED = Case(
         "events.break.time": lambda seen: (
             (linear(seen, RAMP + 1e-6) - linear(seen, RAMP - 1e-6)) / 2e-6
         ),
+    },
+)
+
+# --- a line that relaxes --------------------------------------------------------------------------
+
+BRANCH = {"EA": 1e6, "time": 0.02}  # N, s: as stiff again for fast loads
+
+
+def relaxing(seen: Seen, **branch: float):
+    own = BRANCH | branch
+    wave = RelaxingRelease(SPAN, 1e6, 1.0, 50e3, ((own["EA"], own["time"]),), RAMP)
+    return wave.velocity(np.maximum(from_end(seen), 0.0), seen.time[:, None])
+
+
+def by_branch(seen: Seen, key: str):
+    """d/dp of the closed form, by central differences over 0.2 %."""
+    h = 1e-3 * BRANCH[key]
+    return (relaxing(seen, **{key: BRANCH[key] + h}) - relaxing(seen, **{key: BRANCH[key] - h})) / (
+        2.0 * h
+    )
+
+
+RELAXING = Case(
+    text=RAMPED.text.replace(
+        "[lines.rope]", "[materials.hooke.relaxation.fast]\nEA = 1e6\ntime = 0.02\n[lines.rope]"
+    ),
+    seen=towards_wall,
+    exact=relaxing,
+    scale=50.0,
+    mean=True,
+    bound=RAMPED.bound,  # its waves are longer than those of the slow stiffness
+    segments=25,
+    source="natural modes; Christensen, Theory of Viscoelasticity (1982)",
+    order=(1.5, 2.7),
+    step_order=LAGGING,
+    gradients={
+        f"materials.hooke.relaxation.fast.{key}": lambda seen, key=key: by_branch(seen, key)
+        for key in BRANCH
     },
 )
 
@@ -144,6 +182,7 @@ SHOCK = Case(
 CASES = {
     "linear release, at once": AT_ONCE,
     "linear release, ramped": RAMPED,
+    "line that relaxes": RELAXING,
     "rarefaction": RAREFACTION,
     "plateau": PLATEAU,
     "shock": SHOCK,

@@ -15,7 +15,7 @@ from mode_cases import (
 )
 from motion_cases import STRETCHED, SWUNG, G, shaken, sinking
 from nylon_line import MASS, RUNS
-from release_cases import from_end, linear
+from release_cases import from_end, linear, relaxing
 
 
 def soft_string(seen):
@@ -50,6 +50,7 @@ WRONG = {
     "shaken end": lambda seen: -np.asarray(shaken(seen)),
     "linear release, at once": lambda seen: linear(seen, 0.0, 75e3),
     "linear release, ramped": lambda seen: linear(seen, 0.0),
+    "line that relaxes": lambda seen: relaxing(seen, time=0.03),
     "rarefaction": lambda seen: np.where(  # Hooke's line of the same sound speed
         from_end(seen) < RUNS[0].c0 * seen.time[:, None], 45e3 / MASS / RUNS[0].c0, 0.0
     ),

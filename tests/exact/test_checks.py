@@ -22,6 +22,10 @@ BEAM = {"length": 2.0, "EI": 3.0}
 TAKEN = {
     "IdealHighline": IDEAL,
     "LinearRelease": {"length": 9.0, "EA": 1e6, "mass": 2.0, "tension0": 1e3, "ramp_time": 0.01},
+    "RelaxingRelease": {
+        "length": 9.0, "EA": 1e6, "mass": 2.0, "tension0": 1e3, "branches": ((1e6, 0.1),),
+        "ramp_time": 0.01, "modes": 20,
+    },
     "HangingRod": {"length": 9.0, "weight": 5.0, "end_force": 3.0, "strain": NODES["strain"]},
     "beam_frequencies": {**BEAM, "mass": 1.0, "count": 2},
     "cantilever_deflection": {"x": 1.0, **BEAM, "load": 5.0},

@@ -104,6 +104,21 @@ def test_columns_of_text_are_broken_between_words_before_numbers_go(monkeypatch)
     assert "found and" in shown[20]
 
 
+def test_exact_columns_are_there_where_something_exact_is_known(monkeypatch):
+    # a material that relaxes has no exact wave: columns of dashes would tell nothing
+    study = load_study(SNAPBACK.with_name("relaxing-rope.toml"))
+    known = [outcome(run) for run in range(4)]
+    own = {key: np.nan if key.startswith("exact_") else value for key, (value, _) in NUMBERS.items()}
+    unknown = [replace(one, recoils={"rope.end": own}) for one in known]
+    assert "exact" in printed(monkeypatch, 120, study, known)
+    text = printed(monkeypatch, 120, study, unknown)
+    assert "exact" not in text
+    assert "212.75" in text
+    assert "exact" not in printed(monkeypatch, 40, study, unknown)
+    # of two that are swept, a branch is told from its material
+    assert re.search(r"^ +nylon .*\n +fast ", text, re.MULTILINE)
+
+
 def test_references_are_of_numbers_that_runs_have():
     units = {name: unit for name, (unit, _) in (QUANTITIES | SUMMARIES).items()}
     assert {name: unit or "1" for name, unit in RESULTS.items()}.items() <= units.items()
