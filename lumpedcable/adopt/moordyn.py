@@ -32,6 +32,7 @@ KINDS = (
     dict.fromkeys(FIXED, "fixed") | dict.fromkeys(COUPLED, "coupled") | dict.fromkeys(FREE, "free")
 )
 ON_RODS = " (rods are taken that are fixed, coupled or on a body)"
+WITH_LOAD = "; of one that goes with the load, give EA_d at the load that the line carries"
 POINT = r"(?i)^(p(oint)?|c(on(nect(ion)?)?)?)(?=\d)"  # before the number of a point
 ANY, POSITIVE, NOT_NEGATIVE = "a number", "a positive number", "a number from 0 on"
 COUNT = "a whole number from 1 on"
@@ -169,11 +170,41 @@ class _Reader:
         values = {"EI": 0.0}
         for key, word in zip(keys, numbers, strict=False):
             first, bar, _ = word.partition("|")
-            if bar:
+            if bar and key not in ("EA", "BA"):
                 found.left.append(f"the dynamic part of {key} of {name}, {word}")
             kind = {"BA": ANY, "mass": POSITIVE, "EA": POSITIVE}.get(key, NOT_NEGATIVE)
             values[key] = self.number(row, f"{key} of {name}", first, kind)
-        return LineType(name, **values)
+        EA_d, BA_d = self.dynamic(row, values["EA"])
+        return LineType(name, **values, EA_d=EA_d, BA_d=BA_d)
+
+    def dynamic(self, row: Row, EA: float) -> tuple[float, float]:
+        """Stiffness and damping of the dynamic part of a line type, 0 and 0 where it has none.
+
+        MoorDyn itself refuses a second BA without a second EA, takes 0 for one that is not there, and
+        finds no motion where the dynamic part is no stiffer or nothing damps.
+        """
+        name, EAs, BAs = row.words[0], *(word.split("|") for word in row.words[3:5])
+        of_EA, of_BA = f"EA of {name}", f"BA of {name}"
+        if len(EAs) == 1:
+            if len(BAs) > 1:
+                words = "expected one number, as there is one EA"
+                self.told(row, of_BA, f"{words}, found {row.words[4]!r}")
+            return 0.0, 0.0
+        if len(EAs) > 2:
+            words = "expected one number or two, EA_s|EA_d, found"
+            self.told(row, of_EA, f"{words} {row.words[3]!r}{WITH_LOAD}")
+            return 0.0, 0.0
+        EA_d = self.number(row, of_EA, EAs[1], POSITIVE)
+        if 0.0 < EA_d <= EA:
+            words = "expected a dynamic stiffness above the static one, EA_s|EA_d"
+            self.told(row, of_EA, f"{words}, found {row.words[3]!r}")
+        if len(BAs) > 2:
+            self.told(row, of_BA, f"expected one number or two, BA_s|BA_d, found {row.words[4]!r}")
+        BA_d = self.number(row, f"dynamic {of_BA}", BAs[1], NOT_NEGATIVE) if len(BAs) > 1 else 0.0
+        if number_of(BAs[0]) == 0.0 == BA_d:
+            words = "expected damping BA_s|BA_d beside EA_s|EA_d, one of them above 0"
+            self.told(row, of_BA, f"{words}, found {row.words[4]!r}")
+        return EA_d, BA_d
 
     def body(self, row: Row) -> MooringBody:
         name, kind, *numbers = row.words

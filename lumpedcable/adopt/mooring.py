@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from math import ceil, sqrt
 
 from lumpedcable.adopt.parts import Mooring, MooringLine, Place
+from lumpedcable.adopt.viscoelastic import parallel
 from lumpedcable.scene.writer import value_text
 
 __all__ = ["mooring_scene"]
@@ -21,7 +22,8 @@ def mooring_scene(mooring: Mooring, title: str) -> tuple[str, list[str]]:
     """Return the TOML text of the scene at rest, and remarks on what it leaves out or puts otherwise.
 
     Internal damping that is given as a share z of critical becomes z l sqrt(EA m) for segments of
-    length l (m). A bed that resists by k (Pa/m) on the width d (m) of a line resists by k d per metre.
+    length l (m), with the EA of loads that stay. A bed that resists by k (Pa/m) on the width d (m) of a
+    line resists by k d per metre.
     """
     writer = _Writer(mooring)
     parts = [
@@ -101,10 +103,18 @@ class _Writer:
 
     def materials(self) -> Iterator[str]:
         for (kind, damping), name in self.made.items():
-            EA = self.mooring.types[kind].EA
+            rope, branches = self.mooring.types[kind], None
+            if rope.EA_d:
+                damping, EA, time = parallel(rope.EA, rope.EA_d, damping, rope.BA_d)
+                branches = {"fast": {"EA": EA, "time": time}} if EA else None
             # a cable of MoorDyn does not push either
-            keys = {"law": "linear", "EA": EA, "tension_only": True, "damping": damping or None}
-            yield _table(f"materials.{name}", **keys)
+            keys = {
+                "law": "linear",
+                "EA": rope.EA,
+                "tension_only": True,
+                "damping": damping or None,
+            }
+            yield _table(f"materials.{name}", **keys, relaxation=branches)
 
     def driven(self) -> Iterator[str]:
         """What MoorDyn is told the motion of: a vessel with the coupled points, and coupled bodies."""

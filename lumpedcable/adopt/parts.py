@@ -15,6 +15,8 @@ class LineType:
     """A row of the line types: diameter (m), mass (kg/m), EA (N), damping and coefficients (-).
 
     `BA` is in N s, or where negative the share of critical damping with its sign turned; EI in N m2.
+    Of a viscoelastic type these EA and BA are of its static part, `EA_d` (N) and `BA_d` (N s) of its
+    dynamic one; `EA_d` is 0 of others.
     """
 
     name: str
@@ -27,6 +29,8 @@ class LineType:
     Ca: float
     CdAx: float
     CaAx: float
+    EA_d: float = 0.0
+    BA_d: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -157,13 +157,13 @@ def test_coefficients_under_other_names_are_told(tmp_path):
 
 def test_what_has_no_counterpart_is_told(tmp_path):
     text = LATE.replace("--- POINTS", "--- CONTROL\na b\n() (,)\n1 1,2\n--- POINTS")
-    text = text.replace("1.0D6 ", "1e6|2e6 ").replace(
+    text = text.replace("-0.1     0 ", "-0.1     0|3 ").replace(
         "0.001     dtM", "1  WaveKin\nx.txt WaterKin\ny.txt SeafloorFile"
     )
     _, remarks = scene_of(tmp_path, text)
     told = [remark for remark in remarks if "not taken over" in remark]
     assert told[:5] == [
-        "not taken over: the dynamic part of EA of rope, 1e6|2e6",
+        "not taken over: the dynamic part of EI of rope, 0|3",
         "not taken over: WaveKin = 1: give a scene its waves",
         "not taken over: WaterKin = x.txt: give a scene its current and waves",
         "not taken over: SeafloorFile = y.txt: give the bed a profile",
