@@ -279,13 +279,14 @@ def payout_force(
 ) -> Float[Array, ""]:
     """What the line pulls out of its winch or drum (N): -dE/dL at fixed nodes, and of what resists.
 
-    Strain energy gives the mean of (1 + e) T - U(e), weight what hangs less what it weighs at the post:
-    the rope on the drum is as heavy, so that the work of weight counts from there.
+    Strain energy U per metre gives the mean of (1 + e) T - U, weight what hangs less what it weighs at
+    the post: the rope on the drum is as heavy, so that the work of weight counts from there.
     """
     line, shape = model.lines[reel.line], forces.shape
     share = shape.segment_length * jnp.ones_like(shape.strain)
     length = jnp.sum(share)
-    density = forces.total_tension() * (1.0 + shape.strain) - line.law.energy(shape.strain)
+    stored = line.stored_per_metre(shape, forces.relaxed)
+    density = forces.total_tension() * (1.0 + shape.strain) - stored
     force = jnp.sum(density * share) / length + _drum_weight(model, reel, displacement)
     rest = tuple(load for load in line.loads if not isinstance(load, Weight))
     for load in line.loads:

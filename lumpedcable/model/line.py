@@ -307,10 +307,13 @@ class Line(eqx.Module):
                 return jnp.zeros((), shape.strain.dtype)
             return 0.5 * jnp.sum((shape.length - self.kept) ** 2 / self.kept) / self.give
         _, _, relaxed = self.carried(shape.strain)
+        return jnp.sum(self.stored_per_metre(shape, relaxed) * self.segment_length)
+
+    def stored_per_metre(self, shape: Shape, relaxed: Relaxed | None) -> Float[Array, " n"]:
+        """Strain energy of an elastic line (J per metre of unstretched length) and its branches."""
         if self.relaxation is None or relaxed is None:
-            return jnp.sum(self.law.energy(shape.strain) * self.segment_length)
-        stored = self.law.energy(relaxed.strain) + self.relaxation.energy(relaxed)
-        return jnp.sum(stored * self.segment_length)
+            return self.law.energy(shape.strain)
+        return self.law.energy(relaxed.strain) + self.relaxation.energy(relaxed)
 
 
 def strain_rate(line: Line, shape: Shape, velocity: Float[Array, "d nodes"]) -> Float[Array, " n"]:

@@ -13,7 +13,7 @@ from math import inf
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, reel_key
+from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.carried_checks import carried_problems
 from lumpedcable.scene.effect_checks import effect_problems
 from lumpedcable.scene.environment import Fluid, Seabed
@@ -247,7 +247,6 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
             f"expected the name of a material, found {unknown(line.material, draft.materials)}",
         )
     yield from _water(draft, path, line)
-    yield from _relaxing(draft, path, line)
     for side in SIDES:
         end = getattr(line, side)
         if isinstance(end, str):
@@ -260,20 +259,6 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
             yield Problem(
                 (*path, side, "direction"),
                 "expected bending on a line whose end keeps a direction, found none",
-            )
-
-
-def _relaxing(draft: Draft, path: Path, line: Line) -> Iterator[Problem]:
-    """Yield the winch or drum of a line that relaxes: what comes out of it has a past of its own."""
-    material = draft.materials.get(line.material)
-    if material is None or not material.relaxation:
-        return
-    for side in SIDES:
-        if (reel := reel_key(getattr(line, side))) is not None:
-            yield Problem(
-                (*path, side, reel),
-                f'expected no {reel} on a line whose material has relaxation, "{line.material}", '
-                "found one",
             )
 
 

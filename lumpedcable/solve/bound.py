@@ -29,9 +29,7 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
     rods a third moves where their ends go against each other, so that what loads and resistances add
     counts three times.
     """
-    stiff = 0.0 if line.inextensible else stiffness_bound(line.law, line.max_strain)
-    if line.relaxation is not None:
-        stiff = stiff + line.relaxation.at_once
+    stiff = 0.0 if line.inextensible else stiffest(line)
     square = 4.0 * stiff / (line.mass * line.segment_length**2)
     for load in line.loads:
         square = square + load.rate_squared(line.mass, line.segment_length)
@@ -43,6 +41,12 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
     if line.inextensible:
         square, rate = 3.0 * square, 3.0 * rate
     return jnp.min(_stable_step(square, rate))
+
+
+def stiffest(line: Line) -> Float[Array, ""]:
+    """The largest stiffness (N) that waves can meet on a line, of its law and its branches."""
+    stiff = stiffness_bound(line.law, line.max_strain)
+    return stiff if line.relaxation is None else stiff + line.relaxation.at_once
 
 
 def _stable_step(square: Float[Array, "*n"], rate: Float[Array, "*n"]) -> Float[Array, "*n"]:
@@ -81,7 +85,7 @@ def winch_step_bound(line: Line, winch: Winch) -> Float[Array, ""]:
     by another share; damping and a sheave's friction have their rates.
     """
     length = jnp.sum(line.node_length)
-    stiff = stiffness_bound(line.law, line.max_strain) / (length * winch.kilograms)
+    stiff = stiffest(line) / (length * winch.kilograms)
     rate = jnp.zeros_like(stiff)
     if winch.damping is not None:
         rate = rate + winch.damping / winch.kilograms

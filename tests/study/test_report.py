@@ -108,7 +108,9 @@ def test_exact_columns_are_there_where_something_exact_is_known(monkeypatch):
     # a material that relaxes has no exact wave: columns of dashes would tell nothing
     study = load_study(SNAPBACK.with_name("relaxing-rope.toml"))
     known = [outcome(run) for run in range(4)]
-    own = {key: np.nan if key.startswith("exact_") else value for key, (value, _) in NUMBERS.items()}
+    own = {
+        key: np.nan if key.startswith("exact_") else value for key, (value, _) in NUMBERS.items()
+    }
     unknown = [replace(one, recoils={"rope.end": own}) for one in known]
     assert "exact" in printed(monkeypatch, 120, study, known)
     text = printed(monkeypatch, 120, study, unknown)
