@@ -17,7 +17,7 @@ from lumpedcable.scene.quantities import Quantity, found
 from lumpedcable.scene.texts import FileError
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["Columns", "check_times", "noise_of", "read_data"]
+__all__ = ["Columns", "check_order", "check_times", "noise_of", "read_data"]
 
 MOST = 1e100
 """Largest size of a measured value in SI: squares of what is larger are no numbers any more."""
@@ -138,6 +138,18 @@ def check_times(columns: Columns, path: Path) -> list[Problem]:
     return [
         Problem((*path, "time"), f"expected times that increase, found {what} in {columns.at(k)}")
     ]
+
+
+def check_order(columns: Columns, column: int, path: Path) -> list[Problem]:
+    """What is wrong with a bench's times, in that column: they may stay, as at a jump, but not fall."""
+    times = columns.values[column]
+    wrong = np.flatnonzero(np.diff(times) < 0.0)
+    if not wrong.size:
+        return []
+    k = int(wrong[0]) + 1
+    now, before = (format_quantity(times[i], "s") for i in (k, k - 1))
+    message = f"expected times that never fall, found {now} after {before} in {columns.at(k)}"
+    return [Problem((*path, "time"), message)]
 
 
 def noise_of(

@@ -10,7 +10,7 @@ __all__ = ["label_of"]
 def label_of(root: Spot, key: str) -> str:
     """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2.
 
-    Of a freedom of a ship "receiver heave period".
+    Of a freedom of a ship "receiver heave period", of what relaxes in a material "nylon fast time".
     """
     words = key.split(".")
     vector = spot_at(root, tuple(words[:-1]))
@@ -19,6 +19,6 @@ def label_of(root: Spot, key: str) -> str:
         # one of a list of vectors is told with the list's name: "velocity 3 x"
         of = -3 if words[-2].isdecimal() else -2
         words[of:] = [" ".join((*words[of:-1], component))]
-    if len(words) > 2 and words[-2] in FREEDOMS:
+    if len(words) > 2 and (words[-2] in FREEDOMS or words[-3] == "relaxation"):
         words[-2:] = [f"{words[-2]} {words[-1]}"]
     return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]
