@@ -20,7 +20,7 @@ from lumpedcable.fitting.checks import (
     unknown_start,
     whole_problems,
 )
-from lumpedcable.fitting.columns import check_order, check_times, noise_of, read_data
+from lumpedcable.fitting.columns import check_history, check_times, noise_of, read_data
 from lumpedcable.fitting.data import FitProblem, Record, Series, Table
 from lumpedcable.fitting.language import (
     Choice,
@@ -284,7 +284,7 @@ class _Reader:
             return []
         wrong = bench_problems(one, study, columns, path)
         if columns is not None and one.time is not None:
-            wrong += check_order(columns, 2, path)
+            wrong += check_history(columns, path)
         self.tell(wrong)
         if columns is None or wrong:
             return []

@@ -80,8 +80,8 @@ def start_text(starts, names=NAMES):
 {rows}"""
 
 
-def cycles_of(folder, starts, noise=0.0, seed=0, more="", known=""):
+def cycles_of(folder, starts, noise=0.0, seed=0, more="", known="", branches=BRANCHES):
     """A fit of three loops and a hold for the branches, the law being known."""
-    names = measure(folder, noise, seed)
+    names = measure(folder, noise, seed, branches)
     text = start_text(starts) + "".join(experiment(name, known) for name in names) + more
     return fit_of(folder, text, SCENE)

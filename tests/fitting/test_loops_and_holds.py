@@ -110,6 +110,22 @@ def test_the_truth_lies_in_its_interval_as_often_as_it_should(tmp_path):
     assert np.all(inside >= 33), inside
 
 
+@pytest.mark.slow
+def test_the_truth_lies_in_its_interval_in_92_to_98_of_100_of_many_repeats(tmp_path):
+    # three standard deviations of 95 % of 400; branches that are told to some per cent, so that the
+    # model is nearly linear over an interval
+    inside, branches = np.zeros(4), np.array([[800e3, 4.0], [400e3, 60.0]])
+    truth = branches.ravel()
+    for seed in range(400):
+        starts = truth * [0.8, 0.7, 1.2, 1.4]
+        study = cycles_of(tmp_path, starts, 0.01, seed, ALONE, KNOWN, branches)
+        fitted = fit_problem(study.problem)
+        assert fitted.converged
+        assert np.all(fitted.certainty.std < 0.07 * fitted.values)
+        inside += (fitted.certainty.low < truth) & (fitted.certainty.high > truth)
+    assert np.all(abs(inside / 400 - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 400)), inside
+
+
 def test_stiffnesses_of_known_times_are_those_of_linear_regression(tmp_path):
     # T - T(e) = sum EA_k u_k(t): the best values, their spread and their profile are exact
     strain, time = loop(0.1, 30.0)
@@ -343,6 +359,9 @@ def test_slopes_of_a_run_by_what_relaxes_are_those_of_differences(tmp_path):
     [
         (start_text(TRUTH) + experiment("loop"), "0,1,2\n2,2,3\n1,3,4\n",
          "experiments.loop.time: expected times that never fall, found 1 s after 2 s in loop.csv:4"),
+        (start_text(TRUTH) + experiment("loop"), "0,2,3\n2,2,3\n3,2,4\n",
+         "loop.strain: expected strains that change with time, found 0.02 alone in loop.csv: "
+         "begin with a row at the strain where the material was at rest"),
         (start_text(TRUTH) + experiment("loop").replace('"time"', '"tiem"'), "0,1,2\n1,2,3\n2,2,3\n",
          'experiments.loop.time.column: expected a column of loop.csv, found "tiem"; it has time (s), '
          "strain (%), load (kN)"),
@@ -359,7 +378,7 @@ def test_slopes_of_a_run_by_what_relaxes_are_those_of_differences(tmp_path):
         (start_text(TRUTH[:1], NAMES[:1]).replace("fast.EA", "fats.EA") + experiment("loop"),
          "0,1,2\n1,2,3\n2,2,3\n", 'found "materials.nylon.relaxation.fats.EA"'),
     ],
-    ids=["falling", "misspelt", "unit", "without times", "damping", "no such branch"],
+    ids=["falling", "never pulled", "misspelt", "unit", "without times", "damping", "no such branch"],
 )  # fmt: skip
 def test_a_mistake_is_told_with_its_place(tmp_path, text, rows, said):
     (tmp_path / "scene.toml").write_text(SCENE)
