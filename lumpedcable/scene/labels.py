@@ -19,6 +19,7 @@ def label_of(root: Spot, key: str) -> str:
         # one of a list of vectors is told with the list's name: "velocity 3 x"
         of = -3 if words[-2].isdecimal() else -2
         words[of:] = [" ".join((*words[of:-1], component))]
-    if len(words) > 2 and (words[-2] in FREEDOMS or words[-3] == "relaxation"):
+    branch = words[0] == "materials" and words[2:3] == ["relaxation"] and len(words) > 4
+    if len(words) > 2 and (words[-2] in FREEDOMS or branch):
         words[-2:] = [f"{words[-2]} {words[-1]}"]
     return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]
