@@ -83,12 +83,16 @@ class Spec:
 
 
 class TableArrays(NamedTuple):
-    """Numbers of the scene by key; strains (-), tensions (N) and weights (1/N), each (points,)."""
+    """Numbers of the scene by key; strains (-), tensions (N) and weights (1/N), each (points,).
+
+    `time` (s), (points,), where what relaxes counts; else None.
+    """
 
     numbers: dict[str, Float[Any, ""]]
     strain: Float[Any, " points"]
     data: Float[Any, " points"]
     weight: Float[Any, " points"]
+    time: Any = None
 
 
 class GroupArrays(NamedTuple):
@@ -195,8 +199,9 @@ def _table(problem: FitProblem, k: int) -> tuple[TableSpec, TableArrays]:
     structure = Structure(scene.skeleton(), make_layout(scene), scene)
     points = table.series.values.size
     arrays = TableArrays(
-        values, table.series.x, table.series.values, np.full(points, table.series.weight)
-    )
+        values, table.series.x, table.series.values, np.full(points, table.series.weight),
+        table.series.time,
+    )  # fmt: skip
     return TableSpec(structure, table.material, free), arrays
 
 

@@ -17,7 +17,7 @@ from lumpedcable.scene.quantities import Quantity, found
 from lumpedcable.scene.texts import FileError
 from lumpedcable.scene.units import format_quantity
 
-__all__ = ["Columns", "check_times", "noise_of", "read_data"]
+__all__ = ["Columns", "check_history", "check_times", "noise_of", "read_data"]
 
 MOST = 1e100
 """Largest size of a measured value in SI: squares of what is larger are no numbers any more."""
@@ -138,6 +138,27 @@ def check_times(columns: Columns, path: Path) -> list[Problem]:
     return [
         Problem((*path, "time"), f"expected times that increase, found {what} in {columns.at(k)}")
     ]
+
+
+def check_history(columns: Columns, path: Path) -> list[Problem]:
+    """What is wrong with a bench's strains, tensions and times, which are the columns.
+
+    Times may stay, as at a jump, but not fall; and strains change, from where nothing has to relax.
+    """
+    strain, _, times = columns.values
+    wrong = np.flatnonzero(np.diff(times) < 0.0)
+    if not wrong.size and np.ptp(strain) == 0.0:
+        message = (
+            f"expected strains that change with time, found {strain[0]:g} alone in {columns.name}: "
+            "begin with a row at the strain where the material was at rest"
+        )
+        return [Problem((*path, "strain"), message)]
+    if not wrong.size:
+        return []
+    k = int(wrong[0]) + 1
+    now, before = (format_quantity(times[i], "s") for i in (k, k - 1))
+    message = f"expected times that never fall, found {now} after {before} in {columns.at(k)}"
+    return [Problem((*path, "time"), message)]
 
 
 def noise_of(

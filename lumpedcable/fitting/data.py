@@ -22,7 +22,8 @@ class Series:
     """Measured values over strain or time, all in SI.
 
     `noise` is their standard deviation, None where it is not known; `weight` is one over it, or over
-    the largest value where it is not.
+    the largest value where it is not. `time` (s) is that of a bench's rows over strain, None where they
+    have none.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Series:
     x_unit: str
     values: Array
     noise: float | None
+    time: Array | None = None
 
     @property
     def weight(self) -> float:
@@ -42,7 +44,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Table:
-    """Tensions of a material of a scene at given strains."""
+    """Tensions of a material of a scene at given strains, in order of time where the series has one."""
 
     name: str
     study: Study

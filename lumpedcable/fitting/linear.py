@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import islice
 
+import jax
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from lumpedcable.fitting.data import FitProblem, Table
 from lumpedcable.fitting.parameters import Parameter
+from lumpedcable.model.materials import relaxation_of
+from lumpedcable.physics.strain_history import relaxing_tension
 from lumpedcable.scene import TanhMaterial
 from lumpedcable.scene.units import format_quantity
 
@@ -21,7 +24,7 @@ Array = NDArray[np.float64]
 LINEAR = {
     "linear": ("EA",), "tanh": ("p1", "p4", "p5"), "polynomial": ("coefficients",),
 }  # fmt: skip
-"""Keys of a law of which the tension is a sum of multiples."""
+"""Keys of a law of which the tension is a sum of multiples; so it is of the EA of what relaxes."""
 MOST_LAWS = 5000
 """Evaluations of laws at most, a second's worth: fewer places are tried where each needs many."""
 OFF_BOUND = 1e-3
@@ -44,7 +47,7 @@ def is_linear(problem: FitProblem) -> bool:
     return only and all(_is_linear(problem, p) for p in problem.parameters)
 
 
-def linear_start(problem: FitProblem, places: Iterable[Array]) -> Array | None:
+def linear_start(problem: FitProblem, places: Iterable[Array], turned: bool = True) -> Array | None:
     """The place whose linear numbers, solved for by least squares, leave the least.
 
     With the other numbers held, the tensions are T = T0 + sum x_k dT/dx_k, and the x_k within their
@@ -53,8 +56,9 @@ def linear_start(problem: FitProblem, places: Iterable[Array]) -> Array | None:
 
     Args:
         problem: parameters and data; where it has records, there is no such system.
-        places: values (p,) in SI of which those of the other numbers are taken; of a tanh law also
-            with the sign of p3 turned, which is the law of the other sign of strain.
+        places: values (p,) in SI of which those of the other numbers are taken.
+        turned: take them of a tanh law with the sign of p3 turned as well, which is the law of the other
+            sign of strain.
 
     Returns:
         The values (p,), None where no number is linear, or the start is beyond arithmetic: the search
@@ -68,12 +72,12 @@ def linear_start(problem: FitProblem, places: Iterable[Array]) -> Array | None:
     with np.errstate(over="ignore", invalid="ignore"):
         if not np.isfinite(np.sum((_tensions(problem, start) - data) ** 2)):
             return None
-    turned = np.array([-1.0 if _is_phase(problem, p) else 1.0 for p in problem.parameters])
+    signs = np.array([-1.0 if _is_phase(problem, p) else 1.0 for p in problem.parameters])
     best, least = None, np.inf
     # numbers that every table has of its own make many columns
     few = max(MOST_LAWS // (len(problem.tables) * (int(np.sum(linear)) + 1)), 1)
     for place in islice(places, few):
-        for values in (place, place * turned) if np.any(turned < 0.0) else (place,):
+        for values in (place, place * signs) if turned and np.any(signs < 0.0) else (place,):
             found, left = _solved(problem, values, linear, data)
             if left < least:
                 best, least = found, left
@@ -169,7 +173,7 @@ def _tensions(problem: FitProblem, values: Array) -> Array:
 
 
 def _tension(problem: FitProblem, table: Table, values: Array) -> Array:
-    """Tensions (N) of a table's law at its strains, for parameters (p,) in SI."""
+    """Tensions (N) of a table's material at its strains, for parameters (p,) in SI."""
     scene = table.study.scene
     numbers = {
         p.key: float(x)
@@ -178,7 +182,14 @@ def _tension(problem: FitProblem, table: Table, values: Array) -> Array:
     }
     known = scene.numbers()
     mine = {key: x for key, x in numbers.items() if key in known}
-    return scene.with_numbers(mine).materials[table.material].curve(table.series.x)
+    material = scene.with_numbers(mine).materials[table.material]
+    tension, branches = material.curve(table.series.x), relaxation_of(material)
+    if table.series.time is None or branches is None:
+        return tension
+    return tension + np.asarray(_relaxing(branches, table.series.x, table.series.time))
+
+
+_relaxing = jax.jit(relaxing_tension)
 
 
 def _law(problem: FitProblem, p: Parameter):
@@ -190,7 +201,10 @@ def _law(problem: FitProblem, p: Parameter):
 
 def _is_linear(problem: FitProblem, p: Parameter) -> bool:
     law = _law(problem, p)
-    return law is not None and p.key.split(".")[2] in LINEAR.get(law.law, ())
+    if law is None:
+        return False
+    _, _, key, *inner = p.key.split(".")
+    return key in LINEAR.get(law.law, ()) or (key == "relaxation" and inner[-1] == "EA")
 
 
 def _is_phase(problem: FitProblem, p: Parameter) -> bool:

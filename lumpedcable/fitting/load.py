@@ -20,7 +20,7 @@ from lumpedcable.fitting.checks import (
     unknown_start,
     whole_problems,
 )
-from lumpedcable.fitting.columns import check_times, noise_of, read_data
+from lumpedcable.fitting.columns import check_history, check_times, noise_of, read_data
 from lumpedcable.fitting.data import FitProblem, Record, Series, Table
 from lumpedcable.fitting.language import (
     Choice,
@@ -32,7 +32,7 @@ from lumpedcable.fitting.language import (
     TableExperiment,
 )
 from lumpedcable.fitting.observe import UNITS, watched
-from lumpedcable.fitting.parameters import numbers_of, read_parameters
+from lumpedcable.fitting.parameters import User, numbers_of, read_parameters
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import Fault, SceneError, Study, load_study
 from lumpedcable.scene.checks import inside
@@ -261,8 +261,8 @@ class _Reader:
             return None
         if choice is not None:
             free = _inherited(file, choice, base, (r.study for r in records)) | dict(free)
-        users = [(t.name, t.study, t.material) for t in tables]
-        users += [(r.name, r.study, "") for r in records]
+        users = [User(t.name, t.study, t.material, t.series.time is not None) for t in tables]
+        users += [User(r.name, r.study) for r in records]
         parameters, wrong = read_parameters(free, users, at)
         self.tell(wrong)
         smooth, wrong = smooth_tables(free, parameters, at)
@@ -277,21 +277,25 @@ class _Reader:
     def table(self, name: str, one: TableExperiment, study: Study | None, path: Path):
         """The table of an experiment, as a list of one or none."""
         wanted = [((*path, "strain"), one.strain, ""), ((*path, "tension"), one.tension, "N")]
+        wanted += [] if one.time is None else [((*path, "time"), one.time, "s")]
         columns, wrong = read_data(self.folder / one.file, path, wanted)
         self.tell(wrong)
         if study is None:
             return []
         wrong = bench_problems(one, study, columns, path)
+        if columns is not None and one.time is not None:
+            wrong += check_history(columns, path)
         self.tell(wrong)
         if columns is None or wrong:
             return []
-        strain, tension = columns.values
+        strain, tension, *times = columns.values
         noise, problem = noise_of(one.noise, tension, "N", (*path, "noise"), one.tension)
         if problem is None and np.any(strain) and not np.any(tension):
             message = f"expected tensions, found nothing but 0 in column {one.tension.column}"
             problem = Problem((*path, "tension"), f"{message} of {columns.name}")
         self.tell([problem] if problem else [])
-        series = Series(name, f"{name}: tension", "N", strain, "", tension, noise)
+        time = times[0] if times else None
+        series = Series(name, f"{name}: tension", "N", strain, "", tension, noise, time)
         return [Table(name, study, one.material, series)]
 
     def record(self, name: str, one: RecordExperiment, study: Study | None, path: Path):

@@ -6,7 +6,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic_core import PydanticCustomError
 
@@ -18,10 +18,11 @@ from lumpedcable.scene.quantities import Count, Quantity
 from lumpedcable.scene.sweep import swept_number
 from lumpedcable.scene.tree import Absent, Spot, is_open_list, numeric, spot_at
 
-__all__ = ["Number", "Parameter", "numbers_of", "read_parameters"]
+__all__ = ["Number", "Parameter", "User", "numbers_of", "read_parameters", "relaxes"]
 
 _NOT_PHYSICS = ("solver", "statics")
 
+UNTIMED = ", which a bench's table tells where it has a column of times: time = { column = ... }"
 IN_A_FILE = "data of a CSV file cannot be free: write them out"
 
 
@@ -51,6 +52,11 @@ class Parameter:
         """The key, with the experiment where it has one."""
         return self.key if self.experiment is None else f"{self.key} [{self.experiment}]"
 
+    @property
+    def spread(self) -> bool:
+        """Whether it may lie decades from its start: the time within which something relaxes."""
+        return relaxes(self.key) and self.key.endswith(".time")
+
 
 @dataclass(frozen=True)
 class Number:
@@ -62,6 +68,19 @@ class Number:
     value: float
     sided: bool
     """It keeps the sign of its start: with the other, the scene has a twin that is the same."""
+
+
+class User(NamedTuple):
+    """An experiment, and what it may depend on.
+
+    `material` is a bench's, "" of a record, which may depend on any number of its scene but a law's
+    range. `timed`: whether the bench tells when its tensions were measured.
+    """
+
+    name: str
+    study: Study
+    material: str = ""
+    timed: bool = False
 
 
 def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
@@ -123,27 +142,27 @@ def _sided(study: Study, key: str) -> bool:
 
 
 def read_parameters(
-    free: Mapping[str, Free], studies: Sequence[tuple[str, Study, str]], at: Path
+    free: Mapping[str, Free], experiments: Sequence[User], at: Path
 ) -> tuple[list[Parameter], list[Problem]]:
     """The parameters of a fit.
 
     Args:
         free: free numbers by key, as in the file.
-        studies: name, scene and material of every experiment; the material is "" for a record,
-            which may depend on any number but a law's range.
+        experiments: all of them, with what they may depend on.
         at: where `free` stands in the file.
     """
     parameters: list[Parameter] = []
     problems: list[Problem] = []
     for key, one in free.items():
         users, message = [], ""
-        for name, study, material in studies:
-            numbers, wrong = numbers_of(study, key)
+        for user in experiments:
+            numbers, wrong = numbers_of(user.study, key)
             message = message or wrong
-            if numbers and _depends(key, material):
-                users.append((name, numbers))
+            if numbers and _depends(key, user):
+                users.append((user.name, numbers))
         if not users:
             said = message or f'expected a number that an experiment depends on, found "{key}"'
+            said += "" if message or not relaxes(key) else UNTIMED
             problems.append(Problem((*at, key), said))
             continue
         owners = users if one.private else [("", users[0][1])]
@@ -156,15 +175,25 @@ def read_parameters(
     return _distinct(parameters), list(dict.fromkeys(problems))
 
 
-def _depends(key: str, material: str) -> bool:
+def _depends(key: str, user: User) -> bool:
     """Whether an experiment depends on a number: a bench on the law of its material alone.
 
-    `material` is "" for a record. A law's range bounds the step of a run and moves nothing.
+    On what relaxes beside the law as well where it tells the times of its rows. A law's range bounds
+    the step of a run and moves nothing.
     """
     last = key.rpartition(".")[2]
     if key.startswith("materials.") and last == "max_strain":
         return False
-    return not material or (key.startswith(f"materials.{material}.") and last != "damping")
+    if not user.material:
+        return True
+    mine = key.startswith(f"materials.{user.material}.") and last != "damping"
+    return mine and (user.timed or not relaxes(key))
+
+
+def relaxes(key: str) -> bool:
+    """Whether a number is of a branch of a material: materials.NAME.relaxation.BRANCH.EA."""
+    section, *rest = key.split(".")
+    return section == "materials" and rest[1:2] == ["relaxation"]
 
 
 def _parameter(

@@ -294,7 +294,7 @@ def contents_of(fitted: Fitted) -> dict[str, Any]:
     series = [
         {
             "experiment": s.name, "what": s.label, "unit": s.unit, "noise": s.noise,
-            "x_unit": s.x_unit, "x": s.x, "measured": s.values, "model": p,
+            "x_unit": s.x_unit, "x": s.x, "time": s.time, "measured": s.values, "model": p,
         }
         for s, p in zip(problem.series, fitted.predicted, strict=True)
     ]  # fmt: skip

@@ -14,9 +14,10 @@ from lumpedcable.fitting.arrays import Arrays, GroupArrays, GroupSpec, Spec, Tab
 from lumpedcable.fitting.observe import MEASURE, PEAK, STOP, Watched, look, weights_of
 from lumpedcable.fitting.transforms import to_values
 from lumpedcable.model.coordinates import Coordinates
-from lumpedcable.model.materials import law_of
+from lumpedcable.model.materials import law_of, relaxation_of
 from lumpedcable.model.model import Model
 from lumpedcable.physics.precision import cast
+from lumpedcable.physics.strain_history import relaxing_tension
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import begin, interval
 from lumpedcable.solve.observe import Sample, sample
@@ -75,7 +76,11 @@ def _table(spec: TableSpec, arrays: TableArrays, values) -> Float[Array, " point
     scene = spec.structure.scene.with_numbers(numbers)
     # without the cut of tension_only: a bench pulls, and the fit would stick at the kink
     material = scene.materials[spec.material].model_copy(update={"tension_only": False})
-    return law_of(material).tension(jnp.asarray(arrays.strain))
+    strain, relaxation = jnp.asarray(arrays.strain), relaxation_of(material)
+    tension = law_of(material).tension(strain)
+    if arrays.time is None or relaxation is None:
+        return tension
+    return tension + relaxing_tension(relaxation, strain, jnp.asarray(arrays.time))
 
 
 def started(spec: GroupSpec, arrays: GroupArrays, values):

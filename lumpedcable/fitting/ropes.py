@@ -154,6 +154,7 @@ def _longer_table(table: TableArrays, points: int) -> TableArrays:
     return table._replace(
         strain=np.pad(table.strain, more, mode="edge"), data=np.pad(table.data, more),
         weight=np.pad(table.weight, more),
+        time=None if table.time is None else np.pad(table.time, more, mode="edge"),
     )  # fmt: skip
 
 

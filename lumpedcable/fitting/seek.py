@@ -43,6 +43,8 @@ NUDGES, NUDGE, WORTH = 4, 1e-3, 1e-3
 SAMPLE, RESCUES, REACH = 64, 4, 3.0
 """Where a search ends badly: places tried, searches from the best of them, and the factor by which a
 number without bounds is at most changed."""
+DECADES = 30.0
+"""That factor for times within which something relaxes."""
 SAME, ALIKE = 1e-3, 3
 """Relative difference of two losses that are one, and how many of one are believed to be the least."""
 UNLIKELY = 1e-3
@@ -105,11 +107,14 @@ def seek(
     assert sought is not None
     if problem.method.starts is not None or not wants_others(problem, spec, sought):
         return sought
-    for start in _others(problem, spec, arrays):
+    badly = bad_end(problem, spec, sought)
+    for start in _others(problem, spec, arrays, sought):
         sought = go(start)
         alike = [abs(s.loss - sought.loss) <= SAME * sought.loss for s in sought.starts]
         if sum(alike) >= ALIKE or not bad_end(problem, spec, sought):
             break
+    if not badly:
+        return sought
     began = None
     if problem.records:  # by the program that the sample was tried with
         began = np.asarray(_plain(spec, arrays, to_unbounded(arrays.transform, first))[1])
@@ -124,7 +129,10 @@ def _starts(problem: FitProblem) -> list[Array]:
 
 
 def _sample(problem: FitProblem, count: int) -> Array:
-    """Values (count, p), seeded: between two bounds evenly, else by factors up to `REACH` either way."""
+    """Values (count, p), seeded: between two bounds evenly, else by factors up to `REACH` either way.
+
+    Of times within which something relaxes the logarithms are even, to bounds or to `DECADES`.
+    """
     low, high, start = (
         np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
     )
@@ -138,13 +146,29 @@ def _sample(problem: FitProblem, count: int) -> Array:
         above, below = low + (start - low) * factor, high - (high - start) * factor
     size = transform_of(problem.parameters).scale
     free = np.where(start != 0.0, start * factor, (2.0 * share - 1.0) * size)
-    return np.select([has_low & has_high, has_low, has_high], [between, above, below], free)
+    found = np.select([has_low & has_high, has_low, has_high], [between, above, below], free)
+    spread = np.array([p.spread for p in problem.parameters])
+    least = np.where(low > 0.0, low, start / DECADES)[spread]
+    most = np.where(has_high, high, start * DECADES)[spread]
+    found[:, spread] = least * (most / least) ** (0.02 + 0.96 * share[:, spread])
+    return found
 
 
-def _others(problem: FitProblem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
-    """Starts from a sample: with its linear numbers solved for, if there are; the least loss first."""
+def _others(problem: FitProblem, spec: Spec, arrays: Arrays, sought: Sought) -> Iterator[Array]:
+    """Starts from a sample: with its linear numbers solved for, if there are; the least loss first.
+
+    Where something relaxes within times that are to be found, first with those alone changed where a
+    search ended.
+    """
     losses, places = [], _sample(problem, SAMPLE)
     first = np.array([p.start for p in problem.parameters])
+    if _many_minima(problem):
+        spread = [p.spread for p in problem.parameters]
+        best = min(sought.starts, key=lambda s: s.loss).values
+        retimed = np.where(spread, _in_order(problem, places), best)
+        solved = linear_start(problem, retimed, turned=False)
+        if solved is not None:
+            yield solved
     solved = linear_start(problem, [first, *places])
     if solved is not None:
         yield solved
@@ -153,6 +177,28 @@ def _others(problem: FitProblem, spec: Spec, arrays: Arrays) -> Iterator[Array]:
         losses.append(float(np.sum(np.asarray(rows) ** 2)))
     order = np.argsort(np.nan_to_num(losses, nan=np.inf), kind="stable")
     yield from places[order[:RESCUES]]
+
+
+def _in_order(problem: FitProblem, places: Array) -> Array:
+    """Places (count, p) with the times of a material's branches in the order of their starts.
+
+    Two branches that change places are the same material, of which the file means one. Where bounds do
+    not allow it they stay.
+    """
+    low, high, start = (
+        np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
+    )
+    alike: dict[tuple[str, str | None], list[int]] = {}
+    for k, p in enumerate(problem.parameters):
+        if p.spread:
+            alike.setdefault((p.key.split(".")[1], p.experiment), []).append(k)
+    found = places.copy()
+    for index in alike.values():
+        ranked = np.array(index)[np.argsort(start[index], kind="stable")]
+        turned = np.sort(places[:, ranked], axis=1)
+        inside = np.all((low[ranked] < turned) & (turned < high[ranked]), axis=1)
+        found[:, ranked] = np.where(inside[:, None], turned, places[:, ranked])
+    return found
 
 
 _plain = program(penalised, ("spec",), RUN_OFTEN)
@@ -177,10 +223,23 @@ def bad_end(problem: FitProblem, spec: Spec, sought: Sought) -> bool:
 
 
 def wants_others(problem: FitProblem, spec: Spec, sought: Sought) -> bool:
-    """Whether others could find better than the first search: it ended badly, at no only minimum."""
+    """Whether others could find better than the first search: it ended badly, at no only minimum.
+
+    Or where there are likely others, which noise that is not known does not tell from the least.
+    """
+    if _many_minima(problem):
+        return True
     return bad_end(problem, spec, sought) and not (
         sought.starts[0].converged and is_linear(problem)
     )
+
+
+def _many_minima(problem: FitProblem) -> bool:
+    """Whether tables alone tell times within which something relaxes.
+
+    A sum of decays has minima of its own where one of them is too short for any row, as a dashpot.
+    """
+    return not problem.records and any(p.spread for p in problem.parameters)
 
 
 def chance_of(square: float, free: float) -> float:

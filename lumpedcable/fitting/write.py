@@ -182,7 +182,7 @@ def pictures_of(fitted: Fitted) -> dict[str, Any]:
         {
             "title": s.label, "x_name": "time" if s.x_unit == "s" else "strain",
             "x_unit": s.x_unit, "x": s.x, "unit": s.unit, "measured": s.values, "model": p,
-            "noise": s.noise,
+            "noise": s.noise, "time": s.time,
         }
         for s, p in zip(problem.series, fitted.predicted, strict=True)
     ]  # fmt: skip

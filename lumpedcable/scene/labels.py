@@ -10,7 +10,7 @@ __all__ = ["label_of"]
 def label_of(root: Spot, key: str) -> str:
     """Return "rope pretension" for lines.rope.end.held.pretension, "rope fixed z" for ... .2.
 
-    Of a freedom of a ship "receiver heave period", of a branch of a material "nylon fast EA".
+    Of a freedom of a ship "receiver heave period", of what relaxes in a material "nylon fast time".
     """
     words = key.split(".")
     vector = spot_at(root, tuple(words[:-1]))
@@ -19,8 +19,7 @@ def label_of(root: Spot, key: str) -> str:
         # one of a list of vectors is told with the list's name: "velocity 3 x"
         of = -3 if words[-2].isdecimal() else -2
         words[of:] = [" ".join((*words[of:-1], component))]
-    if len(words) > 2 and words[-2] in FREEDOMS:
+    branch = words[0] == "materials" and words[2:3] == ["relaxation"] and len(words) > 4
+    if len(words) > 2 and (words[-2] in FREEDOMS or branch):
         words[-2:] = [f"{words[-2]} {words[-1]}"]
-    if len(words) > 3 and (words[0], words[2]) == ("materials", "relaxation"):
-        words[1] = f"{words[1]} {words[3]}"  # a branch has the keys of its material
     return f"{words[1]} {words[-1]}" if words[0] in SECTIONS and len(words) > 2 else words[-1]

@@ -25,7 +25,10 @@ SHOWN_NUMBERS = 12  # parameters up to which a correlation is written into its s
 
 
 class Compared(NamedTuple):
-    """A measured series, the model's answer and its noise (None where not given), in SI."""
+    """A measured series, the model's answer and its noise (None where not given), in SI.
+
+    `time` (s) is that of a bench's points over strain, which are then in its order; else None.
+    """
 
     title: str
     x_name: str
@@ -35,6 +38,13 @@ class Compared(NamedTuple):
     measured: Array
     model: Array
     noise: float | None
+    time: Array | None = None
+
+    def over_time(self) -> Compared:
+        """The same over time, where it has one."""
+        if self.time is None:
+            return self
+        return self._replace(x_name="time", x_unit="s", x=self.time, time=None)
 
 
 class Law(NamedTuple):
@@ -126,6 +136,7 @@ def _figures(pictures: FitPictures) -> list[tuple[str, Callable[[], Figure]]]:
     """Names and makers of the figures that there is something to draw in."""
     all_ = [
         ("data", data_figure, True),
+        ("history", history_figure, any(s.time is not None for s in pictures.series)),
         ("residuals", residual_figure, True),
         ("correlations", correlation_figure, len(pictures.names) > 1),
         ("laws", law_figure, bool(pictures.laws)),
@@ -136,15 +147,23 @@ def _figures(pictures: FitPictures) -> list[tuple[str, Callable[[], Figure]]]:
 
 
 def data_figure(pictures: FitPictures) -> Figure:
-    """A panel a series: what was measured and what the model says."""
-    shown = pictures.series[:MOST_PANELS]
-    figure, axes = style.panel_figure(
-        [s.title for s in shown], f"Data and model: {pictures.heading}"
-    )
+    """A panel a series: what was measured and what the model says, loops in the order of time."""
+    return _compared(pictures.series, f"Data and model: {pictures.heading}")
+
+
+def history_figure(pictures: FitPictures) -> Figure:
+    """A panel for each bench that tells the times of its rows: the same over time."""
+    timed = [s.over_time() for s in pictures.series if s.time is not None]
+    return _compared(timed, f"Data and model over time: {pictures.heading}")
+
+
+def _compared(series: Sequence[Compared], heading: str) -> Figure:
+    shown = series[:MOST_PANELS]
+    figure, axes = style.panel_figure([s.title for s in shown], heading)
     for ax, s in zip(axes, shown, strict=True):
         fx, ux = scale(style.largest(s.x), s.x_unit)
         fy, uy = scale(style.largest(s.measured), s.unit)
-        order = np.argsort(s.x, kind="stable")
+        order = np.argsort(s.x, kind="stable") if s.time is None else np.arange(s.x.size)
         ax.plot(fx * s.x, fy * s.measured, ".", color=style.COLOURS[0], markersize=2.5)
         ax.plot(fx * s.x[order], fy * s.model[order], color=style.COLOURS[1])
         ax.set_xlabel(style.with_unit(s.x_name, ux))
@@ -153,13 +172,13 @@ def data_figure(pictures: FitPictures) -> Figure:
         Line2D([], [], marker=".", linestyle="", color=style.COLOURS[0], label="measured"),
         Line2D([], [], color=style.COLOURS[1], label="model with the values found"),
     ]
-    style.foot(figure, _left_out(pictures), handles)
+    style.foot(figure, _left_out(series), handles)
     return figure
 
 
 def residual_figure(pictures: FitPictures) -> Figure:
-    """A panel a series: measured less model, with the noise where it is known."""
-    shown = pictures.series[:MOST_PANELS]
+    """A panel a series: measured less model, with the noise where it is known; loops over time."""
+    shown = [s.over_time() for s in pictures.series[:MOST_PANELS]]
     figure, axes = style.panel_figure(
         [s.title for s in shown], f"Measured less model: {pictures.heading}"
     )
@@ -176,12 +195,12 @@ def residual_figure(pictures: FitPictures) -> Figure:
     handles = [Line2D([], [], marker=".", linestyle="", color=style.COLOURS[0], label="difference")]
     if any(s.noise is not None for s in shown):
         handles.append(Patch(color="#DDE8F0", label="2 standard deviations of the noise"))  # type: ignore[arg-type]
-    style.foot(figure, _left_out(pictures), handles)
+    style.foot(figure, _left_out(pictures.series), handles)
     return figure
 
 
-def _left_out(pictures: FitPictures) -> str:
-    count = len(pictures.series)
+def _left_out(series: Sequence[Compared]) -> str:
+    count = len(series)
     return f"The first {MOST_PANELS} of {count} series." if count > MOST_PANELS else ""
 
 

@@ -34,8 +34,8 @@ def file_of(tmp_path):
     return write
 
 
-def test_the_page_has_three_files():
-    assert len(FILES) == 3
+def test_the_page_has_four_files():
+    assert len(FILES) == 4
 
 
 def test_the_law_that_made_the_data_is_the_best_of_those_on_the_page(file_of, tmp_path):
@@ -61,6 +61,40 @@ def test_the_table_of_the_page_is_the_law_at_its_strains(file_of):
     value = np.array([number.value for number in found.numbers.values()])
     # a table of 5 points bends less than the law: 3 % of its largest tension
     assert value == pytest.approx(tension(strain), abs=0.03 * tension(0.32))
+
+
+RELAXING = np.array([800e3, 4.0, 400e3, 60.0])
+"""EA (N) and time (s) of the two branches that the loops were computed with."""
+
+
+def test_loops_and_holds_tell_what_the_page_says():
+    found = lc.fit(ROOT / "configs" / "fit" / "nylon-cycles.toml")
+    assert found.converged
+    numbers = list(found.numbers.values())
+    assert [number.key.partition(".relaxation.")[2] for number in numbers[4:]] == [
+        "fast.EA", "fast.time", "slow.EA", "slow.time",
+    ]  # fmt: skip
+    for number, truth in zip(numbers, [*TRUTH[:4], *RELAXING], strict=True):
+        assert abs(number.value - truth) < 3.5 * number.std
+    page = (ROOT / "docs" / "fitting.md").read_text()
+    rows = re.findall(
+        r"^\| (?:fast|slow) .*?, k?[Ns] \| (.*?) \| (.*?) \| (.*?) ± (.*?) \|$", page, re.M
+    )
+    units = np.array([1e3, 1.0, 1e3, 1.0])
+    for number, truth, unit, row in zip(numbers[4:], RELAXING, units, rows, strict=True):
+        ours = truth, number.start, number.value, number.std
+        # to the digits that the page has: three of a value, two of its spread
+        assert [float(x) * unit for x in row[:2]] == pytest.approx(ours[:2], rel=1e-12)
+        assert float(row[2]) * unit == pytest.approx(ours[2], rel=5e-3)
+        assert float(row[3]) * unit == pytest.approx(ours[3], rel=5e-2)
+
+
+def test_one_loop_and_one_hold_tell_two_branches_from_one(file_of):
+    found = lc.fit(file_of("[choices.one]"))
+    assert found.converged
+    for number, truth in zip(found.numbers.values(), [*TRUTH[[0, 3]], *RELAXING], strict=True):
+        assert abs(number.value - truth) < 4.0 * number.std
+    assert found.bic < found.choices["one"].bic - 10.0
 
 
 @pytest.mark.slow
