@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, get_origin
 
 from lumpedcable.scene.entries import SETTINGS, Entry, is_spec
 from lumpedcable.scene.errors import Fault
@@ -14,7 +14,7 @@ from lumpedcable.scene.part import Path, dotted
 from lumpedcable.scene.quantities import found
 from lumpedcable.scene.runs import with_values
 from lumpedcable.scene.scene import Scene
-from lumpedcable.scene.tree import Spot, numeric, paths, plain, spot_at
+from lumpedcable.scene.tree import Absent, Spot, numeric, paths, plain, spot_at
 from lumpedcable.scene.units import nearest
 
 _SHOWN = 6  # candidates listed for an ambiguous key
@@ -158,9 +158,8 @@ def resolve(key: str, value: Any, data: dict[str, Any]) -> tuple[Path | None, st
     }
     if wanted in known:
         return wanted, ""
-    parent = spot_at(Spot(Scene, data), wanted)
-    if len(wanted) == 2 and isinstance(value, dict) and parent is not None:
-        return wanted, ""  # a new entry of a named section, given as a whole
+    if _is_entry(wanted, value, data):
+        return wanted, ""
     ends = [path for path in known if path[-len(wanted) :] == wanted]
     matches = (
         [path for path in ends if known[path]]
@@ -177,3 +176,17 @@ def resolve(key: str, value: Any, data: dict[str, Any]) -> tuple[Path | None, st
     guess = nearest(key, tails)
     hint = f'; did you mean "{dotted(tails[guess])}"?' if guess else ""
     return None, f'expected the path of a value, found "{key}"{hint}'
+
+
+def _is_entry(wanted: Path, value: Any, data: dict[str, Any]) -> bool:
+    """Whether a path is a new entry of a named section, or of names in a part that the scene gives.
+
+    As a branch of a material, or a point of a body; of a section it is given as a whole.
+    """
+    root = Spot(Scene, data)
+    if len(wanted) == 2:
+        return isinstance(value, dict) and spot_at(root, wanted) is not None
+    owner, names = spot_at(root, wanted[:-2]), spot_at(root, wanted[:-1])
+    if owner is None or owner.value is Absent or names is None or wanted[0] == "references":
+        return False
+    return get_origin(plain(names)[0]) is dict

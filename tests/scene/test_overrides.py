@@ -219,3 +219,17 @@ def test_a_place_in_short_takes_its_axis_away(tmp_path):
     assert [(run.events["break"].breaks, run.events["break"].place) for run in study.runs] == [
         ("rope", 33.0)
     ]
+
+
+def test_an_override_adds_a_branch_of_a_material(rope):
+    fast = "materials.nylon.relaxation.fast"
+    study = load_study(SNAPBACK, [f"{fast}={{EA='3 kN', time='20 ms'}}", "fast.EA=[1 kN, 2 kN]"])
+    assert study.axes[-1].label == "nylon fast EA"
+    branches = [run.materials["nylon"].relaxation["fast"] for run in study.runs[:2]]
+    assert [(one.EA, one.time) for one in branches] == [(1e3, 0.02), (2e3, 0.02)]
+    again = load_study(good_scenes.write(rope.parent, study.effective_text))
+    assert again.runs[1].materials == study.runs[1].materials
+    # what is not there has no names below it, and a part of an entry is none
+    for wrong in (fast.replace("nylon", "nylom"), f"{fast}.EA"):
+        with pytest.raises(SceneError, match=r"did you mean \"materials\.nylon\.relaxation\""):
+            load_study(SNAPBACK, [f"{wrong}={{EA='3 kN', time='20 ms'}}"])
