@@ -127,5 +127,7 @@ def _folded(
     found = middle = jnp.sum(stiff * stretch, axis=0) / whole
     for _ in range(NEWTON):
         tension, slope = tension_and_stiffness(law, found)
-        found = found - (tension + whole * (found - middle)) / (slope + whole)
+        # a law that falls somewhere must not make the sum of slopes vanish
+        slope = jnp.maximum(slope, 0.0) + whole
+        found = found - (tension + whole * (found - middle)) / slope
     return jnp.maximum(found, strain)
