@@ -120,9 +120,10 @@ class RelaxingRelease:
         rate, t = rate[..., None], np.maximum(t, 0.0)
         later, grown = t, 0.0
         if self.ramp_time > 0.0:
-            on, turn = np.minimum(t, self.ramp_time), np.pi / self.ramp_time
-            swung = rate * (np.exp(rate * on) - np.cos(turn * on)) + turn * np.sin(turn * on)
-            grown = 0.5 * (np.expm1(rate * on) / rate - swung / (rate**2 + turn**2))
+            on, turn = np.minimum(t, self.ramp_time), 1j * np.pi / self.ramp_time
+            # of 1 - cos: the waves of both signs apart, so that one as fast as a mode grows with time
+            swung = sum(_beat(rate, sign * turn, on) for sign in (1.0, -1.0))
+            grown = 0.5 * np.expm1(rate * on) / rate - 0.25 * swung
             later = t - on
         return grown * np.exp(rate * later) + np.expm1(rate * later) / rate
 
@@ -164,3 +165,13 @@ class RelaxingRelease:
     def tension(self, s: ArrayLike, t: ArrayLike) -> Array:
         """Return the tension, N (negative in compression), s (m) from the released end."""
         return self._summed(s, t, "tension")
+
+
+def _beat(rate: NDArray[np.complex128], other: complex, t: Array) -> NDArray[np.complex128]:
+    """Integral from 0 to t of exp(rate (t - s) + other s) ds, t exp(rate t) where the two are one."""
+    apart = other - rate
+    near = np.abs(apart * t) < 0.5
+    x = np.where(near & (apart * t != 0.0), apart * t, 1e-12)
+    far = np.where(apart != 0.0, apart, 1.0)
+    alike, others = np.expm1(x) / x * t * np.exp(rate * t), np.exp(other * t) - np.exp(rate * t)
+    return np.where(near, alike, others / far).astype(complex)

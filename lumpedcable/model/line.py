@@ -297,7 +297,7 @@ class Line(eqx.Module):
         """Tension (N) of its law and its branches at each strain (-), and its slope (N); no damping."""
         if self.relaxation is None or self.memory is None:
             return *tension_and_stiffness(self.law, strain), None
-        found = self.relaxation.relaxed(self.law, strain, self.memory, self.tension_only)
+        found = self.relaxation.relaxed(self.law, strain, self.memory)
         return found.tension, found.stiffness, found
 
     def stored_energy(self, shape: Shape) -> Float[Array, ""]:

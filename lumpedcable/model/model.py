@@ -82,16 +82,14 @@ class Model(eqx.Module):
         lines = {name: replace(line, low=low[name]) for name, line in self.lines.items()}
         return replace(self, lines=lines)
 
-    def remembering(
-        self, memory: dict[str, Float[Array, "k n"]], step: Float[Array, ""] | None = None
-    ) -> "Model":
-        """The model whose branches' dashpots are stretched so (-), or were half a `step` (s) ago.
+    def remembering(self, memory: dict[str, Float[Array, "k n"]] | dict[str, Memory]) -> "Model":
+        """The model whose branches' dashpots are stretched so (-), or stood so half a step ago.
 
         {}: no line has branches.
         """
         if not memory:
             return self
-        kept = {name: Memory(stretch, step) for name, stretch in memory.items()}
+        kept = {n: x if isinstance(x, Memory) else Memory(x) for n, x in memory.items()}
         lines = {
             name: replace(line, memory=kept[name]) if name in kept else line
             for name, line in self.lines.items()

@@ -17,41 +17,47 @@ strain e_m > e at which T(e_m) + sum EA_k (e_m - s_k) = 0, to which it shrinks b
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.tension import AbstractTensionLaw, tension_and_stiffness
+from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
 
 __all__ = ["Memory", "Relaxation", "Relaxed"]
 
-NEWTON = 3
-"""Steps to the strain of a folded rope; the first is exact where the law is linear."""
+LOOKS, AGAIN = 24, 2
+"""Times that the strain of a folded rope is looked for, and from where it was a step before."""
+TINY = 1e-30  # N, for branches without any stiffness
 
 
 class Memory(NamedTuple):
     """How far the dashpots of n segments with k branches are stretched (-), (k, n).
 
-    At an instant where `step` is None, else half a `step` (s) before.
+    At an instant where `step` is None, else half a `step` (s) before; `guess` (n,) is the strain (-)
+    that the substance had a step ago, and `low` (k, n) what rounding has left out of the stretches (-),
+    None where that is not asked for.
     """
 
     stretch: Float[Array, "k n"]
     step: Float[Array, ""] | None = None
+    guess: Float[Array, " n"] | None = None
+    low: Float[Array, "k n"] | None = None
 
 
 class Relaxed(NamedTuple):
     """What a line of n segments with k branches carries at one instant.
 
     `tension` (N) is that of the law and of all branches, `stiffness` (N) its slope, both 0 where it
-    folds; `strain` (-) that of the substance. `now` and `after` are the dashpots' stretches (-) at that
-    instant and half a step later, None where no step was given; `rate` is ds/dt (1/s) and `lost` (W per
-    metre of unstretched length) what the dashpots take.
+    folds; `strain` (-) that of the substance. `now` are the dashpots' stretches (-) at that instant,
+    `after` is the memory half a step later, None where no step was given; `rate` is ds/dt (1/s) and
+    `lost` (W per metre of unstretched length) what the dashpots take.
     """
 
     tension: Float[Array, " n"]
     stiffness: Float[Array, " n"]
     strain: Float[Array, " n"]
     now: Float[Array, "k n"]
-    after: Float[Array, "k n"] | None
+    after: Memory | None
     rate: Float[Array, "k n"]
     lost: Float[Array, " n"]
 
@@ -72,20 +78,26 @@ class Relaxation(eqx.Module):
         """What all branches add to the stiffness of the law for loads that are fast (N)."""
         return jnp.sum(self.stiff)
 
+    def at_rest(self, law: AbstractTensionLaw, strain: Float[Array, " n"]) -> Float[Array, "k n"]:
+        """s (-) at rest at strains e (-): e, but where the line is slack the least that may pull."""
+        slack = _slack_strain(law)
+        strain = strain if slack is None else jnp.maximum(strain, slack)
+        return jnp.tile(strain, (self.branches, 1))
+
     def relaxed(
-        self, law: AbstractTensionLaw, strain: Float[Array, " n"], memory: Memory, folds: bool
+        self, law: AbstractTensionLaw, strain: Float[Array, " n"], memory: Memory
     ) -> Relaxed:
         """What a law with these branches carries at strains e (-), as its dashpots stand.
 
-        `folds` says that it cannot push. Dashpots that are known half a step dt (s) before go with the e
-        of the middle of a step,
+        Dashpots that are known half a step dt (s) before go with the e of the middle of a step,
 
             s_n+1/2 = s_n-1/2 + (1 - exp(-dt/tau)) (e_n - s_n-1/2),
 
         exact for an e that stays and of second order otherwise, and q is the mean over the step, which
         is what its impulse is: EA tau (s_n+1/2 - s_n-1/2) / dt.
         """
-        stretch, step = memory
+        stretch, step, _, low = memory
+        slack = _slack_strain(law)
         tension, slope = tension_and_stiffness(law, strain)
         time = self.time[:, None]
         lead, share = jnp.ones_like(time), jnp.ones_like(time)
@@ -95,39 +107,79 @@ class Relaxation(eqx.Module):
         stiff = share * self.stiff[:, None]
         total = tension + jnp.sum(stiff * (strain - stretch), axis=0)
         slope = slope + jnp.sum(stiff)
-        if folds:
-            slack = total <= 0.0
-            strain = jnp.where(slack, _folded(law, strain, stretch, stiff), strain)
-            total, slope = jnp.where(slack, 0.0, total), jnp.where(slack, 0.0, slope)
+        if slack is not None:
+            folds = total <= 0.0
+            folded = _folded(law, jnp.maximum(strain, slack), memory, stiff)
+            strain = jnp.where(folds, folded, strain)
+            total, slope = jnp.where(folds, 0.0, total), jnp.where(folds, 0.0, slope)
         ahead = strain - stretch
-        rate = lead * ahead / (time if step is None else step)
-        after = None if step is None else stretch + lead * ahead
-        now = stretch if step is None else strain - share * ahead
+        if step is None:
+            now, after, rate = stretch, None, ahead / time
+        else:
+            change = lead * (ahead if low is None else ahead - low)
+            now, rate = strain - share * ahead, change / step
+            if low is not None:
+                change = change + low
+            later = stretch + change
+            if low is not None:
+                low = jax.lax.stop_gradient(change - (later - stretch))
+            after = Memory(later, step, jax.lax.stop_gradient(strain), low)
         lost = jnp.sum(stiff * ahead * rate, axis=0)
         return Relaxed(total, slope, strain, now, after, rate, lost)
 
-    def half_a_step_on(self, found: Relaxed, step: Float[Array, ""]) -> Float[Array, "k n"]:
-        """s (-) half a step dt (s) after the instant of `found`."""
-        return found.now - jnp.expm1(-0.5 * step / self.time[:, None]) * (found.strain - found.now)
+    def half_a_step_on(self, found: Relaxed, step: Float[Array, ""], rounds: bool) -> Memory:
+        """The memory half a step dt (s) after the instant of `found`, for steps of that length.
+
+        `rounds`: with what rounding leaves out of it.
+        """
+        change = -jnp.expm1(-0.5 * step / self.time[:, None]) * (found.strain - found.now)
+        later = found.now + change
+        low = jax.lax.stop_gradient(change - (later - found.now)) if rounds else None
+        return Memory(later, step, jax.lax.stop_gradient(found.strain), low)
 
     def energy(self, found: Relaxed) -> Float[Array, " n"]:
         """sum EA_k (e - s_k)^2 / 2 (J per metre of unstretched length) in the branches' springs."""
         return 0.5 * self.stiff @ (found.strain - found.now) ** 2
 
 
+def _slack_strain(law: AbstractTensionLaw) -> Float[Array, ""] | None:
+    """The strain (-) up to which a law carries nothing, None of one that can push."""
+    return law.slack_strain if isinstance(law, TensionOnly) else None
+
+
 def _folded(
-    law: AbstractTensionLaw, strain: Float[Array, " n"], stretch: Float[Array, "k n"],
-    stiff: Float[Array, "k 1"],
-) -> Float[Array, " n"]:  # fmt: skip
+    law: AbstractTensionLaw, strain: Float[Array, " n"], memory: Memory, stiff: Float[Array, "k 1"]
+) -> Float[Array, " n"]:
     """The strain (-) at which a law and its branches carry nothing together, at least the given one.
 
-    From where the branches by themselves carry nothing, which is above it, by Newton's method.
+    It is between that and the one at which the branches alone carry nothing, and is looked for by
+    Newton's method, in halves of what is left where that leads out of it. Nothing of this has a
+    derivative; a last step has that of the root (implicit function theorem).
     """
-    whole = jnp.sum(stiff)
-    found = middle = jnp.sum(stiff * stretch, axis=0) / whole
-    for _ in range(NEWTON):
-        tension, slope = tension_and_stiffness(law, found)
+    whole = jnp.maximum(jnp.sum(stiff), TINY)
+    middle = jnp.sum(stiff * memory.stretch, axis=0) / whole
+
+    def carried(x: Float[Array, " n"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        tension, slope = tension_and_stiffness(law, x)
         # a law that falls somewhere must not make the sum of slopes vanish
-        slope = jnp.maximum(slope, 0.0) + whole
-        found = found - (tension + whole * (found - middle)) / slope
-    return jnp.maximum(found, strain)
+        return tension + whole * (x - middle), jnp.maximum(slope, 0.0) + whole
+
+    def look(_, bounds):
+        low, x, high = bounds
+        force, slope = carried(x)
+        low, high = jnp.where(force > 0.0, low, x), jnp.where(force > 0.0, x, high)
+        on = x - force / slope
+        return low, jnp.where((on >= low) & (on <= high), on, 0.5 * (low + high)), high
+
+    low, high = strain, jnp.maximum(middle, strain)
+    start = high if memory.guess is None else jnp.clip(memory.guess, low, high)
+    bounds = jax.lax.stop_gradient((low, start, high))
+    if memory.guess is None:
+        bounds = jax.lax.fori_loop(0, LOOKS, look, bounds)
+    else:
+        for k in range(AGAIN):
+            bounds = look(k, bounds)
+    low, found, high = jax.lax.stop_gradient(bounds)
+    force, slope = carried(found)
+    on = found - force / jax.lax.stop_gradient(slope)
+    return jnp.where((on >= low) & (on <= high), on, found)

@@ -16,6 +16,7 @@ from lumpedcable.scene.part import Name, Part, Problem, Text, choose, pick_word,
 from lumpedcable.scene.quantities import (
     Damping,
     Force,
+    NonNegativeForce,
     Number,
     PositiveForce,
     PositiveNumber,
@@ -29,8 +30,8 @@ _SAMPLES = 2001  # strains looked at between 0 and max_strain, both included
 class Branch(Part):
     """A spring in series with a dashpot, beside the law: q = EA (e - s), ds/dt = (e - s) / time."""
 
-    EA: PositiveForce
-    """Stiffness in N that it adds to the law's for loads that are fast."""
+    EA: NonNegativeForce
+    """Stiffness in N that it adds to the law's for loads that are fast; 0 is as if it were not there."""
     time: PositiveTime
     """Time in s within which its tension falls to 1/e of itself while the length stays."""
 
@@ -55,7 +56,7 @@ class _Law(Part):
 
     def __hash__(self) -> int:
         """Of all that it has; a table of branches has no hash of its own."""
-        own = (tuple(v.items()) if isinstance(v, dict) else v for v in self.__dict__.values())
+        own = (frozenset(v.items()) if isinstance(v, dict) else v for v in self.__dict__.values())
         return hash((type(self), *own))
 
     def curve(self, strain: np.ndarray) -> np.ndarray:

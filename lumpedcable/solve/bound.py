@@ -24,10 +24,9 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
 
     A segment between two lumps of half its mass is the stiffest element there can be:
     omega^2 = 4 S / (m l^2) with S the largest stiffness of the law (N) and of what relaxes beside it;
-    loads add theirs. Material
-    damping has the rate g = 4 c / (m l^2), c in N s; resistances add theirs. Of the spread mass of
-    rods a third moves where their ends go against each other, so that what loads and resistances add
-    counts three times.
+    loads add theirs. Material damping has the rate g = 4 c / (m l^2), c in N s; resistances add theirs.
+    Of the spread mass of rods a third moves where their ends go against each other, so that what loads
+    and resistances add counts three times.
     """
     stiff = 0.0 if line.inextensible else stiffest(line)
     square = 4.0 * stiff / (line.mass * line.segment_length**2)

@@ -80,7 +80,7 @@ def initial_state(model: Model, energy: bool, stepping: bool) -> State:
         if line.inextensible
     }
     memory = {
-        name: jnp.tile(line.reference_strain, (line.relaxation.branches, 1))
+        name: line.relaxation.at_rest(line.law, line.reference_strain)
         for name, line in model.lines.items()
         if line.relaxation is not None
     }
@@ -232,8 +232,8 @@ def _until_breaks(model: Model, every, start) -> Float[Array, " parts"]:
 
 
 def _size(error: State) -> Float[Array, ""]:
-    """Size of an error: of the motion alone, since energies are a by-product."""
-    return _rms((error.displacement, error.velocity))
+    """Size of an error: of the motion and of what relaxes; energies are a by-product."""
+    return _rms((error.displacement, error.velocity, error.memory))
 
 
 def _rms(tree: PyTree) -> Float[Array, ""]:

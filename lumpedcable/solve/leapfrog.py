@@ -21,7 +21,7 @@ from lumpedcable.model.line import Workspace
 from lumpedcable.model.model import Model
 from lumpedcable.model.motion import acceleration, driven_velocities, kick
 from lumpedcable.model.state import State
-from lumpedcable.physics.relaxation import Relaxed
+from lumpedcable.physics.relaxation import Memory, Relaxed
 from lumpedcable.physics.vectors import most
 
 __all__ = ["CableTerm", "HalfStep", "Leapfrog", "rates"]
@@ -119,7 +119,7 @@ class HalfStep(NamedTuple):
     over: dict[str, Workspace]
     peaks: dict[str, Float[Array, " n"]]
     low: dict[str, Array]
-    memory: dict[str, Float[Array, "k n"]]
+    memory: dict[str, Memory]
 
 
 class Leapfrog(diffrax.AbstractSolver):
@@ -159,7 +159,9 @@ class Leapfrog(diffrax.AbstractSolver):
             (slope.velocity, slope.work),
         )
         memory = {
-            name: args.lines[name].relaxation.half_a_step_on(relaxed, dt.astype(kind))
+            name: args.lines[name].relaxation.half_a_step_on(
+                relaxed, dt.astype(kind), kind != dt.dtype
+            )
             for name, relaxed in relaxing(start)
         }
         whole = args.remembering(y0.memory)
@@ -182,7 +184,7 @@ class Leapfrog(diffrax.AbstractSolver):
         # worked out once and not at every step
         dt = kept.dt.astype(next(iter(before.values())).dtype)
         place, low = moved(model, t1, y0.displacement, kept.low, before, dt)
-        model = model.with_low(low).remembering(kept.memory, dt)
+        model = model.with_low(low).remembering(kept.memory)
         kicked = kick(model, t1, place, before, y0.reaction, dt, over or None)
         middle, after, found = kicked.middle, kicked.after, kicked.found
         now = work

@@ -31,6 +31,7 @@ __all__ = [
     "recoil_names",
     "recoils_of",
     "rounded_steps",
+    "stable_bound",
     "stepping",
     "structure_of",
     "tolerances",
@@ -177,6 +178,27 @@ def fields_of(scene: Scene) -> tuple[str, ...]:
     bends = any(line.bending is not None for line in scene.lines.values())
     others = ("energy",) if bends else ("energy", "bending_moment")
     return tuple(quantity for quantity in kept if quantity not in others)
+
+
+def stable_bound(
+    scene: Scene, bound: np.ndarray, swept: Mapping[str, np.ndarray] = MappingProxyType({})
+) -> np.ndarray:
+    """The largest stable step (s) of each run by its method, from that of leapfrog.
+
+    Leapfrog and implicit methods follow what relaxes at any step, others at steps of its shortest time.
+    """
+    method = scene.solver.method
+    if method == "leapfrog" or method.startswith("kvaerno"):
+        return bound
+    used = {line.material for line in scene.lines.values()}
+    times = [
+        np.broadcast_to(
+            swept.get(f"materials.{name}.relaxation.{one}.time", branch.time), bound.shape
+        )
+        for name in sorted(used)
+        for one, branch in scene.materials[name].relaxation.items()
+    ]
+    return np.minimum.reduce([bound, *times])
 
 
 def asked_step(

@@ -32,7 +32,7 @@ from lumpedcable.study.outcome import Outcome, Table, outcomes_of
 from lumpedcable.study.packed import Form, Packed
 from lumpedcable.study.part import Part
 from lumpedcable.study.places import found_lengths
-from lumpedcable.study.plan import plan_of, stepping, tolerances
+from lumpedcable.study.plan import plan_of, stable_bound, stepping, tolerances
 from lumpedcable.study.rest import write_rest
 from lumpedcable.study.shrinking import Batch
 from lumpedcable.study.starts import batched, filled, rows_of, starts
@@ -229,6 +229,7 @@ def _prepared(
     ready = starts(laid, structure, block.runs[rows], expect)
     outlet.timings.mark("statics")
     swept = laid.study.runs.columns(block.runs[rows])
+    ready = ready._replace(bound=stable_bound(scene, np.asarray(ready.bound), swept))
     stepped = stepping(scene, structure.layout, np.asarray(ready.bound), swept)
     endless = mark_endless(scene, ready, swept, stepped[:, 0], rows, block.table)
     kept = np.flatnonzero(~endless)

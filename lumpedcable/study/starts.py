@@ -72,7 +72,8 @@ def starts(
 def _is_late(key: str) -> bool:
     """Whether a number, most often, says nothing about the equilibrium."""
     event = key.startswith("events.") and not key.endswith(".place")
-    return event or ".drag." in key or ".added_mass." in key or key.startswith("solver.")
+    past = key.startswith("materials.") and ".relaxation." in key
+    return event or past or ".drag." in key or ".added_mass." in key or key.startswith("solver.")
 
 
 def _cells(table: NDArray[np.float64]) -> list[NDArray[np.int64]]:

@@ -27,6 +27,14 @@ def test_limits_are_elastic_lines(branch, EA):
     close(line, LinearRelease(EA=EA, ramp_time=RAMP, **LINE), 5e-4)
 
 
+@pytest.mark.parametrize("ramp", [0.2, 0.2 / 3.0, 0.0667, 0.05])
+@pytest.mark.parametrize("branches", [(), ((1e-9, 1.0),)])
+def test_a_ramp_as_fast_as_a_mode(ramp, branches):
+    # pi / ramp is the lowest frequency, c pi / 2 L, or the next, and nothing damps it
+    line = RelaxingRelease(EA=1e6, branches=branches, ramp_time=ramp, modes=4000, **LINE)
+    close(line, LinearRelease(EA=1e6, ramp_time=ramp, **LINE), 1e-6)
+
+
 def march(line, n, duration, every):
     """Second-order differences in space, RK4 in time: velocities of the nodes from the fixed end on."""
     h = line.length / n
