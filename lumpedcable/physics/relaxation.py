@@ -78,6 +78,16 @@ class Relaxation(eqx.Module):
         """What all branches add to the stiffness of the law for loads that are fast (N)."""
         return jnp.sum(self.stiff)
 
+    def in_steps(self, step: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        """Stiffness (N) of all branches for an e that turns with every step dt (s), shaped as dt.
+
+        Then s_n+1/2 = (-1)^n tanh(dt / (2 tau)) e, and it is sum EA (2 tau / dt) tanh(dt / (2 tau)): EA
+        where steps are short beside tau, that of a dashpot EA tau half a step late where they are long.
+        It decides how long steps may be.
+        """
+        halves = 0.5 * step[..., None] / self.time
+        return jnp.sum(self.stiff * jnp.tanh(halves) / halves, axis=-1)
+
     def at_rest(self, law: AbstractTensionLaw, strain: Float[Array, " n"]) -> Float[Array, "k n"]:
         """s (-) at rest at strains e (-): e, but where the line is slack the least that may pull."""
         slack = _slack_strain(law)
@@ -106,7 +116,7 @@ class Relaxation(eqx.Module):
             share = lead * time / step
         stiff = share * self.stiff[:, None]
         total = tension + jnp.sum(stiff * (strain - stretch), axis=0)
-        slope = slope + jnp.sum(stiff)
+        slope = slope + (self.at_once if step is None else self.in_steps(step))
         if slack is not None:
             folds = total <= 0.0
             folded = _folded(law, jnp.maximum(strain, slack), memory, stiff)

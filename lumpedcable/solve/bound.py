@@ -1,5 +1,6 @@
 """The largest step at which leapfrog is stable, from what each force along a line contributes."""
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -18,28 +19,40 @@ from lumpedcable.physics.tension import stiffness_bound
 
 __all__ = ["courant_number", "line_step_bound", "step_bound"]
 
+LOOKS = 40
+"""Times that the step of a line with branches is made longer: each halves, or so, what it lacks."""
+
 
 def line_step_bound(line: Line) -> Float[Array, ""]:
     """Largest stable step (s) of one line.
 
     A segment between two lumps of half its mass is the stiffest element there can be:
-    omega^2 = 4 S / (m l^2) with S the largest stiffness of the law (N) and of what relaxes beside it;
-    loads add theirs. Material damping has the rate g = 4 c / (m l^2), c in N s; resistances add theirs.
-    Of the spread mass of rods a third moves where their ends go against each other, so that what loads
-    and resistances add counts three times.
+    omega^2 = 4 S / (m l^2) with S the largest stiffness of the law (N) and, for steps as long as that,
+    of what relaxes beside it; loads add theirs. Material damping has the rate g = 4 c / (m l^2), c in
+    N s; resistances add theirs. Of the spread mass of rods a third moves where their ends go against
+    each other, so that what loads and resistances add counts three times.
     """
-    stiff = 0.0 if line.inextensible else stiffest(line)
-    square = 4.0 * stiff / (line.mass * line.segment_length**2)
+    stiff = 0.0 if line.inextensible else stiffness_bound(line.law, line.max_strain)
+    per_stiffness = 4.0 / (line.mass * line.segment_length**2)
+    square = stiff * per_stiffness
     for load in line.loads:
         square = square + load.rate_squared(line.mass, line.segment_length)
     rate = jnp.zeros_like(square)
     if line.damping is not None:
-        rate = 4.0 * line.damping / (line.mass * line.segment_length**2)
+        rate = line.damping * per_stiffness
     for resistance in line.resistances:
         rate = rate + resistance.rate(line.mass, line.segment_length)
     if line.inextensible:
         square, rate = 3.0 * square, 3.0 * rate
-    return jnp.min(_stable_step(square, rate))
+    if (relaxation := line.relaxation) is None:
+        return jnp.min(_stable_step(square, rate))
+
+    def longer(_, step: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        # branches are the less stiff the longer the step is: from below, so that each is stable
+        return _stable_step(square + relaxation.in_steps(step) * per_stiffness, rate)
+
+    first = _stable_step(square + relaxation.at_once * per_stiffness, rate)
+    return jnp.min(jax.lax.fori_loop(0, LOOKS, longer, first))
 
 
 def stiffest(line: Line) -> Float[Array, ""]:

@@ -4,10 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from engine_runs import line_text, run_text
+from engine_runs import line_text, run_text, scene_of
 from relaxing_ropes import BRANCHES, NYLON, nylon, relaxing
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+
+from lumpedcable.model.assemble import make_line
+from lumpedcable.model.coordinates import Coordinates, coordinates_of
+from lumpedcable.solve.bound import line_step_bound
 
 LONG, SWING, PERIOD = 10.0, 0.5, 0.2  # m, m, s
 OMEGA = 2.0 * np.pi / PERIOD
@@ -142,6 +146,40 @@ every = 0.05
     ran = run_text(tmp_path, text)
     exact = 1.3e6 * np.maximum(ran.time - 0.2, 0.0) / LONG
     assert ran["tension"][0, :, 0] == pytest.approx(exact, abs=1e-4 * np.max(exact))
+
+
+@pytest.mark.parametrize(
+    ("stiff", "time"),
+    [(1e4, 1e-4), (1e6, 1e-2), (1e6, 1e-4), (1e8, 1e-4), (1e8, 1e-7), (1e9, 1e-6)],
+)
+def test_the_largest_stable_step(tmp_path, stiff, time):
+    # leapfrog of one segment between two lumps as a matrix: e_n, l e'_n+1/2 and s_n+1/2 to those after
+    rope = line_text("rope", "rope", LONG, 1, 1.0, '"free"', "{ fixed = [10, 0, 0] }")
+    branch = relaxing("rope", {"only": (stiff, time)})
+    text = f"""
+[materials.rope]
+law = "linear"
+EA = 1e6
+{branch}
+{rope}
+[output]
+duration = 1
+every = 1
+"""
+    scene = scene_of(tmp_path, text)
+    line = make_line(scene, "rope", np.array([LONG]), 1, Coordinates(*coordinates_of([scene])))
+    bound = float(line_step_bound(line))
+
+    def growth(dt):
+        decay = np.exp(-dt / time)
+        mean = stiff * (1.0 - decay) * time / dt
+        per = 4.0 * dt / (1.0 * LONG**2)
+        kick = [[1, 0, 0], [-per * (1e6 + mean), 1, per * mean], [1 - decay, 0, decay]]
+        drift = [[1, dt, 0], [0, 1, 0], [0, 0, 1]]
+        return np.max(np.abs(np.linalg.eigvals(np.array(drift) @ np.array(kick))))
+
+    assert growth(0.999 * bound) <= 1.0
+    assert growth(1.01 * bound) > 1.0
 
 
 def test_single_precision_holds_as_long(tmp_path):
