@@ -303,11 +303,17 @@ def format_quantity(value: float, unit: str, digits: int = 6) -> str:
     lead = unit.split(" ")[0].split("/")[0]
     scalable = lead in _PRINTED and (lead not in ("m", "s") or unit == lead)
     if not scalable or value == 0:
-        return f"{value:.{digits}g} {unit}".strip()
+        return f"{_rounded(value, digits)} {unit}".strip()
     prefixes = [p.strip() for p in _PRINTED[lead]] + ([""] if lead == "s" else [])
     chosen = prefixes[0]
     for prefix in prefixes:
         # Judge the rounded number, so that 999.9999999 N is printed as 1 kN.
         if abs(float(f"{value / _PREFIX[prefix]:.{digits}g}")) >= 1:
             chosen = prefix
-    return f"{value / _PREFIX[chosen]:.{digits}g} {chosen}{unit}"
+    return f"{_rounded(value / _PREFIX[chosen], digits)} {chosen}{unit}"
+
+
+def _rounded(value: float, digits: int) -> str:
+    """A number to so many digits, written out below a million: 130, not 1.3e+02."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+0" in text and abs(value) < 999999.5 else text

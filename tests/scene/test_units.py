@@ -220,3 +220,16 @@ def test_nearest_prefers_another_case_to_another_spelling():
     assert nearest("Mn", ["mN", "MN"]) == "MN"
     assert nearest("lenght", ["length", "mass"]) == "length"
     assert nearest("zzz", ["length", "mass"]) is None
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.1299, "s", "130 ms"),
+        (1234.0, "m/s", "1200 m/s"),
+        (999.6, "N", "1 kN"),
+        (2.5e6, "", "2.5e+06"),
+    ],
+)
+def test_few_digits_are_written_out(value, unit, text):
+    assert format_quantity(value, unit, digits=2) == text
