@@ -75,9 +75,9 @@ def test_loads_a_thousand_times_too_large_end_at_the_law_a_thousand_times_as_lar
     assert "bench: tension: the data are about " in said
     assert "times what the law gives at the start: check the units of the columns." in said
     print_ropes({"one": fitted}, "ropes")
-    assert "in doubt" not in capsys.readouterr().out
+    assert "doubt" not in capsys.readouterr().out
     print_ropes({"one": large}, "ropes")
-    assert "in doubt" in capsys.readouterr().out
+    assert "in doubt" in " ".join(capsys.readouterr().out.split())
 
 
 def test_strains_of_the_other_sign_end_at_the_law_turned_round(tmp_path):

@@ -14,7 +14,9 @@ from lumpedcable.exact import RelaxingRelease
 from lumpedcable.scene import SceneError, load_study
 
 
-@pytest.mark.parametrize("method", ["leapfrog", "rk4", "tsit5"])
+@pytest.mark.parametrize(
+    "method", ["leapfrog", "rk4", pytest.param("tsit5", marks=pytest.mark.slow)]
+)
 def test_times_shorter_than_steps(tmp_path, method):
     # leapfrog goes over them, other methods must not; next to a dashpot of 200 N s
     branch = relaxing("hooke", {"only": (2e6, 1e-4)})
