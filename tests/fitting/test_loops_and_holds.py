@@ -316,6 +316,7 @@ observe = [{ quantity = "tension", at = "rope.start", column = "F (N)" }]
 """
 
 
+@pytest.mark.slow
 def test_what_relaxes_comes_back_from_a_record_of_a_run(tmp_path):
     """Of the engine's own run: the end of a line of three segments is moved within 1 s."""
     scene = LINE.format(step='"4 ms"').replace("segments = 1", "segments = 3")
