@@ -113,8 +113,9 @@ class _Writer:
                 "EA": rope.EA,
                 "tension_only": True,
                 "damping": damping or None,
+                "relaxation": branches,
             }
-            yield _table(f"materials.{name}", **keys, relaxation=branches)
+            yield _table(f"materials.{name}", **keys)
 
     def driven(self) -> Iterator[str]:
         """What MoorDyn is told the motion of: a vessel with the coupled points, and coupled bodies."""

@@ -21,9 +21,8 @@ from typing import NamedTuple
 
 __all__ = ["Parallel", "parallel"]
 
-ALIKE = (
-    1e-12  # shares of stiffness and of damping that differ by less are the same but for rounding
-)
+# shares of stiffness and of damping that differ by less are the same but for rounding
+ALIKE = 1e-12
 
 
 class Parallel(NamedTuple):

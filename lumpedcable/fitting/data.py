@@ -96,6 +96,14 @@ class FitProblem:
         return sum(series.values.size for series in self.series)
 
     @property
+    def ranges(self) -> tuple[Array, Array, Array]:
+        """The bounds of all parameters, low and high, and their start values, each (p,) in SI."""
+        low, high, start = (
+            np.array([getattr(p, k) for p in self.parameters]) for k in ("low", "high", "start")
+        )
+        return low, high, start
+
+    @property
     def freedom(self) -> int:
         """Degrees of freedom that the data leave: values beyond the parameters, 1 at least."""
         return max(self.points - len(self.parameters), 1)

@@ -88,9 +88,7 @@ def _solved(
     problem: FitProblem, values: Array, linear: NDArray[np.bool_], data: Array
 ) -> tuple[Array, float]:
     """The values with the linear ones solved for, and the sum of squares that they leave."""
-    low, high, start = (
-        np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
-    )
+    low, high, start = problem.ranges
     indices = np.flatnonzero(linear)
     nothing = np.where(linear, 0.0, values)
     base = _tensions(problem, nothing)

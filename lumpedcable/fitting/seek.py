@@ -133,9 +133,7 @@ def _sample(problem: FitProblem, count: int) -> Array:
 
     Of times within which something relaxes the logarithms are even, to bounds or to `DECADES`.
     """
-    low, high, start = (
-        np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
-    )
+    low, high, start = problem.ranges
     sobol = qmc.Sobol(start.size, rng=problem.method.seed)
     share = sobol.random_base2(int(np.ceil(np.log2(count))))[:count]
     factor = REACH ** (2.0 * share - 1.0)
@@ -185,9 +183,7 @@ def _in_order(problem: FitProblem, places: Array) -> Array:
     Two branches that change places are the same material, of which the file means one. Where bounds do
     not allow it they stay.
     """
-    low, high, start = (
-        np.array([getattr(p, k) for p in problem.parameters]) for k in ("low", "high", "start")
-    )
+    low, high, start = problem.ranges
     alike: dict[tuple[str, str | None], list[int]] = {}
     for k, p in enumerate(problem.parameters):
         if p.spread:

@@ -21,12 +21,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.physics.precision import rounded_off
 from lumpedcable.physics.tension import AbstractTensionLaw, TensionOnly, tension_and_stiffness
 
-__all__ = ["Memory", "Relaxation", "Relaxed"]
+__all__ = ["Memory", "Relaxation", "Relaxed", "mean_decay"]
 
 LOOKS, AGAIN = 24, 2
 """Times that the strain of a folded rope is looked for, and from where it was a step before."""
+SMALL = 1e-3
+"""h / tau below which the mean of a decay is a series: its slope is a difference of large numbers."""
 TINY = 1e-30  # N, for branches without any stiffness
 
 
@@ -112,8 +115,7 @@ class Relaxation(eqx.Module):
         time = self.time[:, None]
         lead, share = jnp.ones_like(time), jnp.ones_like(time)
         if step is not None:
-            lead = -jnp.expm1(-step / time)
-            share = lead * time / step
+            lead, share = -jnp.expm1(-step / time), mean_decay(step / time)
         stiff = share * self.stiff[:, None]
         total = tension + jnp.sum(stiff * (strain - stretch), axis=0)
         slope = slope + (self.at_once if step is None else self.in_steps(step))
@@ -132,7 +134,7 @@ class Relaxation(eqx.Module):
                 change = change + low
             later = stretch + change
             if low is not None:
-                low = jax.lax.stop_gradient(change - (later - stretch))
+                low = jax.lax.stop_gradient(rounded_off(later, stretch, change))
             after = Memory(later, step, jax.lax.stop_gradient(strain), low)
         lost = jnp.sum(stiff * ahead * rate, axis=0)
         return Relaxed(total, slope, strain, now, after, rate, lost)
@@ -144,7 +146,7 @@ class Relaxation(eqx.Module):
         """
         change = -jnp.expm1(-0.5 * step / self.time[:, None]) * (found.strain - found.now)
         later = found.now + change
-        low = jax.lax.stop_gradient(change - (later - found.now)) if rounds else None
+        low = jax.lax.stop_gradient(rounded_off(later, found.now, change)) if rounds else None
         return Memory(later, step, jax.lax.stop_gradient(found.strain), low)
 
     def energy(self, found: Relaxed) -> Float[Array, " n"]:
@@ -193,3 +195,11 @@ def _folded(
     force, slope = carried(found)
     on = found - force / jax.lax.stop_gradient(slope)
     return jnp.where((on >= low) & (on <= high), on, found)
+
+
+def mean_decay(x: Float[Array, "..."]) -> Float[Array, "..."]:
+    """(1 - exp(-x)) / x for x >= 0, 1 at 0."""
+    near = x < SMALL
+    far = jnp.where(near, 1.0, x)
+    series = 1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
+    return jnp.where(near, series, -jnp.expm1(-far) / far)

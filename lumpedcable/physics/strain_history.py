@@ -4,12 +4,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.physics.relaxation import Relaxation
+from lumpedcable.physics.relaxation import Relaxation, mean_decay
 
 __all__ = ["relaxing_tension"]
 
-SMALL = 1e-3
-"""h / tau below which the mean of a decay is a series: its slope is a difference of large numbers."""
 LEAST, MOST = 1e-100, 1e100
 """Times (s) that are told apart: a search may try any, and squares of these are still numbers."""
 
@@ -29,7 +27,7 @@ def relaxing_tension(
     of its modulus over the strain's history).
     """
     spans = jnp.diff(time)[:, None] / jnp.clip(relaxation.time, LEAST, MOST)
-    gains = relaxation.stiff * jnp.diff(strain)[:, None] * _mean_decay(spans)
+    gains = relaxation.stiff * jnp.diff(strain)[:, None] * mean_decay(spans)
 
     def on(carried, piece):
         decay, gain = piece
@@ -38,11 +36,3 @@ def relaxing_tension(
 
     _, total = jax.lax.scan(on, jnp.zeros_like(relaxation.stiff), (jnp.exp(-spans), gains))
     return jnp.concatenate([jnp.zeros(1), total])
-
-
-def _mean_decay(x: Float[Array, "..."]) -> Float[Array, "..."]:
-    """(1 - exp(-x)) / x for x >= 0, 1 at 0."""
-    near = x < SMALL
-    far = jnp.where(near, 1.0, x)
-    series = 1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
-    return jnp.where(near, series, -jnp.expm1(-far) / far)

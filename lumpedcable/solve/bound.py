@@ -55,12 +55,6 @@ def line_step_bound(line: Line) -> Float[Array, ""]:
     return jnp.min(jax.lax.fori_loop(0, LOOKS, longer, first))
 
 
-def stiffest(line: Line) -> Float[Array, ""]:
-    """The largest stiffness (N) that waves can meet on a line, of its law and its branches."""
-    stiff = stiffness_bound(line.law, line.max_strain)
-    return stiff if line.relaxation is None else stiff + line.relaxation.at_once
-
-
 def _stable_step(square: Float[Array, "*n"], rate: Float[Array, "*n"]) -> Float[Array, "*n"]:
     """Largest step (s) at which leapfrog follows an oscillation of omega^2 `square` (1/s2), damped.
 
@@ -97,7 +91,9 @@ def winch_step_bound(line: Line, winch: Winch) -> Float[Array, ""]:
     by another share; damping and a sheave's friction have their rates.
     """
     length = jnp.sum(line.node_length)
-    stiff = stiffest(line) / (length * winch.kilograms)
+    stiff = stiffness_bound(line.law, line.max_strain)
+    stiff = stiff if line.relaxation is None else stiff + line.relaxation.at_once
+    stiff = stiff / (length * winch.kilograms)
     rate = jnp.zeros_like(stiff)
     if winch.damping is not None:
         rate = rate + winch.damping / winch.kilograms

@@ -21,6 +21,7 @@ from lumpedcable.model.line import Workspace
 from lumpedcable.model.model import Model
 from lumpedcable.model.motion import acceleration, driven_velocities, kick
 from lumpedcable.model.state import State
+from lumpedcable.physics.precision import rounded_off
 from lumpedcable.physics.relaxation import Memory, Relaxed
 from lumpedcable.physics.vectors import most
 
@@ -90,15 +91,14 @@ def moved(
     """Displacements (m) at t (s), a step of dt (s) on, and what rounding leaves out of them.
 
     In single precision steps that are rounded add up, on a path to a way off, in a taut line to waves
-    that nothing made. What a sum x + dt v has no digits for is kept and goes into the next one
-    (W. Kahan, Commun. ACM 8, 40, 1965).
+    that nothing made. What a sum x + dt v has no digits for is kept and goes into the next one.
     """
     if not low:
         drifted = jax.tree.map(lambda x, v: x + dt * v, place, velocity)
         return follow(model, t, spooled(model, t, drifted)), {}
     steps = jax.tree.map(lambda rest, v: rest + dt * v, low, velocity)
     sums = jax.tree.map(jnp.add, place, steps)
-    low = jax.tree.map(lambda new, old, step: step - (new - old), sums, place, steps)
+    low = jax.tree.map(rounded_off, sums, place, steps)
     place = follow(model, t, on_course(model, t, sums))
     return place, jax.lax.stop_gradient(left_out(model, t, place, low))
 

@@ -12,7 +12,7 @@ from lumpedcable.model.layout import Layout, make_layout
 from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.bodies import ANGLES
-from lumpedcable.scene.run import Solver
+from lumpedcable.scene.run import IMPLICIT, Solver
 from lumpedcable.solve.observe import Recoil
 from lumpedcable.solve.plan import Plan
 from lumpedcable.study.batches import outputs_at_once
@@ -187,8 +187,7 @@ def stable_bound(
 
     Leapfrog and implicit methods follow what relaxes at any step, others at steps of its shortest time.
     """
-    method = scene.solver.method
-    if method == "leapfrog" or method.startswith("kvaerno"):
+    if scene.solver.method in ("leapfrog", *IMPLICIT):
         return bound
     used = {line.material for line in scene.lines.values()}
     times = [

@@ -102,8 +102,9 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
     console = console_of()
     ends = list(dict.fromkeys(end for o in outcomes for end in o.recoils))
     rows = len(outcomes) * max(len(ends), 1)
-    table, beside = _fitting(console, study, outcomes, ends)
-    table.hidden = _hidden(study, beside, _known(outcomes))
+    known = _known(outcomes)
+    table, beside = _fitting(console, study, outcomes, ends, known)
+    table.hidden = _hidden(study, beside, known)
     if study.scene.title:
         console.print(Text(study.scene.title, "bold"))
     console.print(table)
@@ -116,17 +117,19 @@ def results_table(study: Study, target: Path, outcomes: Sequence[Outcome]) -> No
 
 
 def _fitting(
-    console: Console, study: Study, outcomes: Sequence[Outcome], ends: Sequence[str]
+    console: Console, study: Study, outcomes: Sequence[Outcome], ends: Sequence[str], known: bool
 ) -> tuple[WholeTable, Sequence[str]]:
-    """The richest look that the console is wide enough for, and what stands beside the values."""
-    known, table, beside = _known(outcomes), None, ()
-    for padding, words in LOOKS:
-        beside = tuple(word for word in words if known or word != "exact")
+    """The richest look that the console is wide enough for, and what stands beside the values.
+
+    `known`: whether an exact value is.
+    """
+    looks = [(pad, tuple(w for w in words if known or w != "exact")) for pad, words in LOOKS]
+    for padding, beside in looks[:-1]:
         table = _table(study, outcomes, ends, beside, padding)
         if fits_on(console, table):
-            break
-    assert table is not None
-    return table, beside
+            return table, beside
+    padding, beside = looks[-1]
+    return _table(study, outcomes, ends, beside, padding), beside
 
 
 def _known(outcomes: Sequence[Outcome]) -> bool:

@@ -28,6 +28,12 @@ def from_end(seen: Seen):
     return seen.s[-1] - seen.s
 
 
+def slope_at(closed_form, p: float):
+    """d/dp of a closed form of a number p, by central differences over 0.2 %."""
+    h = 1e-3 * p
+    return (closed_form(p + h) - closed_form(p - h)) / (2.0 * h)
+
+
 # --- Hooke's line ---------------------------------------------------------------------------------
 
 
@@ -82,14 +88,6 @@ def relaxing(seen: Seen, **branch: float):
     return wave.velocity(np.maximum(from_end(seen), 0.0), seen.time[:, None])
 
 
-def by_branch(seen: Seen, key: str):
-    """d/dp of the closed form, by central differences over 0.2 %."""
-    h = 1e-3 * BRANCH[key]
-    return (relaxing(seen, **{key: BRANCH[key] + h}) - relaxing(seen, **{key: BRANCH[key] - h})) / (
-        2.0 * h
-    )
-
-
 RELAXING = Case(
     text=RAMPED.text.replace(
         "[lines.rope]", "[materials.hooke.relaxation.fast]\nEA = 1e6\ntime = 0.02\n[lines.rope]"
@@ -104,7 +102,9 @@ RELAXING = Case(
     order=(1.5, 2.7),
     step_order=LAGGING,
     gradients={
-        f"materials.hooke.relaxation.fast.{key}": lambda seen, key=key: by_branch(seen, key)
+        f"materials.hooke.relaxation.fast.{key}": lambda seen, key=key: slope_at(
+            lambda x: relaxing(seen, **{key: x}), BRANCH[key]
+        )
         for key in BRANCH
     },
 )
@@ -112,12 +112,6 @@ RELAXING = Case(
 # --- the nylon line -------------------------------------------------------------------------------
 
 PULLED = "lines.rope.end.held.pretension"
-
-
-def by_pretension(closed_form, pretension: float):
-    """d/dT0 of a closed form of T0 (N), by central differences over 0.2 %."""
-    h = 1e-3 * pretension
-    return (closed_form(pretension + h) - closed_form(pretension - h)) / (2.0 * h)
 
 
 def rarefied(seen: Seen, pretension: float = 45e3):
@@ -137,7 +131,7 @@ RAREFACTION = Case(
     source="simple wave; Whitham, Linear and Nonlinear Waves (1974), chapter 6",
     order=(1.5, 2.7),
     step_order=LAGGING,
-    gradients={PULLED: lambda seen: by_pretension(lambda T0: rarefied(seen, T0), 45e3)},
+    gradients={PULLED: lambda seen: slope_at(lambda T0: rarefied(seen, T0), 45e3)},
 )
 C0 = 657.8555771  # m/s at 45 kN, nylon_line.RUNS
 PLATEAU = Case(

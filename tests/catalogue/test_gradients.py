@@ -8,7 +8,7 @@ from case import assert_gradient, assert_order
 from catalogue import CASES, options
 from nylon_line import MASS, cut
 from player import sensitivity, setting_of
-from release_cases import PULLED, SHOCK_WAVE, by_pretension, towards_wall
+from release_cases import PULLED, SHOCK_WAVE, slope_at, towards_wall
 
 from lumpedcable.exact import elastic_catenary, release_wave
 from lumpedcable.solve.start import start_of
@@ -84,7 +84,7 @@ def test_the_end_behind_a_shock_by_its_pretension():
 
     line = f"rope.segments={case.segments}"
     value, found = sensitivity(case.text, PULLED, speed, line)
-    exact = by_pretension(lambda T0: release_wave(cut, MASS, tension0=T0).end_speed, 450e3)
+    exact = slope_at(lambda T0: release_wave(cut, MASS, tension0=T0).end_speed, 450e3)
     assert value == pytest.approx(SHOCK_WAVE.end_speed, rel=case.bound(case.segments))
     assert found == pytest.approx(exact, rel=case.allowed())
 

@@ -15,27 +15,32 @@ from lumpedcable.solve.bound import line_step_bound
 
 LONG, SWING, PERIOD = 10.0, 0.5, 0.2  # m, m, s
 OMEGA = 2.0 * np.pi / PERIOD
+HOOKE = 'law = "linear"\nEA = 1e6'
 
 
-def shaken(law, mean, more="", swing=SWING, branches=BRANCHES):
-    """One segment, pulled to `mean` (m), whose far end is moved to and fro by `swing` (m)."""
-    motion = (
-        f"{{ motion = {{ position = [{mean}, 0, 0], amplitude = [{swing}, 0, 0], "
-        f"period = {PERIOD} }} }}"
-    )
-    line = line_text("rope", "rope", LONG, 1, 1.0, "{ fixed = [0, 0, 0] }", motion)
+def segment(law, branches, end, steps, duration, every):
+    """One segment of a law with branches between a fixed place and another `end`."""
+    line = line_text("rope", "rope", LONG, 1, 1.0, "{ fixed = [0, 0, 0] }", end)
     return f"""
 [materials.rope]
 {law}
 {relaxing("rope", branches)}
 {line}
 [solver]
-step = 1e-3
-{more}
+{steps}
 [output]
-duration = 0.6
-every = 0.02
+duration = {duration}
+every = {every}
 """
+
+
+def shaken(law, mean, swing=SWING, branches=BRANCHES):
+    """One segment, pulled to `mean` (m), whose far end is moved to and fro by `swing` (m)."""
+    motion = (
+        f"{{ motion = {{ position = [{mean}, 0, 0], amplitude = [{swing}, 0, 0], "
+        f"period = {PERIOD} }} }}"
+    )
+    return segment(law, branches, motion, "step = 1e-3", 0.6, 0.02)
 
 
 def pulled(t, stiff, time):
@@ -46,7 +51,7 @@ def pulled(t, stiff, time):
 
 
 def test_a_segment_that_is_shaken(tmp_path):
-    text = shaken('law = "linear"\nEA = 1e6', 12.0)
+    text = shaken(HOOKE, 12.0)
     errors = []
     for step in (1e-3, 5e-4, 2.5e-4):
         ran = run_text(tmp_path, text, f"solver.step={step}")
@@ -62,7 +67,7 @@ def test_a_segment_that_is_shaken(tmp_path):
 
 @pytest.mark.parametrize("method", ["rk4", pytest.param("tsit5", marks=pytest.mark.slow)])
 def test_by_other_methods(tmp_path, method):
-    text = shaken('law = "linear"\nEA = 1e6', 12.0)
+    text = shaken(HOOKE, 12.0)
     chosen = () if method == "rk4" else ("solver.rtol=1e-6", "solver.atol=1e-9")
     text = text if method == "rk4" else text.replace("step = 1e-3", "")
     ran = run_text(tmp_path, text, f"solver.method={method}", *chosen)
@@ -123,26 +128,15 @@ def test_a_rope_that_folds(tmp_path, mean, swing, branches):
         assert ran.statuses == ["OK"]
     assert ran.outcomes[0].energy_closure < 2e-3
     assert errors[1] < 1e-3 * np.max(exact)
+    # but where the error is that of the other integration
+    assert errors[0] / errors[1] > 2.5 or errors[0] < 1e-8 * np.max(exact)
 
 
 def test_a_rope_that_is_slack_pulls_once_it_is_taut(tmp_path):
     # its end goes off at 1 m/s; a branch that hardly relaxes is a spring beside that of the law
     motion = "{ motion = { position = [9.8, 0, 0], velocity = [1, 0, 0] } }"
-    line = line_text("rope", "rope", LONG, 1, 1.0, "{ fixed = [0, 0, 0] }", motion)
-    branch = relaxing("rope", {"only": (3e5, 1e6)})
-    text = f"""
-[materials.rope]
-law = "linear"
-EA = 1e6
-tension_only = true
-{branch}
-{line}
-[solver]
-step = 1e-3
-[output]
-duration = 0.4
-every = 0.05
-"""
+    law = 'law = "linear"\nEA = 1e6\ntension_only = true'
+    text = segment(law, {"only": (3e5, 1e6)}, motion, "step = 1e-3", 0.4, 0.05)
     ran = run_text(tmp_path, text)
     exact = 1.3e6 * np.maximum(ran.time - 0.2, 0.0) / LONG
     assert ran["tension"][0, :, 0] == pytest.approx(exact, abs=1e-4 * np.max(exact))
@@ -154,18 +148,7 @@ every = 0.05
 )
 def test_the_largest_stable_step(tmp_path, stiff, time):
     # leapfrog of one segment between two lumps as a matrix: e_n, l e'_n+1/2 and s_n+1/2 to those after
-    rope = line_text("rope", "rope", LONG, 1, 1.0, '"free"', "{ fixed = [10, 0, 0] }")
-    branch = relaxing("rope", {"only": (stiff, time)})
-    text = f"""
-[materials.rope]
-law = "linear"
-EA = 1e6
-{branch}
-{rope}
-[output]
-duration = 1
-every = 1
-"""
+    text = segment(HOOKE, {"only": (stiff, time)}, '"free"', "", 1, 1)
     scene = scene_of(tmp_path, text)
     line = make_line(scene, "rope", np.array([LONG]), 1, Coordinates(*coordinates_of([scene])))
     bound = float(line_step_bound(line))
@@ -188,21 +171,8 @@ def test_single_precision_holds_as_long(tmp_path):
         "{ motion = { time = [0, 0.1, 0.2, 1], position = "
         "[[10, 0, 0], [10.5, 0, 0], [10.5, 0, 0], [10.5, 0, 0]] } }"
     )
-    line = line_text("rope", "rope", LONG, 1, 1.0, "{ fixed = [0, 0, 0] }", motion)
-    branch = relaxing("rope", {"only": (2e5, 100.0)})
-    text = f"""
-[materials.rope]
-law = "linear"
-EA = 1e6
-{branch}
-{line}
-[solver]
-step = 1e-4
-dtype = "float32"
-[output]
-duration = 1
-every = 0.1
-"""
+    single = 'step = 1e-4\ndtype = "float32"'
+    text = segment(HOOKE, {"only": (2e5, 100.0)}, motion, single, 1, 0.1)
     ran = run_text(tmp_path, text)
     carried = ran["tension"][0, :, 0] - 1e6 * ran["strain"][0, :, 0]
     assert carried[-1] / carried[2] == pytest.approx(np.exp(-0.8 / 100.0), abs=2e-4)
@@ -233,7 +203,7 @@ def test_a_line_on_a_drum(tmp_path):
     drum = (
         f"{{ drum = {{ at = [10.3, 0, 0], schedule = {{ time = {TURNED}, speed = {speeds} }} }} }}"
     )
-    text = shaken('law = "linear"\nEA = 1e6', 10.3).replace("duration = 0.6", "duration = 1.2")
+    text = shaken(HOOKE, 10.3).replace("duration = 0.6", "duration = 1.2")
     start, _, rest = text.partition("end = ")
     ran = run_text(tmp_path, f"{start}end = {drum}\n{rest.partition(chr(10))[2]}")
     exact = hauled(ran.time)
@@ -244,7 +214,7 @@ def test_a_line_on_a_drum(tmp_path):
 @pytest.mark.slow
 def test_a_line_on_a_winch_keeps_its_account(tmp_path):
     # the end across is shaken, and the winch pays out and hauls in what keeps its tension
-    text = shaken('law = "linear"\nEA = 1e6', 12.0).replace("segments = 1", "segments = 10")
+    text = shaken(HOOKE, 12.0).replace("segments = 1", "segments = 10")
     winch = "{ winch = { at = [0, 0, 0], tension = 5e4, inertia = 50, damping = 2e4 } }"
     text = text.replace("start = { fixed = [0, 0, 0] }", f"start = {winch}")
     text = text.replace("duration = 0.6", "duration = 2").replace("step = 1e-3", "step = 2e-4")
