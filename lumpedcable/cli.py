@@ -269,7 +269,7 @@ def modes(
     from lumpedcable.results.modes import write_modes
     from lumpedcable.study.compiling import heard
     from lumpedcable.study.modes import NoEquilibriumError, find_modes
-    from lumpedcable.study.modes_report import heading, modes_contents, modes_table, titles
+    from lumpedcable.study.modes_report import heading, modes_contents, modes_table, shown
     from lumpedcable.view import ModeShapes, plot_modes
 
     with _told():
@@ -280,7 +280,7 @@ def modes(
         except NoEquilibriumError as error:
             fail(f"{scene}: {error}", 1)
         clock.mark("find")
-        shapes = ModeShapes(found.nodes, found.shapes, titles(found))
+        shapes = ModeShapes(*shown(found))
         made = plot_modes(
             shapes, f"Natural modes: {heading(study, run_)}", folder / "modes",
             tuple(format_ or ["png"]),

@@ -299,3 +299,42 @@ def test_trolleys_and_ideal_lines_are_refused(tmp_path):
         'lines.high.model: expected a lumped line for natural modes, found model = "ideal"' in told
     )
     assert told.count("\n") == 2
+
+
+BUOY = ROOT / "configs" / "surface" / "buoy.toml"
+
+
+@pytest.mark.slow
+def test_a_buoy_that_floats_moves_in_modes(tmp_path):
+    said = say(tmp_path, "modes", BUOY, "-n", "20")
+    assert (said.code, said.err) == (0, "")
+    told = json.loads((tmp_path / "buoy" / "modes.json").read_text())
+    shapes = np.array(told["bodies"]["buoy"]["shapes"])
+    assert shapes.shape == (20, 6)
+    assert np.all(shapes[:, 3:] == 0.0)  # it does not turn
+    line = np.array(told["lines"]["ahead"]["shapes"])
+    assert line[:, -1] == pytest.approx(shapes[:, :3], abs=1e-11)
+    moves = [mode["bodies_move_in"].get("buoy", [""])[0] for mode in told["modes"]]
+    assert {"x", "y", "z"} <= set(moves)
+    shares = np.array([mode["share_bodies"] for mode in told["modes"]])
+    assert np.array_equal(shares >= 0.05, np.array(moves) != "")
+    assert "buoy: z" in said.out
+
+
+def test_a_body_that_is_held_is_told(tmp_path):
+    text = INVERTED.split("[sweep]")[0].replace("position", 'free = ["x", "z"]\nposition')
+    text = text.replace("segments = 1\n", "segments = 3\n")
+    text = text.replace("[0, 0, 10]", "[0, 0, -10]") + "[output]\nduration = 1\nevery = 1\n"
+    good_scenes.write(tmp_path, text)
+    said = say(tmp_path, "modes", "scene.toml")
+    assert '"bob" is held where the scene puts it; with settle = true it comes to rest' in said.out
+    assert "bodies" not in json.loads((tmp_path / "scene" / "modes.json").read_text())
+    said = say(tmp_path, "modes", "scene.toml", "--set", "bob.settle=true", "-n", "1")
+    assert "is held" not in said.out
+    assert "bob: x" in said.out
+    # L' = 10 (1 + 981 / 1e6)
+    told = json.loads((tmp_path / "scene" / "modes.json").read_text())
+    assert told["modes"][0]["frequency"] == pytest.approx(
+        np.sqrt(9.81 / 10.0098) / 6.2832, rel=1e-3
+    )
+    assert told["modes"][0]["bodies_move_in"] == {"bob": ["x"]}

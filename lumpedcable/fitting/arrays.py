@@ -26,6 +26,7 @@ from lumpedcable.study.plan import (
     courant_of,
     plan_of,
     rounded_steps,
+    stable_bound,
     tolerances,
 )
 
@@ -315,7 +316,7 @@ def _bounds(members: list[Member], begun: list[Scene], coordinates) -> list[floa
     ready = prepare_batch(
         members[0].structure, scene.solver.dtype, coordinates.axes, coordinates.origin, {}, swept
     )
-    bound = np.asarray(ready.bound)
+    bound = stable_bound(scene, np.asarray(ready.bound), swept)
     return [float(b) for b in np.where(np.isfinite(bound), bound, np.nan)]
 
 

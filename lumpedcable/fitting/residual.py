@@ -29,6 +29,7 @@ from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import SIGNS, Status
 from lumpedcable.study.compiled import RUN_ONCE
 from lumpedcable.study.kept import program
+from lumpedcable.study.plan import relaxing_times
 from lumpedcable.study.strains import MORE
 
 __all__ = [
@@ -99,7 +100,9 @@ def started(spec: GroupSpec, arrays: GroupArrays, values):
     def start(mine):
         scene = spec.structure.scene.with_numbers(_turned({**shared, **mine}, chosen))
         found = rest_of(scene, spec.structure.layout, coordinates)
-        return cast(found.model, spec.plan.dtype), step_bound(found.model), found.converged
+        times = [jnp.asarray(time, float) for time in relaxing_times(scene).values()]
+        bound = jnp.min(jnp.stack([step_bound(found.model), *times]))
+        return cast(found.model, spec.plan.dtype), bound, found.converged
 
     axis, runs = None if not own else 0, arrays.every.shape[0]
     return jax.vmap(start, in_axes=(axis,), axis_size=runs)(own)

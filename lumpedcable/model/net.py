@@ -19,12 +19,14 @@ class Net:
 
     `index` gives, by line, the place (nodes,) of each of its nodes; `fixed` marks the places whose
     motion is known (those at rigid bodies, which stay where they are, among them), or which only fill up
-    the last block. Blocks couple to their neighbours alone.
+    the last block; `tied` gives, by body, the places of the ends that are tied to it, in the order of
+    `attached_ends`. Blocks couple to their neighbours alone.
     """
 
     index: dict[str, np.ndarray]
     fixed: np.ndarray
     width: int
+    tied: dict[str, np.ndarray]
 
     @property
     def size(self) -> int:
@@ -76,10 +78,13 @@ def make_net(model: Model, ordered: bool = True) -> Net:
     fixed = np.ones(size, bool)
     fixed[: used.size] = False
     index = {name: place[places] for name, places in index.items()}
+    tied: dict[str, list[int]] = {}
     for name, node, end in model.outer_ends():
         if isinstance(end, Driven | Attached):
             fixed[index[name][node]] = True
-    return Net(index, fixed, width)
+        if isinstance(end, Attached):
+            tied.setdefault(end.body, []).append(int(index[name][node]))
+    return Net(index, fixed, width, {name: np.array(places) for name, places in tied.items()})
 
 
 def _narrow_order(model: Model, index: dict[str, np.ndarray], count: int) -> tuple[np.ndarray, int]:

@@ -12,22 +12,26 @@ from lumpedcable.results.numbers import write_text
 __all__ = ["write_modes"]
 
 
-def write_modes(target: Path, head: Mapping[str, Any], lines: Mapping[str, Any]) -> None:
-    """Write a file of natural modes, one text line for the long lists of each cable.
+def write_modes(
+    target: Path, head: Mapping[str, Any], parts: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """Write a file of natural modes, one text line for the long lists of each cable or body.
 
     Args:
         target: where it goes; its folder is made if it does not exist.
         head: everything short, JSON values.
-        lines: by line, a JSON value with its places and shapes.
+        parts: by kind of part ("lines", "bodies") and name, a JSON value with its places and shapes.
 
     Raises:
         OutputError: it cannot be written there.
     """
     # json indents lists item by item, which would make a screen of every vector
     short = json.dumps(dict(head), indent=2, allow_nan=False, ensure_ascii=False)
-    long = [
-        f"    {json.dumps(name)}: {json.dumps(value, allow_nan=False)}"
-        for name, value in lines.items()
-    ]
-    text = short[:-2] + ',\n  "lines": {\n' + ",\n".join(long) + "\n  }\n}\n"
-    write_text(target, text)
+    sections = []
+    for kind, members in parts.items():
+        long = [
+            f"    {json.dumps(name)}: {json.dumps(value, allow_nan=False)}"
+            for name, value in members.items()
+        ]
+        sections.append(f"  {json.dumps(kind)}: {{\n" + ",\n".join(long) + "\n  }")
+    write_text(target, short[:-2] + ",\n" + ",\n".join(sections) + "\n}\n")

@@ -10,46 +10,32 @@ along and across the line, added mass included, and the points at junctions. Dam
 corrections take no part. The drag of a current has no energy and makes K unsymmetric; its symmetric
 part is used, and what is left out is reported: it changes single frequencies to second order.
 
-Inextensible lines have the masses of rods and only those motions that keep their lengths
-(`solve.modal_rods`).
+Rigid bodies that have been found at rest move too, with the lines that are tied to them
+(`solve.modal_bodies`). Inextensible lines have the masses of rods and only those motions that keep
+their lengths (`solve.modal_rods`).
 
 Frequencies converge with the square of the segment length: on N segments n half-waves of a string are
 low by (n pi / N)^2 / 24, 0.05 % at 30 segments to a half-wave.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-from lumpedcable.model import inertia
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
-from lumpedcable.model.line import node_tangent
-from lumpedcable.model.model import Model
-from lumpedcable.model.net import Net, make_net
-from lumpedcable.physics.rod import ROD_SHARES
-from lumpedcable.physics.tension import tension_and_stiffness
-from lumpedcable.solve.blocks import BlockTridiagonal, block_jacobian
-from lumpedcable.solve.modal_rods import (
-    Found,
-    Rods,
-    lowest_of_rods,
-    rods_of,
-    shares_of_rods,
-    with_known_tensions,
-)
-from lumpedcable.solve.spectrum import SymmetricBlocks, lowest
-from lumpedcable.solve.statics import static_residual
+from lumpedcable.model.net import Net
+from lumpedcable.solve.modal_bodies import RigidMotion, rigid_motions
+from lumpedcable.solve.modal_coupled import Found, lowest_coupled
+from lumpedcable.solve.modal_linear import Linear
+from lumpedcable.solve.modal_lumps import lowest_of_lumps
+from lumpedcable.solve.modal_rods import Rods, shares_of_rods
 
-__all__ = ["Linear", "Modes", "linearised", "natural_modes"]
+__all__ = ["Modes", "natural_modes"]
 
-EPS = float(np.finfo(float).eps)
-TINY = 1e-300
 SAME = 1e-9  # relative: eigenvalues closer than this are one, with any mixture of their modes
 
 
@@ -63,11 +49,12 @@ class Modes:
     shapes: displacements by line, (k, nodes, 3); the largest displacement of each mode is 1.
     mass: modal mass phi . M phi (kg) of those shapes, (k,).
     axial, transverse, bodies: shares of the kinetic energy along the lines, across them (each with
-        its added mass) and of point masses, (k,) each; they add up to 1.
+        its added mass) and of point masses and rigid bodies, (k,) each; they add up to 1.
     asymmetry: size of the antisymmetric part of K over that of the symmetric part (-).
     skew: the same of their forces in each mode (-), (k,).
     unknowns: number of all modes there are.
     axes: the coordinates that modes can move in, orthonormal columns (3, d) in x, y, z.
+    rigid: how rigid bodies move, by name; those that are held are left out.
     held: net force (N) on joints where the scene puts them, which modes leave out; 0 where they stay.
     """
 
@@ -83,6 +70,7 @@ class Modes:
     skew: Float[np.ndarray, " k"]
     unknowns: int
     axes: Float[np.ndarray, "3 d"]
+    rigid: dict[str, RigidMotion] = field(default_factory=dict)
     held: float = 0.0
 
     @property
@@ -102,70 +90,6 @@ class Modes:
         return np.sqrt(np.where(self.unstable, np.nan, square)) / (2.0 * np.pi)
 
 
-class Linear(NamedTuple):
-    """A model linearised about its reference, in the order of `make_net(model)`.
-
-    stiffness: K (N/m) by blocks of the net. mass: of every place (places, d, d), in kg. points: the
-    part of it that is point masses (places,), in kg. frames: tangents and masses of the lines' own
-    nodes, or of their rods. reference: their places (d, nodes) in m, in the model's coordinates.
-    doubt: what rounding of the places leaves uncertain of each segment's tension over its length
-    (n,), in N/m.
-    """
-
-    stiffness: BlockTridiagonal
-    mass: Float[Array, "places d d"]
-    points: Float[Array, " places"]
-    frames: dict[str, inertia.Frame | Rods]
-    reference: dict[str, Float[Array, "d nodes"]]
-    doubt: dict[str, Float[Array, " n"]]
-
-
-def linearised(model: Model) -> Linear:
-    """K = -dF/dx and M of a model at its reference, with 3 b directional derivatives of F."""
-    net = make_net(model)
-    d = next(iter(model.lines.values())).dimensions
-    blocks = (net.size // net.width, net.width * d)
-
-    known = with_known_tensions(model)
-
-    def force(x):
-        return static_residual(known, x.reshape(net.size, d), net).reshape(blocks)
-
-    _, (lower, diagonal, upper) = block_jacobian(force, jnp.zeros(blocks))
-    points = jnp.zeros(net.size)
-    for junction in model.junctions:
-        if junction.mass is not None:
-            name, node = junction.members[0]
-            points = points.at[int(net.index[name][node])].add(junction.mass)
-    mass = points[:, None, None] * jnp.eye(d)
-    frames, doubt = {}, {}
-    for name, line in model.lines.items():
-        shape = line.shape(jnp.zeros_like(line.reference))
-        if line.inextensible:
-            frames[name] = rods = rods_of(line, shape)
-            for end in (net.index[name][:-1], net.index[name][1:]):
-                mass = mass.at[end].add(ROD_SHARES[0] * rods.whole)
-        else:
-            nodes = inertia.frame(line, shape, None)
-            mass_n = nodes.mass_t if nodes.tangent is None else nodes.mass_n
-            nodes = nodes._replace(tangent=node_tangent(shape.tangent), mass_n=mass_n)
-            mass = mass.at[net.index[name]].add(_nodal_masses(nodes, d))
-            frames[name] = nodes
-        _, stiff = tension_and_stiffness(line.law, shape.strain)
-        far = jnp.max(jnp.abs(line.reference))
-        doubt[name] = 8.0 * EPS * jnp.abs(stiff) * (1.0 + far / shape.length) / shape.length
-    reference = {name: line.reference for name, line in model.lines.items()}
-    return Linear((-lower, -diagonal, -upper), mass, points, frames, reference, doubt)
-
-
-def _nodal_masses(nodes: inertia.Frame, d: int) -> Float[Array, "nodes d d"]:
-    """m_t t t^T + m_n (I - t t^T) of each node (kg)."""
-    assert nodes.tangent is not None
-    along = nodes.tangent.T[:, :, None] * nodes.tangent.T[:, None, :]
-    extra = (nodes.mass_t - nodes.mass_n)[:, None, None]
-    return nodes.mass_n[:, None, None] * jnp.eye(d) + extra * along
-
-
 def natural_modes(
     linear: Linear, net: Net, layout: Layout, coordinates: Coordinates, count: int
 ) -> Modes:
@@ -182,148 +106,76 @@ def natural_modes(
     Raises:
         ValueError: nothing can move.
     """
-    d = coordinates.dimensions
-    free = np.repeat(~net.fixed, d)
-    if not free.any():
-        raise ValueError("nothing can move: every node is held")
     here: Any = jax.device_get(linear)
-    lower, diagonal, upper = _free_parts(here.stiffness, free)
-    even, odd = _half(lower, diagonal, upper, 1.0), _half(lower, diagonal, upper, -1.0)
-    rods = {name: own for name, own in here.frames.items() if isinstance(own, Rods)}
+    rods = any(isinstance(own, Rods) for own in here.frames.values())
+    if net.fixed.all() and not any(np.any(body.free > 0.0) for body in here.bodies.values()):
+        raise ValueError("nothing can move: every node is held")
     # two more than asked for, so that a pair of equal ones is not parted
-    if rods:
-        found = lowest_of_rods((even.diagonal, even.lower), here.mass, rods, net, count + 2)
+    if rods or here.bodies:
+        found = lowest_coupled(here, net, count + 2)
     else:
-        found = _of_lumps(here, even, net, free, count + 2)
-    square, resolution = found.square, found.resolution
-    motion = _aligned(square, resolution, found.motion, found.weigh, coordinates)
-    square, resolution, motion = square[:count], resolution[:count], motion[:count]
+        found = lowest_of_lumps(here.stiffness, here.mass, net, count + 2)
+    vectors = (found.vectors @ _aligned(found, here, coordinates))[:, :count]
+    square, resolution = found.square[:count], found.resolution[:count]
+    motion, turned = found.spread(vectors)
 
     lines = {name: np.moveaxis(motion[:, places], 1, 2) for name, places in net.index.items()}
     for name, spring in here.doubt.items():
         turns = np.sum(np.diff(lines[name], axis=2) ** 2, axis=1)
         resolution = resolution + np.sum(spring * turns, axis=1)
-    mass, (axial, transverse, bodies) = _shares(here, lines, motion)
-    shapes, largest = _shapes(lines, layout, coordinates)
+    for name, body in here.bodies.items():
+        resolution = resolution + np.sum(body.doubt * turned[name] ** 2, axis=1)
+    mass, (axial, transverse, bodies) = _shares(here, lines, motion, turned)
+    outlines = {
+        name: np.einsum("pdm,km->kdp", here.bodies[name].moves, q) for name, q in turned.items()
+    }
+    shapes, scale = _shapes(lines, outlines, layout, coordinates)
     places = {name: coordinates.expand(x, 0, place=True).T for name, x in here.reference.items()}
     return Modes(
         square=square,
         resolution=resolution,
         nodes=_merged(places, layout, 0),
         shapes=shapes,
-        mass=mass / largest**2,
+        mass=mass / scale**2,
         axial=axial,
         transverse=transverse,
         bodies=bodies,
-        asymmetry=odd.size() / max(even.size(), TINY),
-        skew=found.reach(odd.force(motion)) / np.maximum(found.reach(even.force(motion)), TINY),
+        asymmetry=found.asymmetry,
+        skew=found.skew(vectors),
         unknowns=found.unknowns,
         axes=coordinates.axes,
+        rigid=rigid_motions(here.bodies, turned, mass, scale, here.places, coordinates),
     )
 
 
-def _of_lumps(linear: Linear, even: "_Half", net: Net, free: np.ndarray, count: int) -> Found:
-    """The lowest modes where every place has a mass of its own: M^-1/2 K M^-1/2 by blocks."""
-    mass = np.asarray(linear.mass)
-    root = _inverse_root(mass, net)
-    matrix = SymmetricBlocks(root @ even.diagonal @ root, root @ even.lower @ _before(root), free)
-    square, vectors, resolution = lowest(matrix, count)
-    motion = np.zeros((vectors.shape[1], free.size))
-    motion[:, free] = vectors.T
-    motion = root @ motion.reshape(-1, *even.diagonal.shape[:2], 1)
-    return Found(
-        square, resolution, motion.reshape(-1, net.size, mass.shape[1]), int(free.sum()),
-        weigh=lambda u: np.einsum("pij,kpj->kpi", mass, u),
-        reach=lambda f: np.sqrt(np.sum((root @ f[..., None]) ** 2, axis=(1, 2, 3))),
-    )  # fmt: skip
+def _aligned(found: Found, linear: Linear, coordinates: Coordinates) -> np.ndarray:
+    """What turns modes of equal frequency so that they move along z, x or y as far as they can.
 
-
-def _inverse_root(mass: np.ndarray, net: Net) -> np.ndarray:
-    """M^-1/2 (kg^-1/2) by blocks of the net, (blocks, b, b); places without mass get 1."""
-    d = mass.shape[1]
-    mass = np.where(np.trace(mass, axis1=1, axis2=2)[:, None, None] > 0.0, mass, np.eye(d))
-    values, vectors = np.linalg.eigh(mass)
-    root = (vectors / np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
-    root = root.reshape(-1, net.width, d, d)
-    blocks = np.zeros((root.shape[0], net.width, d, net.width, d))
-    for k in range(net.width):
-        blocks[:, k, :, k, :] = root[:, k]
-    return blocks.reshape(-1, net.width * d, net.width * d)
-
-
-def _free_parts(stiffness: BlockTridiagonal, free: np.ndarray):
-    """K without the rows and columns of what is held, and without the blocks that mean nothing."""
-    lower, diagonal, upper = (np.array(part) for part in stiffness)  # copies
-    lower[0] = upper[-1] = 0.0
-    mine = free.reshape(diagonal.shape[:2])
-    lower *= mine[:, :, None] & _before(mine)[:, None, :]
-    diagonal *= mine[:, :, None] & mine[:, None, :]
-    upper *= mine[:, :, None] & np.roll(mine, -1, axis=0)[:, None, :]
-    return lower, diagonal, upper
-
-
-def _before(blocks: np.ndarray) -> np.ndarray:
-    """Each block's predecessor."""
-    return np.roll(blocks, 1, axis=0)
-
-
-@dataclass(frozen=True)
-class _Half:
-    """The symmetric (sign 1) or antisymmetric (sign -1) half of K (N/m) by blocks."""
-
-    diagonal: np.ndarray
-    lower: np.ndarray
-    sign: float
-
-    def size(self) -> float:
-        """Frobenius norm (N/m)."""
-        return float(np.sqrt(2.0 * np.sum(self.lower**2) + np.sum(self.diagonal**2)))
-
-    def force(self, motion: np.ndarray) -> np.ndarray:
-        """K phi (N) of each mode, (k, blocks, b)."""
-        x = motion.reshape(motion.shape[0], *self.diagonal.shape[:2], 1)
-        force = self.diagonal @ x
-        force[:, 1:] += self.lower[1:] @ x[:, :-1]
-        force[:, :-1] += self.sign * np.swapaxes(self.lower[1:], 1, 2) @ x[:, 1:]
-        return force[..., 0]
-
-
-def _half(lower, diagonal, upper, sign: float) -> _Half:
-    """(K + sign K^T) / 2."""
-    return _Half(
-        0.5 * (diagonal + sign * np.swapaxes(diagonal, 1, 2)),
-        0.5 * (lower + sign * np.swapaxes(_before(upper), 1, 2)),
-        sign,
-    )
-
-
-def _aligned(
-    square: np.ndarray, resolution: np.ndarray, motion: np.ndarray,
-    weigh: Callable[[np.ndarray], np.ndarray], coordinates: Coordinates,
-) -> np.ndarray:  # fmt: skip
-    """Modes of equal frequency turned so that they move along z, x or y as far as they can.
-
-    Any mixture of them is a mode as well; this choice does not depend on rounding.
+    Any mixture of them is a mode as well; this choice does not depend on rounding. (k, k).
     """
-    motion = motion.copy()
-    axes = coordinates.axes
+    axes, square = coordinates.axes, found.square
     prefer = axes.T @ np.diag([2.0, 3.0, 1.0]) @ axes
-    start = 0
+    motion, turned = found.spread(found.vectors)
+    form = np.einsum("kpi,ij,lpj->kl", found.weigh(found.vectors), prefer, motion)
+    for name, body in linear.bodies.items():
+        q, d = turned[name], coordinates.dimensions
+        own = np.diag(4.0 + np.arange(q.shape[1], dtype=float))
+        own[:d, :d] = prefer
+        form += q @ np.asarray(body.mass) @ own @ q.T
+    mix, start = np.eye(square.size), 0
     for stop in range(1, square.size + 1):
-        near = max(resolution[start], SAME * abs(square[start]))
+        near = max(found.resolution[start], SAME * abs(square[start]))
         if stop < square.size and square[stop] - square[start] <= near:
             continue
+        group = slice(start, stop)
         if stop - start > 1:
-            group = motion[start:stop]
-            form = np.einsum("kpi,ij,lpj->kl", weigh(group), prefer, group)
-            _, turn = np.linalg.eigh(form + form.T)
-            motion[start:stop] = np.einsum("kl,kpi->lpi", turn, group)
+            mix[group, group] = np.linalg.eigh(form[group, group] + form[group, group].T)[1]
         start = stop
-    return motion
+    return mix
 
 
-def _shares(linear: Linear, lines: dict[str, np.ndarray], motion: np.ndarray):
-    """phi . M phi (kg) of each mode, and its shares along the lines, across them, of points."""
+def _shares(linear: Linear, lines: dict[str, np.ndarray], motion: np.ndarray, turned):
+    """phi . M phi (kg) of each mode, and its shares along the lines, across them, of bodies."""
     along, across = np.zeros(motion.shape[0]), np.zeros(motion.shape[0])
     for name, nodes in linear.frames.items():
         if isinstance(nodes, Rods):
@@ -334,9 +186,11 @@ def _shares(linear: Linear, lines: dict[str, np.ndarray], motion: np.ndarray):
         rest = lines[name] - part[:, None] * nodes.tangent
         along += np.sum(nodes.mass_t * part**2, axis=1)
         across += np.sum(nodes.mass_n * np.sum(rest**2, axis=1), axis=1)
-    points = np.sum(linear.points * np.sum(motion**2, axis=2), axis=1)
-    whole = along + across + points
-    return whole, (along / whole, across / whole, points / whole)
+    bodies = np.sum(linear.points * np.sum(motion**2, axis=2), axis=1)
+    for name, q in turned.items():
+        bodies = bodies + np.einsum("km,mn,kn->k", q, linear.bodies[name].mass, q)
+    whole = along + across + bodies
+    return whole, (along / whole, across / whole, bodies / whole)
 
 
 def _merged(pieces: dict[str, np.ndarray], layout: Layout, axis: int) -> dict[str, np.ndarray]:
@@ -351,14 +205,19 @@ def _merged(pieces: dict[str, np.ndarray], layout: Layout, axis: int) -> dict[st
     return result
 
 
-def _shapes(lines: dict[str, np.ndarray], layout: Layout, coordinates: Coordinates):
+def _shapes(
+    lines: dict[str, np.ndarray], outlines: dict[str, np.ndarray], layout: Layout,
+    coordinates: Coordinates,
+):  # fmt: skip
     """Displacements (modes, nodes, 3) by line, the largest 1, and what they were divided by.
 
-    Of the places that move the most, but for a tenth, the first moves towards +x, +y or +z.
+    Of the places that move the most, but for a tenth, the first moves towards +x, +y or +z; places of
+    bodies (modes, d, points) come after those of lines.
     """
     pieces = {name: np.swapaxes(coordinates.expand(u, 1), 1, 2) for name, u in lines.items()}
     merged = _merged(pieces, layout, 1)
-    everything = np.concatenate(list(merged.values()), axis=1)
+    drawn = [np.swapaxes(coordinates.expand(u, 1), 1, 2) for u in outlines.values()]
+    everything = np.concatenate([*merged.values(), *drawn], axis=1)
     sizes = np.sqrt(np.sum(everything**2, axis=2))
     largest = np.max(sizes, axis=1)
     scale = largest.copy()
@@ -366,4 +225,4 @@ def _shapes(lines: dict[str, np.ndarray], layout: Layout, coordinates: Coordinat
         first = everything[mode, np.argmax(sizes[mode] >= 0.9 * top)]
         leading = first[np.argmax(np.abs(first) >= 0.9 * np.max(np.abs(first)))]
         scale[mode] = top if leading >= 0.0 else -top
-    return {name: shape / scale[:, None, None] for name, shape in merged.items()}, largest
+    return {name: shape / scale[:, None, None] for name, shape in merged.items()}, scale

@@ -11,12 +11,22 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from lumpedcable.solve.spectrum import ATTEMPTS, DENSE, EPS, SPARE, SymmetricBlocks
+from lumpedcable.solve.spectrum import (
+    ATTEMPTS,
+    DENSE,
+    EPS,
+    SPARE,
+    SymmetricBlocks,
+    rounding,
+    told_apart,
+)
 
-__all__ = ["Pencil"]
+__all__ = ["BORDER", "Pencil"]
 
 YIELD = 1e-13  # what ties give by, over what K does: too little to see, enough for rows that repeat
 SAME = 1e-9  # singular values of G below this are rows that repeat
+BORDER = -1
+"""The block of unknowns that couple to any others."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +35,7 @@ class Pencil:
 
     `stiffness` (N/m) and `mass` (kg) are sparse (n, n), K symmetric and M positive; `ties` (m, n) is G,
     with rows of the size of 1. `blocks` (n,) says in which block an unknown stands: K, M and G couple
-    blocks to their neighbours alone.
+    blocks to their neighbours alone, but for the few unknowns of the block `BORDER`.
     """
 
     stiffness: Any
@@ -41,8 +51,8 @@ class Pencil:
     @cached_property
     def size(self) -> float:
         """A bound (rad2/s2) on the size of omega^2 of all that is not tied, but for a small factor."""
-        force = float(abs(self.stiffness).sum(axis=1).max()) if self.stiffness.nnz else 0.0
-        return force / float(self.mass.diagonal().min())
+        root = np.sqrt(self.mass.diagonal())
+        return float(np.max(abs(self.stiffness) @ (1.0 / root) / root))
 
     def lowest(
         self, count: int
@@ -79,37 +89,31 @@ class Pencil:
         for _ in range(2):
             vectors = solve(self.mass @ self._scaled(vectors))
         vectors = self._scaled(vectors)
-        form = vectors.T @ (self.stiffness @ vectors)
-        values, turn = np.linalg.eigh(0.5 * (form + form.T))
-        vectors = vectors @ turn
-        parts = np.abs(vectors) * (abs(self.stiffness) @ np.abs(vectors))
-        return values, vectors, 16.0 * EPS * np.sum(parts, axis=0), number
+        values, vectors = told_apart(self.stiffness, vectors)
+        return values, vectors, rounding(self.stiffness, vectors), number
 
     def below(self, shift: float) -> int:
         """Number of modes with omega^2 below `shift` (rad2/s2), by the signs of pivots.
 
         With ties that give, [[A, G^T], [G, -e]] has a negative pivot for each tie and one for each mode
-        of A + G^T G / e, A = K - shift M, below 0 (Haynsworth, Linear Algebra Appl. 1, 1968).
+        of A + G^T G / e, A = K - shift M, below 0 (Haynsworth, Linear Algebra Appl. 1, 1968). So
+        has what elimination of all others leaves of the border.
         """
-        whole = self._bordered(self.stiffness - shift * self.mass).tocoo()
-        m, n = self.ties.shape
+        m = self.ties.shape[0]
+        whole: Any = self._bordered(self.stiffness - shift * self.mass)
         label = np.concatenate([self.blocks, np.zeros(m, int)])
         rows, columns = self.ties.nonzero()
-        np.maximum.at(label, n + rows, self.blocks[columns])
-        order = np.argsort(label, kind="stable")
-        first = np.searchsorted(label[order], np.arange(label.max() + 1))
-        slot = np.empty(label.size, int)
-        slot[order] = np.arange(label.size) - first[label[order]]
-        b = int(slot.max()) + 1
-        shape = (int(label.max()) + 1, b, b)
-        diagonal, lower = np.zeros(shape), np.zeros(shape)
-        for part, step in ((diagonal, 0), (lower, 1)):
-            here = label[whole.row] - label[whole.col] == step
-            row, column = whole.row[here], whole.col[here]
-            part[label[row], slot[row], slot[column]] = whole.data[here]
-        free = np.zeros(shape[:2], bool)
-        free[label, slot] = True
-        return SymmetricBlocks(diagonal, lower, free.ravel()).below(0.0) - m
+        np.maximum.at(label, self.unknowns + rows, self.blocks[columns])
+        edge, inner = np.flatnonzero(label == BORDER), np.flatnonzero(label != BORDER)
+        count, rest = 0, whole[edge][:, edge].toarray()
+        if inner.size:
+            count = _negative(whole[inner][:, inner], label[inner])
+        if inner.size and edge.size:
+            from scipy.sparse.linalg import splu
+
+            across = whole[inner][:, edge].toarray()
+            rest -= across.T @ splu(whole[inner][:, inner].tocsc()).solve(across)
+        return count + int(np.count_nonzero(np.linalg.eigvalsh(rest) < 0.0)) - m
 
     def reach(self, force: Float[np.ndarray, "n k"]) -> Float[np.ndarray, " k"]:
         """Size sqrt(f . M^-1 f) of forces (N), without what the ties take up."""
@@ -153,13 +157,19 @@ class Pencil:
         return free @ eigh(stiffness, mass, subset_by_index=(0, count - 1))[1]
 
     def _scaled(self, vectors: np.ndarray) -> np.ndarray:
-        """Vectors of the same space that are orthonormal by M."""
-        vectors = vectors / np.sqrt(np.sum(vectors * (self.mass @ vectors), axis=0))
-        for _ in range(2):
-            form = vectors.T @ (self.mass @ vectors)
-            values, turn = np.linalg.eigh(0.5 * (form + form.T))
-            vectors = vectors @ (turn / np.sqrt(values))
-        return vectors
+        """Vectors of the same space that are orthonormal by M, each cleared of earlier ones.
+
+        So small modes come out of a step of inverse iteration that has blown up what rounding left in
+        them of a mode that nothing resists, which comes first.
+        """
+        found = np.empty_like(vectors)
+        for k, own in enumerate(vectors.T):
+            own = own / np.sqrt(own @ (self.mass @ own))
+            for _ in range(2):
+                own = own - found[:, :k] @ (found[:, :k].T @ (self.mass @ own))
+                own = own / np.sqrt(own @ (self.mass @ own))
+            found[:, k] = own
+        return found
 
     def _by_inverse(self, count: int, shift: float, solve) -> np.ndarray | None:
         """The lowest vectors by Lanczos on the inverse; None where it does not find all."""
@@ -190,3 +200,22 @@ class Pencil:
                 return vectors[:, :count]
             wanted = min(wanted + abs(missed) + SPARE, n // 2)
         return None
+
+
+def _negative(matrix, label: Int[np.ndarray, " n"]) -> int:
+    """Number of negative eigenvalues of a sparse matrix whose blocks couple to neighbours alone."""
+    matrix = matrix.tocoo()
+    order = np.argsort(label, kind="stable")
+    first = np.searchsorted(label[order], np.arange(label.max() + 1))
+    slot = np.empty(label.size, int)
+    slot[order] = np.arange(label.size) - first[label[order]]
+    b = int(slot.max()) + 1
+    shape = (int(label.max()) + 1, b, b)
+    diagonal, lower = np.zeros(shape), np.zeros(shape)
+    for part, step in ((diagonal, 0), (lower, 1)):
+        here = label[matrix.row] - label[matrix.col] == step
+        row, column = matrix.row[here], matrix.col[here]
+        part[label[row], slot[row], slot[column]] = matrix.data[here]
+    free = np.zeros(shape[:2], bool)
+    free[label, slot] = True
+    return SymmetricBlocks(diagonal, lower, free.ravel()).below(0.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-__all__ = ["SymmetricBlocks", "lowest"]
+__all__ = ["SymmetricBlocks", "lowest", "rounding", "told_apart"]
 
 EPS = float(np.finfo(float).eps)
 DENSE = 400  # unknowns up to which all eigenvalues are as cheap as a few
@@ -110,10 +110,10 @@ def lowest(
         found = _by_inverse(matrix, sparse, count, shift)
     vectors = _whole(sparse, count) if found is None else found
     values, vectors = _refined(sparse, vectors, shift)
-    return values, vectors, _rounding(sparse, vectors)
+    return values, vectors, rounding(sparse, vectors)
 
 
-def _rounding(sparse, vectors: np.ndarray) -> np.ndarray:
+def rounding(sparse, vectors: np.ndarray) -> np.ndarray:
     """16 rounding errors of sum |v_i A_ij v_j|, for each vector v."""
     return 16.0 * EPS * np.sum(np.abs(vectors) * (abs(sparse) @ np.abs(vectors)), axis=0)
 
@@ -142,7 +142,7 @@ def _by_inverse(matrix: SymmetricBlocks, sparse, count: int, shift: float) -> np
         values, vectors = values[order], vectors[:, order]
         # everything clearly below the last one kept must have been found
         last = values[count - 1]
-        edge = last - max(1e-6 * abs(last), _rounding(sparse, vectors[:, count - 1]))
+        edge = last - max(1e-6 * abs(last), rounding(sparse, vectors[:, count - 1]))
         missed = matrix.below(edge) - int(np.count_nonzero(values < edge))
         if missed == 0:
             return vectors[:, :count]
@@ -162,6 +162,29 @@ def _refined(sparse, vectors: np.ndarray, shift: float) -> tuple[np.ndarray, np.
     solver = splu((sparse - shift * identity(sparse.shape[0], format="csc")).tocsc())
     for _ in range(2):
         vectors, _ = np.linalg.qr(solver.solve(vectors))
+    return told_apart(sparse, vectors)
+
+
+def told_apart(
+    sparse, vectors: Float[np.ndarray, "n k"]
+) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, "n k"]]:
+    """Eigenvalues, ascending, and vectors in the space of `vectors` (n, k), which are nearly those.
+
+    Only those are mixed that differ by more than rounding then: beside the largest the lowest would be
+    lost otherwise.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     form = vectors.T @ (sparse @ vectors)
-    values, turn = np.linalg.eigh(0.5 * (form + form.T))
-    return values, vectors @ turn
+    form = 0.5 * (form + form.T)
+    values, doubt = np.diagonal(form).copy(), rounding(sparse, vectors)
+    gap = np.abs(values[:, None] - values)
+    mixed = form**2 > gap * np.minimum(doubt[:, None], doubt)
+    _, label = connected_components(coo_matrix(mixed))
+    vectors = vectors.copy()
+    for group in (np.flatnonzero(label == k) for k in range(label.max() + 1)):
+        values[group], turn = np.linalg.eigh(form[np.ix_(group, group)])
+        vectors[:, group] = vectors[:, group] @ turn
+    order = np.argsort(values, kind="stable")
+    return values[order], vectors[:, order]

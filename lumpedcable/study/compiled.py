@@ -29,7 +29,7 @@ from lumpedcable.physics.precision import cast
 from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.integrate import advance, begin
-from lumpedcable.solve.modal import Linear, linearised
+from lumpedcable.solve.modal_linear import linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.plan import Numbers, Plan
 from lumpedcable.solve.targets import rest_of
@@ -284,7 +284,5 @@ def followed(function: Callable[..., Any], *examples: Any) -> tuple[Callable[...
     return lambda *given: jax.tree.unflatten(form, flat(*jax.tree.leaves(given))), shapes
 
 
-@partial(program, options=RUN_ONCE)
-def linearise(model: Model) -> Linear:
-    """Stiffness and masses of one model at rest, for its natural modes."""
-    return linearised(model)
+linearise = program(linearised, options=RUN_ONCE)
+"""Stiffness and masses of one model at rest, for its natural modes."""

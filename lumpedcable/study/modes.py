@@ -14,6 +14,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, SceneError, Study
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.errors import Fault
 from lumpedcable.scene.lines import JoinedEnd
@@ -26,6 +27,8 @@ from lumpedcable.study.plan import common_coordinates
 __all__ = ["NoEquilibriumError", "find_modes"]
 
 
+EDGES = (0, 1, 3, 2, 0, 4, 5, 7, 6, 4, 5, 1, 3, 7, 6, 2)
+"""A way over all edges of a box: a bit for each side of its corners."""
 IN_BALANCE = 1e-6  # of the largest force: a place in a file, of some digits, leaves that on a joint
 ROOM = {
     1: "inextensible lines on one straight line move across it alone",
@@ -66,8 +69,9 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
         )
     model = jax.tree.map(lambda x: np.asarray(x)[0], ready.model)
     net = make_net(model)
+    outlines = {name: _outline(scene, name) @ coordinates.axes for name in scene.settling}
     try:
-        found = natural_modes(linearise(model), net, layout, coordinates, count)
+        found = natural_modes(linearise(model, outlines), net, layout, coordinates, count)
     except ValueError as error:
         d = coordinates.dimensions
         if d == 3 or net.fixed.all():
@@ -87,6 +91,25 @@ def _left_out(study: Study, scene: Scene) -> Iterator[Fault]:
         if isinstance(body, CarriedBody):
             message = f'expected no trolley for natural modes, found one on line "{body.on.line}"'
             yield study.fault(f"bodies.{name}.on", message)
+
+
+def _outline(scene: Scene, name: str) -> np.ndarray:
+    """A way (p, 3) in m, along a body's own axes, by which it is drawn.
+
+    The edges of its size; otherwise from its centre to each of its points, and to where its mass
+    would have to be to turn as it does.
+    """
+    body = scene.bodies[name]
+    assert isinstance(body, Body)  # no other settles
+    if body.size is not None:
+        corners = [f"{k:03b}" for k in EDGES]
+        sides = np.array([[1.0 if bit == "1" else -1.0 for bit in corner] for corner in corners])
+        return 0.5 * sides * np.array([float(number(x)) for x in body.size])
+    tips = [[float(number(x)) for x in point] for point in body.points.values()]
+    if body.turns and body.inertia is not None:
+        arm = np.sqrt(max(float(number(x)) for x in body.inertia) / float(number(body.mass)))
+        tips += [*(arm * np.eye(3)), *(-arm * np.eye(3))]
+    return np.concatenate([np.zeros((1, 3)), *([tip, np.zeros(3)] for tip in tips)])
 
 
 def _held(scene: Scene, model: Model, net: Net) -> float:

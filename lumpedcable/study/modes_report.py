@@ -10,16 +10,19 @@ from rich.text import Text
 import lumpedcable
 from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, Study, format_quantity
+from lumpedcable.scene.bodies import ANGLES, Body
 from lumpedcable.scene.carried import reel_key
 from lumpedcable.solve.modal import Modes
 from lumpedcable.study.tables import console_of, new_table
 
-__all__ = ["heading", "modes_contents", "modes_table", "titles"]
+__all__ = ["heading", "modes_contents", "modes_table", "shown"]
 
 MOVES = 0.05  # share of a mode's motion from which an axis is named
 SKEWED = 0.1  # share of forces without energy from which a mode says so
 BLURRED = 1e-3  # share of omega^2 lost in rounding from which a mode says so
 ROUNDING = 1e-9  # asymmetry of K that is nobody's doing
+TINY = 1e-300
+WAYS = ("x", "y", "z", *ANGLES)
 
 
 def heading(study: Study, run: int) -> str:
@@ -37,13 +40,21 @@ def _run_values(study: Study, run: int) -> str:
     )
 
 
-def titles(modes: Modes) -> list[str]:
-    """A short text for each mode: its number, and its frequency or what it is instead."""
-    return [
-        f"mode {k + 1}: {f'{frequency:.4g} Hz' if state == 'stable' else state}"
-        for k, frequency in enumerate(modes.frequency)
-        for state in [_state(modes, k)]
-    ]
+def shown(modes: Modes):
+    """What is drawn: lines, how they move, a title for each mode, bodies, how those move."""
+    outlines = {name: body.outline for name, body in modes.rigid.items()}
+    moves = {name: body.shapes for name, body in modes.rigid.items()}
+    return modes.nodes, modes.shapes, _titles(modes), outlines, moves
+
+
+def _titles(modes: Modes) -> list[str]:
+    """A short text for each mode: its number, its frequency or what it is instead, which body moves."""
+    found = []
+    for k, frequency in enumerate(modes.frequency):
+        state = _state(modes, k)
+        what = f"{frequency:.4g} Hz" if state == "stable" else state
+        found.append(", ".join([f"mode {k + 1}: {what}", *_told_moves(modes, k)[:1]]))
+    return found
 
 
 def _state(modes: Modes, k: int) -> str:
@@ -69,10 +80,30 @@ def _remark(modes: Modes, k: int) -> str:
 
 
 def _directions(modes: Modes, k: int) -> list[str]:
-    """The axes along which a mode moves, the busiest first."""
-    motion = sum(np.sum(shape[k] ** 2, axis=0) for shape in modes.shapes.values())
-    share = motion / np.sum(motion)
-    return ["xyz"[c] for c in np.argsort(-share, kind="stable") if share[c] >= MOVES]
+    """The axes along which a mode's lines move, the busiest first."""
+    motion = np.sum([np.sum(shape[k] ** 2, axis=0) for shape in modes.shapes.values()], axis=0)
+    return _busy(WAYS[:3], motion)
+
+
+def _busy(names: tuple[str, ...], motion: np.ndarray) -> list[str]:
+    """The names of what has a part in a motion, the largest first."""
+    share = motion / max(np.sum(motion), TINY)
+    return [names[c] for c in np.argsort(-share, kind="stable") if share[c] >= MOVES]
+
+
+def _body_moves(modes: Modes, k: int) -> dict[str, list[str]]:
+    """How those bodies move that have a part in a mode, the largest part first."""
+    names = sorted(modes.rigid, key=lambda name: -modes.rigid[name].share[k])
+    return {
+        name: _busy(WAYS, modes.rigid[name].ways[k])
+        for name in names
+        if modes.rigid[name].share[k] >= MOVES
+    }
+
+
+def _told_moves(modes: Modes, k: int) -> list[str]:
+    """The same as texts."""
+    return [f"{name}: {', '.join(ways)}" for name, ways in _body_moves(modes, k).items()]
 
 
 def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
@@ -82,7 +113,12 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
     heads = ["mode", "frequency\n(Hz)", "period\n(s)", "along\nlines (%)", "across\nlines (%)"]
     for words in [*heads, *(["bodies\n(%)"] if bodies else [])]:
         table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
-    table.add_column(Text("moves\nin"), vertical="bottom", no_wrap=True)
+    rigid = bool(modes.rigid)
+    table.add_column(
+        Text("lines\nmove in" if rigid else "moves\nin"), vertical="bottom", no_wrap=True
+    )
+    if rigid:
+        table.add_column(Text("bodies\nmove in"), vertical="bottom", no_wrap=True)
     table.add_column(Text("remark"), vertical="bottom")
     *others, remark = range(2, len(table.columns))
     table.spare = [*reversed(others), remark]
@@ -94,6 +130,7 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
             f"{1.0 / frequency:.6g}" if frequency > 0.0 else "-",
             *(f"{100.0 * abs(share):.1f}" for share in shares),
             ", ".join(_directions(modes, k)),
+            *(["; ".join(_told_moves(modes, k))] if rigid else []),
             _remark(modes, k),
         ]
         table.add_row(*(Text(cell) for cell in cells))
@@ -127,6 +164,10 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
             f"Not about rest: {modes.held:.4g} N are left on a joint that the scene puts `at` a place."
         )
     ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
+    for name in _held_bodies(scene):
+        notes.append(
+            f'"{name}" is held where the scene puts it; with settle = true it comes to rest and moves.'
+        )
     reels = {reel_key(end) for end in ends}
     for reel, what in (("winch", "Winches"), ("drum", "Drums")):
         if reel in reels:
@@ -134,6 +175,12 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
     if len(study.runs) > 1:
         notes.append(f"Run {run} of 0 to {len(study.runs) - 1}; --run takes another.")
     return notes
+
+
+def _held_bodies(scene: Scene) -> list[str]:
+    """Rigid bodies that could move, were they not held while modes are found."""
+    rigid = {n: b for n, b in scene.bodies.items() if isinstance(b, Body) and b.rigid}
+    return [name for name, body in rigid.items() if not body.settle and body.free != ()]
 
 
 def _plane(modes: Modes) -> str:
@@ -158,7 +205,7 @@ def _damping(scene: Scene) -> str:
 
 
 def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What goes into the file of natural modes: everything short, and places and shapes by line."""
+    """What goes into the file of natural modes: everything short, and places and shapes by part."""
     table = []
     for k, frequency in enumerate(modes.frequency):
         stable = _state(modes, k) == "stable"
@@ -175,6 +222,7 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
                 "share_across_lines": float(modes.transverse[k]),
                 "share_bodies": float(modes.bodies[k]),
                 "moves_in": _directions(modes, k),
+                **({"bodies_move_in": _body_moves(modes, k)} if modes.rigid else {}),
                 "remark": _remark(modes, k),
             }
         )
@@ -198,4 +246,11 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
         name: {"position": nodes.tolist(), "shapes": np.round(modes.shapes[name], 12).tolist()}
         for name, nodes in modes.nodes.items()
     }
-    return head, lines
+    if not modes.rigid:
+        return head, {"lines": lines}
+    head["units"]["bodies"] = "x, y, z as shapes; roll, pitch, yaw in rad"
+    bodies = {
+        name: {"position": body.position.tolist(), "shapes": np.round(body.moved, 12).tolist()}
+        for name, body in modes.rigid.items()
+    }
+    return head, {"lines": lines, "bodies": bodies}

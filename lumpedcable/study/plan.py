@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,7 @@ __all__ = [
     "recoil_name",
     "recoil_names",
     "recoils_of",
+    "relaxing_times",
     "rounded_steps",
     "stable_bound",
     "stepping",
@@ -183,21 +185,24 @@ def fields_of(scene: Scene) -> tuple[str, ...]:
 def stable_bound(
     scene: Scene, bound: np.ndarray, swept: Mapping[str, np.ndarray] = MappingProxyType({})
 ) -> np.ndarray:
-    """The largest stable step (s) of each run by its method, from that of leapfrog.
+    """The largest stable step (s) of each run by its method, from that of leapfrog."""
+    times = (swept.get(key, time) for key, time in relaxing_times(scene).items())
+    return np.minimum.reduce([bound, *(np.broadcast_to(time, bound.shape) for time in times)])
 
-    Leapfrog and implicit methods follow what relaxes at any step, others at steps of its shortest time.
+
+def relaxing_times(scene: Scene) -> dict[str, Any]:
+    """The times (s) of what relaxes in a scene, by key, that steps of its method may not exceed.
+
+    Leapfrog and implicit methods follow what relaxes at any step.
     """
     if scene.solver.method in ("leapfrog", *IMPLICIT):
-        return bound
+        return {}
     used = {line.material for line in scene.lines.values()}
-    times = [
-        np.broadcast_to(
-            swept.get(f"materials.{name}.relaxation.{one}.time", branch.time), bound.shape
-        )
+    return {
+        f"materials.{name}.relaxation.{one}.time": branch.time
         for name in sorted(used)
         for one, branch in scene.materials[name].relaxation.items()
-    ]
-    return np.minimum.reduce([bound, *times])
+    }
 
 
 def asked_step(

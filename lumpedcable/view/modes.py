@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,12 +31,15 @@ class ModeShapes(NamedTuple):
     """What is drawn: lines at rest and modes.
 
     nodes: places at rest by line, (nodes, 3) in m. shapes: displacements by line,
-    (modes, nodes, 3), of any size. titles: a text for each mode.
+    (modes, nodes, 3), of any size. titles: a text for each mode. outlines and moves: the same of
+    rigid bodies, along a way over their edges.
     """
 
     nodes: Mapping[str, Array]
     shapes: Mapping[str, Array]
     titles: Sequence[str]
+    outlines: Mapping[str, Array] = MappingProxyType({})
+    moves: Mapping[str, Array] = MappingProxyType({})
 
 
 class _Panel(NamedTuple):
@@ -100,8 +104,9 @@ def mode_figure(modes: ModeShapes, heading: str) -> Figure:
 
 
 def _panel(modes: ModeShapes, mode: int) -> _Panel:
-    rest = np.concatenate(list(modes.nodes.values()))
-    motion = np.concatenate([shape[mode] for shape in modes.shapes.values()])
+    rest = np.concatenate([*modes.nodes.values(), *modes.outlines.values()])
+    drawn = [*modes.shapes.values(), *modes.moves.values()]
+    motion = np.concatenate([shape[mode] for shape in drawn])
     extent = np.ptp(rest, axis=0)
     longest = int(np.argmax(extent))
     others = [c for c in (2, 0, 1) if c != longest]
@@ -149,6 +154,10 @@ def _draw(ax: Axes, modes: ModeShapes, mode: int, panel: _Panel) -> None:
             drawn = rest + sign * panel.size * moved
             ax.plot(drawn[:, 0], drawn[:, 1], **look)
         ax.plot(rest[:, 0], rest[:, 1], **_REST)
+    for name, points in modes.outlines.items():
+        moved = panel.size * modes.moves[name][mode][:, plane]
+        for sign, look in ((-1.0, _OPPOSITE), (1.0, _MODE), (0.0, _REST)):
+            ax.plot(*(points[:, plane] + sign * moved).T, **look)
     if panel.true:
         ax.set_aspect("equal", adjustable="datalim")
     ax.locator_params(nbins=5)

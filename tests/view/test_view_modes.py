@@ -111,6 +111,23 @@ def test_several_lines_share_one_scale():
         assert np.ptp(moved[:, 1]) == pytest.approx(4.0 * size[name])
 
 
+def test_a_body_moves_with_its_line():
+    # a square that turns about its middle at the end of a line that stands still
+    square = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1], [-1, 0, -1]])
+    turned = np.column_stack([square[:, 2], 0 * square[:, 0], -square[:, 0]])
+    modes = ModeShapes(
+        {"rope": UPRIGHT}, {"rope": 0.0 * UPRIGHT[None]}, ["mode 1"],
+        {"box": square}, {"box": turned[None] / np.sqrt(2.0)},
+    )  # fmt: skip
+    ax = mode_figure(modes, "Modes").axes[0]
+    assert len(ax.lines) == 6
+    opposite, mode, rest = (line.get_xydata() for line in ax.lines[3:])
+    assert rest == pytest.approx(square[:, [0, 2]])
+    assert 0.5 * (mode + opposite) == pytest.approx(rest)
+    # two fifths of the body's 2 m, the smaller extent, where it moves the most
+    assert np.linalg.norm(mode - rest, axis=1) == pytest.approx(0.8)
+
+
 def test_files_and_formats(tmp_path):
     made = plot_modes(shapes(LEVEL, along(2)), "Modes", tmp_path / "new" / "m", ("png", "svg"))
     assert made == [tmp_path / "new" / "m.png", tmp_path / "new" / "m.svg"]

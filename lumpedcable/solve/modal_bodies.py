@@ -1,0 +1,138 @@
+"""What rigid bodies that are at rest bring into natural modes.
+
+With q the coordinates of a body, lines pull at its points r(q) with F. Of small motions dq the ends
+of those lines go along by J dq, J = dr/dq, and the body itself answers with
+
+    -d/dq (Q(q) + J(q)^T F),   F held,
+
+Q its own force at rest: weight, buoyancy, bed, springs, thrust, the drag of a current. What F changes by
+is in the stiffness of the lines.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from lumpedcable.model.attached import attached_ends
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.model import Model
+from lumpedcable.model.net import Net
+
+__all__ = ["Floating", "RigidMotion", "floating", "rigid_motions"]
+
+EPS = float(np.finfo(float).eps)
+
+
+class Floating(NamedTuple):
+    """A rigid body of m coordinates q that moves about its place of rest.
+
+    free (m,): 1 where a coordinate can change. mass, stiffness (m, m): its own, in kg and N/m, kg m2 and
+    N m, and so on. ends (e, d, m): J of the ends that are tied to it, as in `Net.tied`. outline
+    (p, d) and moves (p, d, m): points by which it is drawn (m), and J of those. doubt (m,): how well the
+    moments that hold it in balance are known (N m), 0 for places.
+    """
+
+    free: Float[Array, " m"]
+    mass: Float[Array, "m m"]
+    stiffness: Float[Array, "m m"]
+    ends: Float[Array, "e d m"]
+    outline: Float[Array, "p d"]
+    moves: Float[Array, "p d m"]
+    doubt: Float[Array, " m"]
+
+    @property
+    def scale(self) -> Float[np.ndarray, " m"]:
+        """What q is measured in so that all of it has one mass: 1 for a mean place, rad/m for angles."""
+        mass = np.diagonal(np.asarray(self.mass))
+        return np.sqrt(np.mean(mass[: np.shape(self.ends)[1]]) / mass)
+
+
+class RigidMotion(NamedTuple):
+    """How a body moves in k modes, in x, y and z.
+
+    position: at rest (3,), in m. outline: points (p, 3) at rest, in m, and shapes: how far they move,
+    (k, p, 3). moved: its centre and its roll, pitch and yaw, (k, 6), in m and rad where shapes are in m.
+    share: of the kinetic energy, (k,). ways: shares of that by the same six, (k, 6).
+    """
+
+    position: Float[np.ndarray, " 3"]
+    outline: Float[np.ndarray, "p 3"]
+    shapes: Float[np.ndarray, "k p 3"]
+    moved: Float[np.ndarray, "k 6"]
+    share: Float[np.ndarray, " k"]
+    ways: Float[np.ndarray, "k 6"]
+
+
+def floating(
+    model: Model, net: Net, forces: Float[Array, "places d"],
+    outlines: Mapping[str, Float[Array, "p d"]],
+) -> dict[str, Floating]:  # fmt: skip
+    """The bodies of which `outlines` gives points along their own axes (m), at rest as they are.
+
+    `forces` (N) are those on all nodes of the net, also on those that are held.
+    """
+    return {name: _floating(model, net, name, forces, x) for name, x in outlines.items()}
+
+
+def _floating(model: Model, net: Net, name: str, forces, outline) -> Floating:
+    body = model.bodies[name]
+    q, still = body.reference, jnp.zeros_like(body.reference)
+    d = outline.shape[1]
+    turn = jax.vmap(jax.jacfwd(body.place), (None, 0))
+    points = [end.point for _, _, end in attached_ends(model, name)]
+    points = jnp.stack(points) if points else jnp.zeros((0, d))
+    pulls = forces[net.tied[name]] if name in net.tied else jnp.zeros((0, d))
+
+    def force(q):
+        return body.force(q, still) + jnp.einsum("edm,ed->m", turn(q, points), pulls)
+
+    free = jnp.ones_like(q) if body.free is None else body.free
+    ends, moment = turn(q, points), jnp.arange(q.size) >= d
+    known = jnp.einsum("edm,ed->m", jnp.abs(ends), jnp.abs(pulls))
+    return Floating(
+        free=free,
+        mass=body.mass(q),
+        stiffness=-jax.jacfwd(force)(q),
+        ends=ends,
+        outline=jax.vmap(body.place, (None, 0))(q, outline),
+        moves=turn(q, outline),
+        doubt=jnp.where(moment, free * (jnp.abs(force(q)) + 8.0 * EPS * known), 0.0),
+    )
+
+
+def rigid_motions(
+    bodies: Mapping[str, Floating], turned: Mapping[str, np.ndarray], energy: np.ndarray,
+    scale: np.ndarray, places: Mapping[str, np.ndarray], coordinates: Coordinates,
+) -> dict[str, RigidMotion]:  # fmt: skip
+    """Motions of bodies for people.
+
+    Args:
+        bodies: by name.
+        turned: their coordinates in each mode, (k, m).
+        energy: phi . M phi of each mode (kg), (k,).
+        scale: what modes are divided by, (k,).
+        places: where they are at rest, (m,).
+        coordinates: of the model.
+    """
+    d, found = coordinates.dimensions, {}
+    axes, turns = coordinates.axes, np.asarray(coordinates.turns())
+    for name, body in bodies.items():
+        q = turned[name]
+        shapes = np.einsum("pdm,km->kpd", np.asarray(body.moves), q) @ axes.T
+        mass = np.asarray(body.mass)
+        single = np.diagonal(mass) * q**2
+        ways = np.concatenate([single[:, :d] @ axes.T**2, single[:, d:] @ turns**2], axis=1)
+        moved = np.concatenate([q[:, :d] @ axes.T, q[:, d:] @ turns], axis=1)
+        found[name] = RigidMotion(
+            position=coordinates.expand(places[name][:d], 0, place=True),
+            outline=coordinates.expand(np.asarray(body.outline), 1, place=True),
+            shapes=shapes / scale[:, None, None],
+            moved=moved / scale[:, None],
+            share=np.einsum("km,mn,kn->k", q, mass, q) / energy,
+            ways=ways / np.maximum(np.sum(ways, axis=1, keepdims=True), 1e-300),
+        )
+    return found
