@@ -115,7 +115,7 @@ def numbers_of(study: Study, key: str) -> tuple[list[Number], str]:
         if one not in given:
             return [], (
                 f'expected a number that the scene gives, found "{one}", which it does not: '
-                f"write a value there ({IN_A_FILE})"
+                f"write a value there{f' ({IN_A_FILE})' if _from_file(study.scene, one) else ''}"
             )
         numbers.append(Number(one, kind, label_of(root, one), given[one], _sided(study, one)))
     return numbers, ""

@@ -167,7 +167,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     yield from record_problems(draft.lines, draft.bodies, duration)
     yield from joined_problems(draft.lines)
-    yield from settling_problems(draft.bodies, draft.lines, draft.materials, draft.targets)
+    yield from settling_problems(draft.bodies, draft.lines, draft.materials)
     seabed = draft.others.get("seabed")
     if isinstance(seabed, Seabed) and next(inside(seabed, (), draft.sound), None) is None:
         yield from below_problems(draft.lines, draft.bodies, seabed)

@@ -163,7 +163,6 @@ def settling_problems(
     bodies: Mapping[str, Any],
     lines: Mapping[str, Line | None],
     materials: Mapping[str, Any],
-    targets: Mapping[str, Any],
 ) -> Iterator[Problem]:
     """Yield what stands in the way of statics that finds where bodies are at rest."""
     told = None
@@ -174,8 +173,6 @@ def settling_problems(
         told = f'expected lines with a law of tension, found the inextensible "{rods[0]}"'
     elif hauled:
         told = f'expected neither winches nor bodies on lines, found "{hauled[0]}"'
-    elif goals := list(targets):
-        told = f'expected no targets, found "{goals[0]}"'
     for name, body in bodies.items():
         if not isinstance(body, Body) or not body.settle:
             continue

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import WinchEnd
 from lumpedcable.scene.part import SIDES, Part, Path, Problem, Text, did_you_mean, either
 from lumpedcable.scene.quantities import Length, PositiveForce, PositiveLength, found
@@ -64,7 +65,7 @@ class Target(Part):
 def target_problems(
     targets: Mapping[str, Target | None],
     lines: Mapping[str, Any],
-    bodies: Collection[str],
+    bodies: Mapping[str, Any],
 ) -> Iterator[Problem]:
     """Yield what is wrong between targets and the lines and bodies that they name."""
     taken: dict[str, str] = {}
@@ -102,7 +103,7 @@ def target_problems(
 
 
 def _of(
-    target: Target, path: Path, lines: Mapping[str, Any], bodies: Collection[str]
+    target: Target, path: Path, lines: Mapping[str, Any], bodies: Mapping[str, Any]
 ) -> Iterator[Problem]:
     ends = [f"{line}.{side}" for line in lines for side in SIDES]
     if target.measure == "tension":
@@ -119,6 +120,17 @@ def _of(
     for name in target.parts:
         if name not in known:
             yield Problem(path, f"expected {words}, found {found(name)}{did_you_mean(name, known)}")
+        elif name in bodies and _is_held(bodies[name]):
+            yield Problem(
+                path,
+                f'expected a body that statics moves, found "{name}", which is held where the scene '
+                "puts it: a rigid body is found at rest with settle = true",
+            )
         elif target.measure == "sag" and lines[name] is not None and lines[name].count == 1:
             told = f'"{name}" with one, which is its chord'
             yield Problem(path, f"expected a line of two segments at least, found {told}")
+
+
+def _is_held(body: Any) -> bool:
+    """Whether statics leaves a body where it is: all but points between lines and what settles."""
+    return body is not None and not (isinstance(body, Body) and (body.settle or not body.rigid))

@@ -57,15 +57,16 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
 
 
 def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
-    if scene.settling:
-        return settled(scene, layout, coordinates)
     if not scene.targets:
-        return start_of(scene, layout, coordinates)
+        return (settled if scene.settling else start_of)(scene, layout, coordinates)
 
     def at(mine: Scene, lengths: Float[Array, " n"], nodes: Vectors):
         """Misses over their sizes (-), and the same with the state of rest, for lengths (m)."""
         changed = _with_lengths(mine, lengths)
-        found = rest_near(changed, layout, coordinates, nodes)
+        if scene.settling:
+            found = settled(changed, layout, coordinates)
+        else:
+            found = rest_near(changed, layout, coordinates, nodes)
         miss = jnp.stack(
             [
                 _miss(changed, layout, coordinates, found.model, target)
@@ -103,7 +104,8 @@ def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibr
 
     guess = jnp.stack([jnp.asarray(still.lines[t.line].length) for t in still.targets.values()])
     # lines without joints are laid out anew each time, and need no shape to begin from
-    first = nodes_of(start_of(still, layout, coordinates).model) if layout.joints else {}
+    near = layout.joints and not scene.settling
+    first = nodes_of(start_of(still, layout, coordinates).model) if near else {}
     alone = jnp.array([_between_places(still, target) for target in still.targets.values()])
     far = jnp.full((), jnp.inf)
     carry = (guess, guess, first, jnp.eye(guess.size), far, far, far, jnp.zeros((), int))
@@ -176,6 +178,8 @@ def _place(layout: Layout, model: Model, name: str) -> Float[Array, " d"]:
     line, _, side = name.rpartition(".")
     if line:
         return model.lines[line].reference[:, NODES[side]]
+    if name in model.bodies:
+        return model.bodies[name].reference[: model.lines[next(iter(model.lines))].dimensions]
     members = next(joint.members for joint in layout.joints if joint.body == name)
     line, node = members[0]
     return model.lines[line].reference[:, node]
