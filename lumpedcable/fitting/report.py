@@ -16,7 +16,6 @@ from lumpedcable.fitting.seek import UNLIKELY, chance_of
 from lumpedcable.fitting.sensitivity import Sensitivity
 from lumpedcable.fitting.uncertainty import VAGUE, Profile, words
 from lumpedcable.scene import format_quantity
-from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.tables import console_of, rows_shown, table_of
 
 __all__ = [
@@ -38,6 +37,7 @@ MOST_ROWS = 30
 MIXED, FEW = 1.02, 100
 MOST_NUMBERS = 5
 FEW_MORE = 2  # degrees of freedom up to which Student's t has no variance
+ROUGH = 0.2  # of the noise: what is read between steps with less doubt than that is read well
 OTHER_STARTS = "give other starts, or more of them (method.starts)"
 
 
@@ -169,10 +169,14 @@ def remarks_of(fitted: Fitted) -> list[str]:
         if r > 0.0
     ]
     if rough:
-        said.append(
+        told = (
             "Times off the steps are interpolated by a cubic; a parabola differs by at most: "
             f"{', '.join(rough)}."
         )
+        noises = [np.inf if s.noise is None else s.noise for s in problem.series]
+        if any(r > ROUGH * noise for r, noise in zip(fitted.rough, noises, strict=True)):
+            told += ' Beside the noise that is much: shorten the steps ("solver.step" in [set]).'
+        said.append(told)
     said += [words for one in fitted.profiles for words in _of_profile(fitted, one)]
     draws = fitted.draws
     if draws is not None and not (np.all(draws.r_hat < MIXED) and np.all(draws.size > FEW)):
@@ -370,8 +374,6 @@ def print_sensitivity(heading: str, found: Sensitivity) -> None:
         console.print(Text(str(found.check)))
     for remark in found.remarks:
         console.print(Text(remark))
-    if found.status is not Status.OK:
-        console.print(f"The run failed: {MEANING[found.status]}; {ADVICE[found.status]}.")
 
 
 def slopes_contents(heading: str, found: Sensitivity) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import math
 import tomllib
 from collections.abc import Sequence
 from functools import partial
+from numbers import Real
 from typing import Any
 
 import jax
@@ -59,7 +60,7 @@ class Response:
         self, study: Study, of: str | None, by: Sequence[str], run: int = 0, spare: float = 0.0
     ) -> None:
         """See `lumpedcable.response`, which says what is raised."""
-        if not 0.0 <= spare < math.inf:
+        if not (isinstance(spare, Real) and 0.0 <= spare < math.inf):
             raise ValueError(f"spare: expected a share of at least 0, found {spare!r}")
         scene = study.runs[run]
         scalar: Scalar = asked_scalar(study, of, run)
@@ -93,6 +94,13 @@ class Response:
         return how(self._spec, self._arrays, self._bounds, x)
 
     def _checked(self, x: ArrayLike) -> Float[Array, " n"]:
+        try:
+            x = jnp.asarray(x)
+            real = jnp.issubdtype(x.dtype, jnp.floating) or jnp.issubdtype(x.dtype, jnp.integer)
+        except (TypeError, ValueError):
+            real = False
+        if not real:
+            raise ValueError(f"expected real numbers in SI units, found {x!r}")
         x = jnp.asarray(x, float)
         if x.shape != self.values.shape:
             raise ValueError(
@@ -109,7 +117,7 @@ def _numbers(
     study: Study, by: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[str, ...], NDArray[np.float64]]:
     """Full keys of the numbers that keys or their ends mean, their units, and their bounds (2, n)."""
-    if isinstance(by, str) or not by:
+    if isinstance(by, str) or not by or not all(isinstance(key, str) for key in by):
         raise ValueError(f"by: expected one key or more, in a list, found {by!r}")
     data: dict[str, Any] = tomllib.loads(study.effective_text)
     data.pop("sweep", None)

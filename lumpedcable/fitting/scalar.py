@@ -89,6 +89,8 @@ def read_scalar(text: str, scene: Scene) -> Scalar:
     Raises:
         AskedError: it means none; the message says what was expected.
     """
+    if not isinstance(text, str):
+        raise AskedError(f'expected a text as "max velocity at rope.end", found {text!r}')
     text = " ".join(text.split())
     if text == STOP_TIME:
         return _stop_time(scene)

@@ -25,7 +25,7 @@ from lumpedcable.model.numbers import number
 from lumpedcable.physics.vectors import root
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.measures import BodyMeasure
-from lumpedcable.status import Status
+from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import RUN_OFTEN, RUN_ONCE, Structure, understood
 from lumpedcable.study.compiling import heard
 from lumpedcable.study.endless import MOST_STEPS, EndlessError, endless_words, total_steps
@@ -77,6 +77,8 @@ class Sensitivity:
     def remarks(self) -> list[str]:
         """What is to be known of the derivatives, in words."""
         said = []
+        if self.status is not Status.OK:
+            said.append(f"The run failed: {MEANING[self.status]}; {ADVICE[self.status]}.")
         if np.any(np.abs(self.shares[np.isfinite(self.shares)]) > WILD):
             said.append(
                 "Derivatives as large as these tell of rounding alone, as where a slack line crumples "

@@ -1,8 +1,8 @@
 """Columns of numbers in CSV files, and the units that their names may hold: "load (kN)".
 
-A file has one header line with the names of its columns, then numbers, all between commas. Empty
-lines and lines that start with # are skipped, but not rows that begin with what a spreadsheet
-writes in place of a number, as #N/A.
+A file has one header line with the names of its columns, then numbers, all between commas. Lines
+that are empty, or of empty cells, and lines that start with # are skipped, but not rows that begin
+with what a spreadsheet writes in place of a number, as #N/A.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ def _sheet(path: FilePath, wanted: Sequence[str]) -> _Sheet:
 def _filled(path: FilePath) -> list[tuple[int, str]]:
     """Return the lines that hold anything, each after its number."""
     lines: Iterator[tuple[int, str]] = enumerate(read_text(path).splitlines(), start=1)
-    return [(number, line) for number, line in lines if line.strip()]
+    return [(number, line) for number, line in lines if line.strip(", \t")]
 
 
 def _other_separator(line: str) -> str | None:
@@ -277,10 +277,14 @@ def _row(sheet: _Sheet, number: int, line: str, indices: Iterable[int]) -> tuple
         value = float(word) if _NUMBER.fullmatch(word) else math.nan
         if not math.isfinite(value):
             given = found(word) if word else "nothing"
-            remark = word.startswith("#") and not _FAILED.match(word)
+            hint = ""
+            if word.startswith("#") and not _FAILED.match(word):
+                hint = "; a remark begins with # and a space"
+            elif _NUMBER.fullmatch(word.replace(",", "")):
+                hint = "; write numbers with a decimal point, without separators of thousands"
             raise FileError(
                 f"expected a finite number in column {sheet.header[place]}, found {given} "
-                f"in {sheet.name}:{number}{'; a remark begins with # and a space' * remark}"
+                f"in {sheet.name}:{number}{hint}"
             )
         row.append(value)
     return tuple(row)

@@ -10,7 +10,14 @@ import numpy as np
 from lumpedcable.results.human import runs_named, scale
 from lumpedcable.study.endless import MOST_STEPS, endless_words
 from lumpedcable.study.laying import lay_out
-from lumpedcable.study.plan import asked_step, plan_of, stepping, tolerances
+from lumpedcable.study.plan import (
+    asked_step,
+    plan_of,
+    relaxing_times,
+    stable_bound,
+    stepping,
+    tolerances,
+)
 from lumpedcable.study.starts import starts
 
 if TYPE_CHECKING:
@@ -53,17 +60,16 @@ def prospect_of(study: Study, most: int) -> Prospect:
     laid, runs = lay_out(study), np.arange(min(len(study.runs), most))
     converged = np.zeros(len(runs), bool)
     imbalance, bound, asked, steps = np.full((4, len(runs)), np.nan)
-    which = laid.which(runs)
+    which, plan = laid.which(runs), plan_of(laid.scene, laid.structures[0].layout)
     for index in np.unique(which):
         structure, rows = laid.structures[index], np.flatnonzero(which == index)
         scene, mine = structure.scene, runs[rows]
         ready, swept = starts(laid, structure, mine), study.runs.columns(mine)
         converged[rows], imbalance[rows] = ready.converged, ready.imbalance
-        bound[rows] = ready.bound
+        bound[rows] = ready.bound if plan.adaptive else stable_bound(scene, ready.bound, swept)
         asked[rows] = asked_step(scene, bound[rows], swept)
         each = stepping(scene, structure.layout, bound[rows], swept)[:, 0]
         steps[rows] = each * laid.count
-    plan = plan_of(laid.scene, laid.structures[0].layout)
     return Prospect(study, converged, imbalance, bound, asked, steps, plan.adaptive)
 
 
@@ -114,7 +120,8 @@ def _stepped(prospect: Prospect) -> list[str]:
     whose = " (solver.step)" if solver.step is not None else ""
     step = f"step: {_span(taken, 's')}{whose}"
     if np.all(np.isfinite(prospect.bound[mine])):  # not of lines that keep their length
-        of = "" if solver.method == "leapfrog" else " of leapfrog"
+        alone = solver.method == "leapfrog" or relaxing_times(scene)
+        of = "" if alone else " of leapfrog"
         step += f", {_span(shares, '1')} of the largest stable one{of} at rest"
     if solver.method == "leapfrog" and np.any(shares > 1.0):
         step += ": too long, lower solver.step"

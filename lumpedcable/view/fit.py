@@ -229,7 +229,8 @@ def law_figure(pictures: FitPictures) -> Figure:
     figure, axes = style.panel_figure(
         [law.title for law in laws], f"Tension laws: {pictures.heading}", height=2.6
     )
-    factor, unit = style.shared_unit([law.found for law in laws], "N")
+    sizes = [x for law in laws for x in (law.found, *(tension for *_, tension in law.data))]
+    factor, unit = style.shared_unit(sizes, "N")
     for ax, law in zip(axes, laws, strict=True):
         good = np.isfinite(law.half)
         low, high = factor * (law.found - law.half), factor * (law.found + law.half)
@@ -239,7 +240,8 @@ def law_figure(pictures: FitPictures) -> Figure:
         for _, strain, tension in law.data:
             ax.plot(strain, factor * tension, ".", color=style.COLOURS[0], markersize=3)
         # a law of which the data show nothing but its zero has axes as well
-        top = factor * max(style.largest(law.found), style.largest(law.start)) or 1.0
+        drawn = [law.found, law.start, *(tension for _, _, tension in law.data)]
+        top = factor * max(map(style.largest, drawn)) or 1.0
         ax.set_ylim(-0.15 * top, 1.15 * top)
     style.label_outer(axes, "strain (-)", style.with_unit("tension", unit))
     handles = [

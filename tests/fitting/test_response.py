@@ -128,11 +128,24 @@ def test_a_given_step_above_the_bound_is_judged_as_by_a_run(tmp_path):
         ("EA", None, "in a list"),
         ([], None, "one key or more"),
         (["EA"], "max velocity at rope.ent", "rope.ent"),
+        ([3], None, "in a list"),
+        (["EA"], 3, "expected a text as"),
     ],
 )
 def test_what_is_asked_wrongly_is_told(scene, by, of, told):
     with pytest.raises(ValueError, match=told.replace("?", r"\?")):
         lc.response(scene, by, of)
+
+
+@pytest.mark.parametrize("x", [["45 kN"], [1e6 + 1e6j], [None], [True]])
+def test_what_is_no_real_number_is_told(speed, x):
+    with pytest.raises(ValueError, match="expected real numbers in SI units, found "):
+        speed(x)
+
+
+def test_a_spare_that_is_no_share_is_told(scene):
+    with pytest.raises(ValueError, match="spare: expected a share of at least 0, found 'a'"):
+        lc.response(scene, ["EA"], spare="a")
 
 
 def test_a_number_of_a_csv_file_is_told(tmp_path):

@@ -57,6 +57,18 @@ def test_remarks_and_rows_taken_out_are_skipped(tmp_path, row):
     assert load_study(path).scene.materials["tested"].strain == (0.0, 1.0)
 
 
+@pytest.mark.parametrize("row", [",", ",,", " , ", "\t,"])
+def test_rows_of_empty_cells_are_skipped(tmp_path, row):
+    path = bridle(tmp_path, tested=f"strain,tension\n0,0\n{row}\n1,1\n{row}\n")
+    assert load_study(path).scene.materials["tested"].strain == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("word", ["7,14138", "7,141", "1,000,000.5"])
+def test_a_quoted_number_with_a_comma_gets_advice(tmp_path, word):
+    fault = only_fault(tmp_path, tested=f'strain,tension\n0,0\n1,"{word}"\n')
+    assert f'found "{word}" in tested.csv:3; write numbers with a decimal point' in fault.message
+
+
 def test_an_error_in_a_column_that_nobody_reads_does_no_harm(tmp_path):
     path = bridle(tmp_path, tested="time,strain,tension\n#N/A,0,0\n#N/A,1,1\n")
     assert load_study(path).scene.materials["tested"].strain == (0.0, 1.0)

@@ -94,6 +94,17 @@ def test_adaptive_static_stopped_and_too_long(tmp_path):
     assert endless[1].startswith("run 0: more steps are needed than may be taken: it would take")
 
 
+def test_steps_are_bounded_by_what_relaxes_for_methods_that_it_bounds(tmp_path):
+    branch = "materials.hooke.relaxation={fast={EA='10 kN', time='0.1 ms'}}"
+    rk4 = study_of(tmp_path, HOOKE, branch, "solver.method=rk4")
+    told = prospect_lines(prospect_of(rk4, 1))
+    # 0.8 of 0.1 ms: 13 to an output of 1 ms; leapfrog follows it at any step
+    assert told[1].startswith("steps: rk4, 1,300 a run")
+    assert told[2].endswith("of the largest stable one at rest")
+    leapfrog = study_of(tmp_path, HOOKE, branch)
+    assert prospect_lines(prospect_of(leapfrog, 1))[1].startswith("steps: leapfrog, 100 a run")
+
+
 def test_a_step_too_long_from_the_start_is_told_once(tmp_path):
     arguments = [*QUICK, *TWO, "solver.step=10 ms", "output.every=10 ms"]
     options = [word for one in arguments for word in ("--set", one)]
