@@ -104,6 +104,11 @@ def watched(
     if side is not None:
         piece, node = (pieces[0], 0) if side == "start" else (pieces[-1], -1)
         return Watched(quantity, piece.name, node, axis), 0.0
+    if line in (target.line for target in scene.targets.values()):
+        raise ValueError(
+            f'expected an end of "{line}", whose length a target finds, found "{at}": a measure with '
+            f'`at = "{at}"` looks there'
+        )
     try:
         place = parse_quantity(distance, "m")
     except UnitError as error:

@@ -175,7 +175,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
         yield from bearing_problems(draft.bodies, seabed, gravity)
         yield from depth_problems(draft.bodies, draft.others.get("water"), sea, seabed)
     yield from event_problems(draft.events, draft.lines, draft.others)
-    yield from target_problems(draft.targets, draft.lines, draft.bodies)
+    yield from target_problems(draft.targets, draft.lines, draft.bodies, draft.events)
     yield from reach_problems(
         draft.targets, draft.lines, draft.bodies, draft.materials, draft.others
     )
@@ -211,12 +211,6 @@ def _at_rest(draft: Draft) -> Iterator[Problem]:
         yield from _statistics(draft, output)
     if output.static and draft.events:
         yield Problem(("output",), "expected a duration where there are events, found none")
-    if output.duration and output.every and draft.targets:
-        yield Problem(
-            ("output", "duration"),
-            "expected no duration with targets, which are for scenes at rest, found "
-            f"{format_quantity(output.duration, 's')}",
-        )
 
 
 def _statistics(draft: Draft, output: Output) -> Iterator[Problem]:

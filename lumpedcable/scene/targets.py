@@ -7,6 +7,7 @@ from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import WinchEnd
+from lumpedcable.scene.events import Event
 from lumpedcable.scene.part import SIDES, Part, Path, Problem, Text, did_you_mean, either
 from lumpedcable.scene.quantities import Length, PositiveForce, PositiveLength, found
 
@@ -66,8 +67,10 @@ def target_problems(
     targets: Mapping[str, Target | None],
     lines: Mapping[str, Any],
     bodies: Mapping[str, Any],
+    events: Mapping[str, Event | None],
 ) -> Iterator[Problem]:
-    """Yield what is wrong between targets and the lines and bodies that they name."""
+    """Yield what is wrong between targets and the lines, bodies and breaks that they name."""
+    cut = {event.target()[0] for event in events.values() if event and event.target()[1] is None}
     taken: dict[str, str] = {}
     for name, target in targets.items():
         if target is None or next(target.problems(), None) is not None:
@@ -100,6 +103,11 @@ def target_problems(
                     "much of it is out: ask for the winch's tension",
                 )
         yield from _of(target, (*path, "of"), lines, bodies)
+        if target.measure == "sag" and target.of in cut:
+            yield Problem(
+                (*path, "of"),
+                f'expected a line in one piece, found "{target.of}", which breaks along itself',
+            )
 
 
 def _of(

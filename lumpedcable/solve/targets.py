@@ -165,8 +165,8 @@ def _miss(
         share = sag_of(model.lines[target.of].reference, up) / wanted
         return 0.5 * (share * jnp.abs(share) - 1.0)  # what is bent up is not what hangs down
     if target.measure == "tension":
-        line, _, side = target.of.rpartition(".")
-        return (tension_at(model.lines[line], NODES[side], model) - wanted) / wanted
+        line, node = _end(layout, target.of)
+        return (tension_at(model.lines[line], node, model) - wanted) / wanted
     place = _place(layout, model, target.of)
     axis = "xyz".index(target.measure)
     found = coordinates.origin[axis] + jnp.asarray(coordinates.axes)[axis] @ place
@@ -175,14 +175,20 @@ def _miss(
 
 def _place(layout: Layout, model: Model, name: str) -> Float[Array, " d"]:
     """Where a body or the end of a line is (m, the scene's own coordinates)."""
-    line, _, side = name.rpartition(".")
-    if line:
-        return model.lines[line].reference[:, NODES[side]]
+    if "." in name:
+        line, node = _end(layout, name)
+        return model.lines[line].reference[:, node]
     if name in model.bodies:
         return model.bodies[name].reference[: model.lines[next(iter(model.lines))].dimensions]
     members = next(joint.members for joint in layout.joints if joint.body == name)
     line, node = members[0]
     return model.lines[line].reference[:, node]
+
+
+def _end(layout: Layout, name: str) -> tuple[str, int]:
+    """The line of the model at an end of the scene's, "LINE.start", which may part along itself."""
+    line, _, side = name.rpartition(".")
+    return layout.of_line(line)[NODES[side]].name, NODES[side]
 
 
 def sag_of(nodes: Float[Array, "d nodes"], up: Float[Array, " d"]) -> Float[Array, ""]:

@@ -104,9 +104,10 @@ class Places:
                 nodes[which] if which.size else np.broadcast_to(nodes, (len(runs), nodes.shape[1]))
             )
             if lengths is not None:
-                whole = np.nanmax(nodes, axis=1)
+                begin = nodes[:, :1]  # of a part that a break cuts off: its place
+                whole = np.nanmax(nodes - begin, axis=1)
                 ratio = np.where(np.isfinite(lengths[name]), lengths[name], whole) / whole
-                nodes = nodes * ratio[:, None]  # all segments grow alike
+                nodes = begin + (nodes - begin) * ratio[:, None]  # all segments grow alike
             for quantity, values in zip(PLACES, _both(nodes), strict=True):
                 for group in neighbours(rows):
                     here = slice(int(rows[group[0]]), int(rows[group[-1]]) + 1)

@@ -66,7 +66,8 @@ def prospect_of(study: Study, most: int) -> Prospect:
         scene, mine = structure.scene, runs[rows]
         ready, swept = starts(laid, structure, mine), study.runs.columns(mine)
         converged[rows], imbalance[rows] = ready.converged, ready.imbalance
-        bound[rows] = ready.bound if plan.adaptive else stable_bound(scene, ready.bound, swept)
+        least = np.asarray(ready.bound)
+        bound[rows] = least if plan.adaptive else stable_bound(scene, least, swept)
         asked[rows] = asked_step(scene, bound[rows], swept)
         each = stepping(scene, structure.layout, bound[rows], swept)[:, 0]
         steps[rows] = each * laid.count

@@ -88,8 +88,6 @@ def test_a_scene_at_rest_is_read(tmp_path):
          "targets.winch.of", ["expected a line"]),
         ("[sweep]", '[targets.again]\nchange = "lines.after.length"\nof = "cargo"\nx = 3\n\n[sweep]',
          "targets.again.change", ['each length once, found that of target "winch" again']),
-        ("[output]", '[output]\nduration = "1 s"\nevery = "1 s"', "output.duration",
-         ["expected no duration with targets", "found 1 s"]),
         ("[output]", '[output]\nduration = "1 s"', "output.every",
          ["duration and every together, or neither"]),
         ("[output]", '[output]\nevery = "1 s"', "output.duration",
