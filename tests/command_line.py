@@ -84,9 +84,9 @@ def let_go(children):
     return [one.communicate(timeout=60)[1] for one in children]
 
 
-def process(folder, *arguments):
+def process(folder, *arguments, **options):
     """A command in a process of its own, which does not outlive the block."""
-    return python("-m", "lumpedcable", *arguments, cwd=folder)
+    return python("-m", "lumpedcable", *arguments, cwd=folder, **options)
 
 
 def address(server):

@@ -208,7 +208,7 @@ def test_what_is_left_out_is_said(tmp_path):
     assert (said.code, said.err) == (0, "")
     assert "Without the drag and damping of the motion." in said.out
     assert "Materials have the stiffness of slow loads, all that relaxes gone." in said.out
-    assert "Drag of the current makes the stiffness unsymmetric" in said.out
+    assert "Drag of a current, or thrust that turns with its body, makes" in said.out
     assert "unstable" not in said.out
     told = json.loads((tmp_path / "scene" / "modes.json").read_text())
     assert told["stiffness_asymmetry"] > 1e-9

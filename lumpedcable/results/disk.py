@@ -34,6 +34,7 @@ __all__ = [
     "create",
     "is_named",
     "let_go",
+    "make_folder",
     "prepare",
     "reopen",
     "reported",
@@ -141,14 +142,19 @@ def _nowhere() -> Iterator[int]:
             yield file.fileno()
 
 
+def make_folder(target: Path) -> None:
+    """Make the folder of a file, or say why that cannot be."""
+    with reported(target):
+        target.parent.mkdir(parents=True, exist_ok=True)
+
+
 def prepare(target: Path, partial: Path, overwrite: bool) -> None:
-    """Make the folder and clear the temporary name, or say why that cannot be."""
+    """Clear the temporary name, or say why a file cannot be written there."""
     with reported(target):
         if target.is_dir():
             raise OutputError(f"cannot write {target}: it is a folder")
         if target.exists() and not overwrite:
             raise OutputError(f"cannot write {target}: it exists already")
-        target.parent.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(FileNotFoundError):
             _clear(partial)
 

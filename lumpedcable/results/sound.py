@@ -14,10 +14,11 @@ from lumpedcable.results.lines import Index, LineData, dataset_of, times_of
 from lumpedcable.results.reader import OK, ResultFile, opened
 from lumpedcable.results.series import Series
 
-__all__ = ["SoundFile"]
+__all__ = ["NOT_YET", "WELL", "SoundFile"]
 
 Array = NDArray[Any]
-WELL = (OK, "still_moving", "interrupted")  # ends up to which a run is right
+NOT_YET = "interrupted"  # at its end, or not begun
+WELL = (OK, "still_moving", NOT_YET)  # ends up to which a run is right
 
 
 class SoundFile(ResultFile):

@@ -46,8 +46,8 @@ class ResultWriter:
     where something had been flushed, and deletes it otherwise.
 
     Args:
-        target: the file to make, usually *.h5. Missing folders above it are made. Where it is a
-            symbolic link, the file that it leads to is made, but for one with `parts`.
+        target: the file to make, usually *.h5. Where it is a symbolic link, the file that it leads to
+            is made, but for one with `parts`.
         dims: size of every dimension by path, e.g. {"run": 8, "lines/rope/node": 201, "xyz": 3}.
         variables: datasets to be written later with `write`.
         coordinates: datasets known now, by path. A dimension without one counts 0, 1, 2, ..., but
@@ -57,6 +57,7 @@ class ResultWriter:
         parts: other results files that hold the runs in this order, as (name relative to the
             target's folder, number of runs). The variables along runs are then views of theirs;
             where a file is not there yet, they read as not written.
+        folders: whether missing folders above the target are made, or an OutputError.
         goes_on: whether to go on with the temporary file that an earlier writer, which was given the
             same, has left.
 
@@ -77,6 +78,7 @@ class ResultWriter:
         overwrite: bool = True,
         parts: Sequence[tuple[str, int]] = (),
         goes_on: bool = False,
+        folders: bool = True,
     ) -> None:
         # references are looked for beside the file that has them
         self.target: Path = Path(target) if parts else followed(Path(target))
@@ -94,6 +96,8 @@ class ResultWriter:
         if goes_on:
             self._go_on()
             return
+        if folders:
+            disk.make_folder(self.target)
         disk.prepare(self.target, self.partial, overwrite)
         with disk.reported(self.partial):
             self._file = disk.create(self.partial)

@@ -162,17 +162,21 @@ class _Reader:
     ) -> tuple[dict[str, Any], Scene | None, list[Factor]]:
         """Return raw data, base scene (None where it is faulty) and factors, telling every fault."""
         factors, places, wrong = read_factors(sweep, data)
+        axes = [axis for factor in factors for axis in factor.axes]
+        lent = {a.path: places[a.key](0) for a in axes if _is_open(data, a.path)}
         data, scene, problems = self._base(data, factors)
         # A number that only a faulty axis gives is missing for that reason: told once.
-        read = {axis.path for factor in factors for axis in factor.axes}
+        read = {axis.path for axis in axes}
         faulty = {tuple(key.split(".")) for entry in sweep for key in entry.keys} - read
         problems = [p for p in problems if not (p.path in faulty and _is_open(data, p.path))]
-        problems += wrong
+        known = list(problems)
+        # what is wrong with a number that the sweep alone gives stands there
+        problems = [p._replace(path=lent.get(p.path, p.path)) for p in problems] + wrong
         count = math.prod(map(len, factors))
         if count > MAX_RUNS:
             problems.append(Problem(("sweep",), f"expected at most {MAX_RUNS} runs, found {count}"))
         if factors:
-            problems += run_problems(data, factors, places, problems)
+            problems += run_problems(data, factors, places, [*known, *problems])
         self.tell(problems)
         return data, scene, factors
 

@@ -373,18 +373,17 @@ def swept_number(root: Spot, key: str) -> tuple[Any, str]:
     expected = "expected the full path of a number of the scene"
     if is_drawn(root, path):
         return None, f'{expected}, found "{key}", which pictures alone read'
-    spot = spot_at(root, path)
-    if spot is not None and numeric(spot) is not None and path[0] not in ("output", "references"):
-        parent = spot_at(root, path[:2])
-        if path[0] not in SECTIONS or (parent is not None and parent.value is not Absent):
-            return numeric(spot), ""
     if path[0] == "output":
         return None, f'{expected}, found "{key}": all runs share one [output]'
+    spot, table = spot_at(root, path), spot_at(root, path[:2])
+    named = path[0] in (*SECTIONS, "references")
+    if spot is not None and (not named or (table is not None and table.value is not Absent)):
+        if numeric(spot) is not None and path[0] != "references":
+            return numeric(spot), ""
+        return None, f'{expected}, found "{key}", which is no number'
     known = [".".join(map(str, p)) for p, _ in paths(root) if _is_swept(root, p)]
     ending = [k for k in known if k.endswith(f".{key}")]
     hint = f'; did you mean "{ending[0]}"?' if len(ending) == 1 else did_you_mean(key, known)
-    if spot is not None and spot.value is not Absent:
-        return None, f'{expected}, found "{key}", which is no number'
     return None, f'{expected}, found "{key}"{hint}'
 
 

@@ -7,8 +7,9 @@ With F(x) the net force on the free nodes at rest and M their mass matrix, small
 K holds all that statics knows: elastic and geometric stiffness, bending, the drag of a current, a bed
 that holds what lies on it, up as well as down as long as the motion is small. M holds the masses
 along and across the line, added mass included, and the points at junctions. Damping and wave
-corrections take no part. The drag of a current has no energy and makes K unsymmetric; its symmetric
-part is used, and what is left out is reported: it changes single frequencies to second order.
+corrections take no part. The drag of a current has no energy and makes K unsymmetric, as thrust does
+that turns with its body: of the lowest modes of its symmetric part those of K are made then
+(Rayleigh-Ritz), and how well is reported. Two of them may feed each other, and grow as they swing.
 
 Rigid bodies that have been found at rest move too, with the lines that are tied to them
 (`solve.modal_bodies`). Inextensible lines have the masses of rods and only those motions that keep
@@ -29,13 +30,14 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.net import Net
 from lumpedcable.solve.modal_bodies import RigidMotion, rigid_motions
-from lumpedcable.solve.modal_coupled import Found, lowest_coupled
+from lumpedcable.solve.modal_coupled import MORE, ROUNDING, Found, lowest_coupled
 from lumpedcable.solve.modal_linear import Linear
 from lumpedcable.solve.modal_lumps import lowest_of_lumps
 from lumpedcable.solve.modal_rods import Rods, shares_of_rods
 
 __all__ = ["Modes", "natural_modes"]
 
+TINY = 1e-300
 SAME = 1e-9  # relative: eigenvalues closer than this are one, with any mixture of their modes
 
 
@@ -51,7 +53,9 @@ class Modes:
     axial, transverse, bodies: shares of the kinetic energy along the lines, across them (each with
         its added mass) and of point masses and rigid bodies, (k,) each; they add up to 1.
     asymmetry: size of the antisymmetric part of K over that of the symmetric part (-).
-    skew: the same of their forces in each mode (-), (k,).
+    growth: rate (1/s) at which pairs of modes that feed each other grow as they swing, in quadrature,
+        (k,); 0 of others. `square` is then that of the frequency.
+    doubt: how far omega^2 may be off (-) where K is unsymmetric, (k,); 0 where it is not.
     unknowns: number of all modes there are.
     axes: the coordinates that modes can move in, orthonormal columns (3, d) in x, y, z.
     rigid: how rigid bodies move, by name; those that are held are left out.
@@ -67,7 +71,8 @@ class Modes:
     transverse: Float[np.ndarray, " k"]
     bodies: Float[np.ndarray, " k"]
     asymmetry: float
-    skew: Float[np.ndarray, " k"]
+    growth: Float[np.ndarray, " k"]
+    doubt: Float[np.ndarray, " k"]
     unknowns: int
     axes: Float[np.ndarray, "3 d"]
     rigid: dict[str, RigidMotion] = field(default_factory=dict)
@@ -115,9 +120,14 @@ def natural_modes(
         found = lowest_coupled(here, net, count + 2)
     else:
         found = lowest_of_lumps(here.stiffness, here.mass, net, count + 2)
-    vectors = (found.vectors @ _aligned(found, here, coordinates))[:, :count]
-    square, resolution = found.square[:count], found.resolution[:count]
-    motion, turned = found.spread(vectors)
+    if found.asymmetry > ROUNDING:
+        square, growth, resolution, vectors, doubt = _unsymmetric(found)
+    else:
+        square, resolution = found.square, found.resolution
+        vectors = found.vectors @ _aligned(found, here, coordinates)
+        growth = doubt = np.zeros(square.size)
+    square, growth, resolution, doubt = (x[:count] for x in (square, growth, resolution, doubt))
+    motion, turned = found.spread(vectors[:, :count])
 
     lines = {name: np.moveaxis(motion[:, places], 1, 2) for name, places in net.index.items()}
     for name, spring in here.doubt.items():
@@ -141,11 +151,36 @@ def natural_modes(
         transverse=transverse,
         bodies=bodies,
         asymmetry=found.asymmetry,
-        skew=found.skew(vectors),
+        growth=growth,
+        doubt=doubt,
         unknowns=found.unknowns,
         axes=coordinates.axes,
         rigid=rigid_motions(here.bodies, turned, mass, scale, here.places, coordinates),
     )
+
+
+def _unsymmetric(found: Found):
+    """omega^2 (rad2/s2), growth (1/s), what rounding leaves, vectors (n, k) and the doubt of each.
+
+    K in the space of the vectors that were found, which are orthonormal by M: its eigenvalues are real,
+    or pairs whose vectors' real and imaginary parts swing in quadrature. Doubt is how far they are from
+    those of fewer vectors.
+    """
+    form = found.vectors.T @ found.full(found.vectors)
+    values, mix = np.linalg.eig(form)
+    order = np.lexsort((-np.imag(values), np.abs(np.imag(values)), np.real(values)))
+    values, mix = values[order], mix[:, order]
+    resolution = np.abs(mix.T) ** 2 @ found.resolution
+    doubt = np.zeros(values.size)
+    if values.size < found.unknowns:
+        fewer = np.linalg.eigvals(form[: -MORE // 2, : -MORE // 2])
+        doubt = np.min(np.abs(values[:, None] - fewer), axis=1) / np.maximum(np.abs(values), TINY)
+    vectors = found.vectors @ np.where(np.imag(values) < 0.0, np.imag(mix), np.real(mix))
+    scale = np.sqrt(np.sum(vectors * found.scaled(vectors), axis=0))
+    paired, omega = np.abs(np.imag(values)) > resolution, np.sqrt(values.astype(complex))
+    square = np.where(paired, np.real(omega) ** 2, np.real(values))
+    growth = np.where(paired, np.abs(np.imag(omega)), 0.0)
+    return square, growth, resolution, vectors / scale, doubt
 
 
 def _aligned(found: Found, linear: Linear, coordinates: Coordinates) -> np.ndarray:

@@ -19,17 +19,22 @@ from lumpedcable.solve.modal_linear import Linear
 from lumpedcable.solve.modal_rods import Rods
 from lumpedcable.solve.pencil import BORDER, Pencil
 
-__all__ = ["Found", "lowest_coupled"]
+__all__ = ["MORE", "ROUNDING", "Found", "lowest_coupled"]
 
 TINY = 1e-300
+ROUNDING = 1e-9
+"""Asymmetry of K that is nobody's doing."""
+MORE = 30
+"""Modes of the symmetric part beyond those asked for, of which modes of an unsymmetric K are made."""
 
 
 class Found(NamedTuple):
     """The lowest modes as they come from a solver: omega^2 (rad2/s2), vectors (n, k) of its unknowns.
 
-    `spread` turns vectors into motions of nodes (k, places, d) and of bodies by name, (k, m);
-    `weigh` into M u of the nodes (kg m), (k, places, d); `skew` into the share of forces without
-    energy, (k,). `asymmetry` is the size of the antisymmetric part of K over that of the other.
+    They are those of the symmetric part of K, orthonormal by M. `spread` turns vectors into motions of
+    nodes (k, places, d) and of bodies by name, (k, m); `weigh` into M u of the nodes (kg m),
+    (k, places, d); `full` into K u of the whole K and `scaled` into M u,
+    both (n, k). `asymmetry` is the size of the antisymmetric part of K over that of the other.
     """
 
     square: Float[np.ndarray, " k"]
@@ -39,7 +44,8 @@ class Found(NamedTuple):
     asymmetry: float
     spread: Callable[[np.ndarray], tuple[np.ndarray, dict[str, np.ndarray]]]
     weigh: Callable[[np.ndarray], np.ndarray]
-    skew: Callable[[np.ndarray], np.ndarray]
+    full: Callable[[np.ndarray], np.ndarray]
+    scaled: Callable[[np.ndarray], np.ndarray]
 
 
 def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
@@ -55,8 +61,10 @@ def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
     moves, blocks = _moves(linear, net, slots)
     stiffness = moves.T @ whole @ moves
     even, odd = 0.5 * (stiffness + stiffness.T), 0.5 * (stiffness - stiffness.T)
-    pencil = Pencil(even.tocsc(), (moves.T @ mass @ moves).tocsc(), (ties @ moves).tocsc(), blocks)
-    square, vectors, resolution, unknowns = pencil.lowest(count)
+    asymmetry = _size(odd) / max(_size(even), TINY)
+    own = (moves.T @ mass @ moves).tocsc()
+    pencil = Pencil(even.tocsc(), own, (ties @ moves).tocsc(), blocks)
+    square, vectors, resolution, unknowns = pencil.lowest(count + MORE * (asymmetry > ROUNDING))
 
     def apart(everything):
         return everything[:nodes].T.reshape(-1, net.size, d)
@@ -65,14 +73,12 @@ def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
         everything = moves @ vectors
         return apart(everything), {name: everything[own].T for name, own in slots.items()}
 
-    def skew(vectors):
-        return pencil.reach(odd @ vectors) / np.maximum(pencil.reach(even @ vectors), TINY)
-
     return Found(
-        square, resolution, vectors, unknowns, _size(odd) / max(_size(even), TINY),
+        square, resolution, vectors, unknowns, asymmetry,
         spread=spread,
         weigh=lambda vectors: apart(mass @ (moves @ vectors)),
-        skew=skew,
+        full=lambda vectors: stiffness @ vectors,
+        scaled=lambda vectors: own @ vectors,
     )  # fmt: skip
 
 

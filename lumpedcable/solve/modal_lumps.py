@@ -6,7 +6,7 @@ import numpy as np
 
 from lumpedcable.model.net import Net
 from lumpedcable.solve.blocks import BlockTridiagonal
-from lumpedcable.solve.modal_coupled import Found
+from lumpedcable.solve.modal_coupled import MORE, ROUNDING, Found
 from lumpedcable.solve.spectrum import SymmetricBlocks, lowest
 
 __all__ = ["lowest_of_lumps"]
@@ -22,7 +22,8 @@ def lowest_of_lumps(stiffness: BlockTridiagonal, mass: np.ndarray, net: Net, cou
     even, odd = _half(lower, diagonal, upper, 1.0), _half(lower, diagonal, upper, -1.0)
     root = _inverse_root(mass, net)
     matrix = SymmetricBlocks(root @ even.diagonal @ root, root @ even.lower @ _before(root), free)
-    square, vectors, resolution = lowest(matrix, count)
+    asymmetry = odd.size() / max(even.size(), TINY)
+    square, vectors, resolution = lowest(matrix, count + MORE * (asymmetry > ROUNDING))
 
     def spread(vectors):
         motion = np.zeros((vectors.shape[1], free.size))
@@ -30,18 +31,17 @@ def lowest_of_lumps(stiffness: BlockTridiagonal, mass: np.ndarray, net: Net, cou
         motion = root @ motion.reshape(-1, *even.diagonal.shape[:2], 1)
         return motion.reshape(-1, net.size, d), {}
 
-    def reach(force):
-        return np.sqrt(np.sum((root @ force[..., None]) ** 2, axis=(1, 2, 3)))
-
-    def skew(vectors):
+    def full(vectors):
         motion, _ = spread(vectors)
-        return reach(odd.force(motion)) / np.maximum(reach(even.force(motion)), TINY)
+        force = root @ (even.force(motion) + odd.force(motion))[..., None]
+        return force.reshape(force.shape[0], -1)[:, free].T
 
     return Found(
-        square, resolution, vectors, int(free.sum()), odd.size() / max(even.size(), TINY),
+        square, resolution, vectors, int(free.sum()), asymmetry,
         spread=spread,
         weigh=lambda vectors: np.einsum("pij,kpj->kpi", mass, spread(vectors)[0]),
-        skew=skew,
+        full=full,
+        scaled=lambda vectors: vectors,
     )  # fmt: skip
 
 

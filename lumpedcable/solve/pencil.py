@@ -115,11 +115,6 @@ class Pencil:
             rest -= across.T @ splu(whole[inner][:, inner].tocsc()).solve(across)
         return count + int(np.count_nonzero(np.linalg.eigvalsh(rest) < 0.0)) - m
 
-    def reach(self, force: Float[np.ndarray, "n k"]) -> Float[np.ndarray, " k"]:
-        """Size sqrt(f . M^-1 f) of forces (N), without what the ties take up."""
-        gain = self._solver(self.mass)(force)
-        return np.sqrt(np.maximum(np.sum(force * gain, axis=0), 0.0))
-
     def _bordered(self, matrix):
         """[[A, k G^T], [k G, -k e]], k the size of A."""
         from scipy.sparse import bmat, identity

@@ -7,27 +7,41 @@ one computes it.
 
 from __future__ import annotations
 
+import logging
 import os
+import signal
+import sys
 from asyncio import wait_for
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager, suppress
 from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any
 
-from distributed import Client, LocalCluster, as_completed
+from distributed import Client, LocalCluster, WorkerPlugin, as_completed
+from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from lumpedcable.results import StudyFolder
 from lumpedcable.results.errors import DiskError, OutputError, first_line
 from lumpedcable.scene import load_study
 from lumpedcable.study.laying import Laid, lay_out
-from lumpedcable.study.shards import Share, apart, compute_shard, in_rounds, reason_of, show_all
+from lumpedcable.study.shards import (
+    Share,
+    apart,
+    compute_shard,
+    in_rounds,
+    reason_of,
+    refuse_others_work,
+    show_all,
+)
 
 __all__ = ["run_on_cluster"]
 
 PATIENCE = "10s"  # for a scheduler to answer
+SOON = 5.0  # s until a scheduler without workers is told of
 STUDIES = 4  # that a worker keeps laid out: its scheduler may outlive them all
 ALLOWED_DEATHS = 3  # of workers, while one and the same shard was on them
 # one core each: what a worker computes must not depend on how many there are
@@ -57,7 +71,7 @@ def run_on_cluster(
         The shards that failed; not those that are left to other processes.
 
     Raises:
-        OutputError: no scheduler answers at the address, or the disk is full or gone.
+        OutputError: no scheduler answers at the address, or it goes away, or the disk is full or gone.
         KeyboardInterrupt: interrupted; finished shards stay.
     """
     missing = share.missing(folder, laid)
@@ -66,7 +80,9 @@ def run_on_cluster(
     on_progress(done, sum(outputs.values()))
     if not missing:
         return failed
-    with _client(scheduler, workers) as client:
+    with _present(scheduler, folder), _client(scheduler, workers) as client:
+        if scheduler is not None:
+            _await_workers(client, scheduler)
         where = str(folder.path.resolve())
 
         def tell(shard: int) -> None:
@@ -90,6 +106,8 @@ def run_on_cluster(
                 for shard in some
             }
             for task in as_completed(tasks):
+                if task.cancelled():  # by nobody here
+                    raise CancelledError
                 shard, error = tasks[task], task.exception()
                 if isinstance(error, DiskError):
                     raise error
@@ -111,6 +129,26 @@ def run_on_cluster(
     return failed
 
 
+@contextmanager
+def _present(scheduler: str | None, folder: StudyFolder) -> Iterator[None]:
+    """A scheduler that goes away meanwhile is told in a line."""
+    try:
+        yield
+    except (CommClosedError, CancelledError):
+        which = "the scheduler" if scheduler is None else f"the scheduler at {scheduler}"
+        raise OutputError(
+            f"{which} has gone; finished shards are in {folder.path}, the same command goes on"
+        ) from None
+
+
+def _await_workers(client: Client, scheduler: str) -> None:
+    """Say so once where a scheduler has no workers yet; those that come take what waits for them."""
+    try:
+        client.wait_for_workers(1, timeout=SOON)
+    except TimeoutError:
+        print(f"no workers at {scheduler} yet, waiting", file=sys.stderr, flush=True)
+
+
 def _workers(client: Client) -> int:
     """How many workers there are now."""
     known = client.nthreads()
@@ -127,16 +165,38 @@ class _Impatient(Client):
         await wait_for(super()._ensure_connected(timeout), longest)
 
 
+class _Own(WorkerPlugin):
+    """In a worker of a cluster of its own: the command alone hears Ctrl-C, and tells of what it ends."""
+
+    def setup(self, worker: Any) -> None:
+        with suppress(ValueError):  # in a thread, which no signal reaches
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # which warns of a task that is cut short as the worker is closed
+        logging.getLogger("distributed.worker.state_machine").setLevel(logging.ERROR)
+        logging.getLogger("distributed.worker").addFilter(_is_news)
+
+
+def _is_news(record: logging.LogRecord) -> bool:
+    """Whether a worker logs more than the error of a shard, which the command tells or keeps."""
+    return not str(record.msg).startswith("Compute Failed")
+
+
 @contextmanager
 def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
-    """A client of the scheduler at an address, or of a cluster of its own."""
+    """A client of the scheduler at an address, or of a cluster of its own.
+
+    What ends it early is told by whoever hears of it: what the library has to say of connections that
+    are closed under its hands, in many lines, is not.
+    """
     with ExitStack() as stack:
+        stack.callback(logging.disable, logging.root.manager.disable)
         if scheduler is None:
             stack.enter_context(_environment(PINNED))
             # processes are spawned, never forked: jax has threads
             options: dict[str, Any] = {"processes": True, "dashboard_address": None}
             cluster = LocalCluster(n_workers=workers, threads_per_worker=1, **options)
             client = stack.enter_context(Client(stack.enter_context(cluster)))
+            client.register_plugin(_Own())
         else:
             unknown = f"no dask scheduler at {scheduler}"
             try:
@@ -147,7 +207,11 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
                 raise OutputError(f"{unknown}: {first_line(error)}") from None
             except MemoryError:  # the first bytes of another protocol, taken for a length
                 raise OutputError(f"{unknown}: something else answers") from None
-        yield client
+        try:
+            yield client
+        except BaseException:
+            logging.disable()  # until all is closed
+            raise
 
 
 @contextmanager
@@ -171,4 +235,5 @@ def _laid(folder: StudyFolder) -> Laid:
 def _shard(where: str, shard: int) -> bool:
     """`compute_shard` on a worker; a study is laid out and compiled once in its life."""
     folder = StudyFolder.open(Path(where))
+    refuse_others_work(folder)
     return compute_shard(folder, _laid(folder), shard)

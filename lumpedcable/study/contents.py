@@ -99,6 +99,7 @@ class Contents:
         parts: Sequence[tuple[str, int]] = (),
         overwrite: bool = True,
         goes_on: bool = False,
+        folders: bool = True,
     ) -> ResultWriter:
         """A writer for the file, everything declared; what else is given as to `ResultWriter`.
 
@@ -113,6 +114,7 @@ class Contents:
             parts=parts,
             overwrite=overwrite,
             goes_on=goes_on,
+            folders=folders,
         )
 
     def dims(self) -> dict[str, int]:

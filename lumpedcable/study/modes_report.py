@@ -13,14 +13,14 @@ from lumpedcable.scene import Scene, Study, format_quantity
 from lumpedcable.scene.bodies import ANGLES, Body
 from lumpedcable.scene.carried import reel_key
 from lumpedcable.solve.modal import Modes
+from lumpedcable.solve.modal_coupled import ROUNDING
 from lumpedcable.study.tables import console_of, new_table
 
 __all__ = ["heading", "modes_contents", "modes_table", "shown"]
 
 MOVES = 0.05  # share of a mode's motion from which an axis is named
-SKEWED = 0.1  # share of forces without energy from which a mode says so
+UNSETTLED = 0.02  # share of omega^2 in doubt, where K is unsymmetric, from which a mode says so
 BLURRED = 1e-3  # share of omega^2 lost in rounding from which a mode says so
-ROUNDING = 1e-9  # asymmetry of K that is nobody's doing
 TINY = 1e-300
 WAYS = ("x", "y", "z", *ANGLES)
 
@@ -60,6 +60,8 @@ def _titles(modes: Modes) -> list[str]:
 def _state(modes: Modes, k: int) -> str:
     if modes.unstable[k]:
         return "unstable"
+    if modes.growth[k] > 0.0:
+        return "flutter"
     return "neutral" if modes.neutral[k] else "stable"
 
 
@@ -69,13 +71,16 @@ def _remark(modes: Modes, k: int) -> str:
     if modes.unstable[k]:
         time = quantity(1.0 / float(np.sqrt(-modes.square[k])), "s", 3)
         remarks.append(f"unstable: grows e-fold in {time}")
+    elif modes.growth[k] > 0.0:
+        time = quantity(1.0 / float(modes.growth[k]), "s", 3)
+        remarks.append(f"flutter: grows e-fold in {time}")
     elif modes.neutral[k]:
         remarks.append("neutral: nothing resists it")
     if _state(modes, k) == "stable" and modes.resolution[k] > BLURRED * modes.square[k]:
         share = 50.0 * modes.resolution[k] / modes.square[k]
         remarks.append(f"rounding leaves {share:.1g} % of doubt")
-    if modes.skew[k] > SKEWED:
-        remarks.append(f"drag without energy: {modes.skew[k]:.2g} of its forces")
+    if modes.doubt[k] > UNSETTLED:
+        remarks.append("not settled: ask for more modes (-n)")
     return "; ".join(remarks)
 
 
@@ -121,7 +126,7 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
         table.add_column(Text("bodies\nmove in"), vertical="bottom", no_wrap=True)
     table.add_column(Text("remark"), vertical="bottom")
     *others, remark = range(2, len(table.columns))
-    table.spare = [*reversed(others), remark]
+    table.spare = [*others[1:], others[0], remark]
     for k, frequency in enumerate(modes.frequency):
         shares = [modes.axial[k], modes.transverse[k], *([modes.bodies[k]] if bodies else [])]
         cells = [
@@ -153,9 +158,13 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
         notes.append(f"The equilibrium is unstable: {count} shown would grow, not swing.")
     if modes.asymmetry > ROUNDING:
         notes.append(
-            f"Drag of the current makes the stiffness unsymmetric (by {modes.asymmetry:.0e}); its "
-            "symmetric part is used. Good where drag without energy is a small share of the "
-            "forces: omega^2 is off by about the square of that share."
+            "Drag of a current, or thrust that turns with its body, makes the stiffness unsymmetric "
+            f"(by {modes.asymmetry:.0e} as a whole)."
+        )
+    if np.any(modes.growth > 0.0):
+        notes.append(
+            "Flutter: two modes feed each other, in quadrature. The drag of the motion, which is left "
+            "out, may hold them: let a run tell."
         )
     if scene.seabed is not None:
         notes.append("What lies on the bed stays on it; what hangs above it does not meet it.")
@@ -208,15 +217,16 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
     """What goes into the file of natural modes: everything short, and places and shapes by part."""
     table = []
     for k, frequency in enumerate(modes.frequency):
-        stable = _state(modes, k) == "stable"
+        swings = _state(modes, k) in ("stable", "flutter")
         table.append(
             {
                 "mode": k + 1,
                 "state": _state(modes, k),
                 "frequency": float(frequency) if np.isfinite(frequency) else None,
-                "period": float(1.0 / frequency) if stable else None,
+                "period": float(1.0 / frequency) if swings else None,
                 "omega_squared": float(modes.square[k]),
                 "omega_squared_rounding": float(modes.resolution[k]),
+                "growth": float(modes.growth[k]),
                 "modal_mass": float(modes.mass[k]),
                 "share_along_lines": float(modes.axial[k]),
                 "share_across_lines": float(modes.transverse[k]),
@@ -234,8 +244,8 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
         "swept": study.runs.values(run),
         "lumpedcable_version": lumpedcable.__version__,
         "units": {
-            "frequency": "Hz", "period": "s", "omega_squared": "rad2/s2", "modal_mass": "kg",
-            "position": "m", "shapes": "largest displacement 1",
+            "frequency": "Hz", "period": "s", "omega_squared": "rad2/s2", "growth": "1/s",
+            "modal_mass": "kg", "position": "m", "shapes": "largest displacement 1",
         },
         "dimensions": modes.axes.shape[1],
         "unknowns": modes.unknowns,

@@ -89,8 +89,11 @@ def _measured(broken: _Broken) -> Numbers:
     numbers["break_start"] = np.where(np.isfinite(begins), begins, nan)
     numbers["static_strain"] = np.where(ended.begun, broken.strain, nan)
     numbers["static_tension"] = np.where(ended.begun, broken.tension, nan)
-    numbers[END_SPEED] = ended.largest(f"speed {index}")
-    breaks = np.isfinite(numbers[END_SPEED])  # not where the run ended before
+    speed = ended.largest(f"speed {index}")
+    # not where the run ended before, nor at the break itself: the start counts in any case, when an end
+    # that breaks there has no speed yet
+    breaks = np.isfinite(speed) & ~(ended.when <= begins)
+    numbers[END_SPEED] = np.where(breaks, speed, nan)
     with np.errstate(over="ignore"):
         reach = np.sqrt(ended.largest(f"reach {index}"))
     numbers["reach"] = np.where(breaks, reach, nan)

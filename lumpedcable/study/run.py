@@ -89,6 +89,7 @@ def run_runs(
     exact: bool = True,
     overwrite: bool = True,
     on_resume: Callable[[], None] | None = None,
+    folders: bool = True,
 ) -> list[tuple[NDArray[np.int64], Table]]:
     """Run some runs of a study and write one results file of them.
 
@@ -99,6 +100,7 @@ def run_runs(
         exact: whether the exact wave of each run is worked out too (some 10 ms a run).
         overwrite: whether a file that is there is replaced, or an OutputError.
         on_resume: as of `run_study`; None: nothing is noted, and gone on with.
+        folders: whether missing folders above the file are made, or an OutputError.
 
     Returns:
         The numbers of all runs, block by block: which runs, and their summaries by dataset.
@@ -111,7 +113,8 @@ def run_runs(
     contents = Contents(laid, runs, exact)
     mark = Bookmark(contents, target, on_resume is not None)
     tables = []
-    with contents.open(target, overwrite=overwrite, goes_on=mark.goes_on) as writer:
+    opened = contents.open(target, overwrite=overwrite, goes_on=mark.goes_on, folders=folders)
+    with opened as writer:
         if mark.goes_on and on_resume:
             on_resume()
         else:

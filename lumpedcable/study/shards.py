@@ -22,12 +22,22 @@ from lumpedcable import __version__
 from lumpedcable.results import StudyFolder, open_result
 from lumpedcable.results.errors import BusyError, DiskError, OutputError, ResultError
 from lumpedcable.scene import SceneError, Study, load_study
+from lumpedcable.sources import SOURCES
 from lumpedcable.study.batches import shard_size
-from lumpedcable.study.contents import Contents
+from lumpedcable.study.contents import Contents, versions
 from lumpedcable.study.laying import Laid, lay_out
 from lumpedcable.study.run import run_runs
 
-__all__ = ["Share", "apart", "compute_shard", "open_study", "reason_of", "run_here", "show_all"]
+__all__ = [
+    "Share",
+    "apart",
+    "compute_shard",
+    "open_study",
+    "reason_of",
+    "refuse_others_work",
+    "run_here",
+    "show_all",
+]
 
 # shards under way at once in a process: while one is checked, brought to rest, summed up or written,
 # which is work of Python on one core, the other moves
@@ -68,16 +78,28 @@ def open_study(study: Study, path: Path, shard: int | None = None) -> tuple[Stud
 
     Raises:
         SceneError: the study cannot be laid out.
-        OutputError: the folder cannot be made, or holds another study.
+        OutputError: the folder cannot be made, or holds another study or another program's shards.
+        ResultError: a shard in it is none of its own.
     """
     lay_out(study)  # told with the lines of the user's file, before anything is written
     text = study.effective_text
+    runs = len(study.runs)
     folder = StudyFolder.make(
-        path, text, len(study.runs), shard, __version__, shard_size(len(study.runs))
+        path, text, runs, shard, __version__, shard_size(runs), program=_program()
     )
     laid = lay_out(load_study(folder.scene))
     show_all(folder, laid)
     return folder, laid
+
+
+def _program() -> dict[str, str]:
+    """What computes beside the version of the package: numbers of two are not mixed in one study."""
+    return {"sources": (SOURCES or "")[:12], **versions()}
+
+
+def refuse_others_work(folder: StudyFolder) -> None:
+    """Raise OutputError where the shards of a folder are computed by another program than this one."""
+    folder.refuse_program(__version__, _program())
 
 
 def show_all(folder: StudyFolder, laid: Laid) -> None:
@@ -85,12 +107,15 @@ def show_all(folder: StudyFolder, laid: Laid) -> None:
 
     Raises:
         BusyError: there is none yet, and another process goes on writing it.
+        DiskError: the folder has gone.
         OutputError: it cannot be written, and none that is there says that all shards are.
+        ResultError: a shard has the name of another.
     """
+    folder.refuse_misnamed()
     contents = Contents(laid, np.arange(folder.manifest.runs), exact=False)
     for turn in range(TURNS):
         try:
-            with contents.open(folder.view, folder.parts()) as writer:
+            with contents.open(folder.view, folder.parts(), folders=False) as writer:
                 # looked at while nobody else writes it: the last who does must know of all
                 writer.finish(complete=not folder.missing())
             return
@@ -100,6 +125,7 @@ def show_all(folder: StudyFolder, laid: Laid) -> None:
             if turn == TURNS - 1 and not folder.view.exists():
                 raise
         except OutputError:
+            folder.refuse_gone()
             if not _shown(folder):
                 raise
             return  # of a study that is complete, on a disk that is full or may not be written
@@ -146,15 +172,19 @@ def compute_shard(
         Whether it is there now, by whomever: not where another process is writing it.
 
     Raises:
+        DiskError: the disk is full or gone, or the study's folder has gone.
         OutputError: it cannot be written.
     """
     runs, file = np.asarray(folder.runs(shard)), folder.file(shard)
     if not file.exists():
         try:
-            run_runs(laid, runs, file, on_progress, exact=False, overwrite=False)
-        except BusyError:
+            # no folder is made: one in the place of a study that was moved would be no study
+            run_runs(laid, runs, file, on_progress, exact=False, overwrite=False, folders=False)
+        except BusyError:  # also where its file was moved or deleted with the folder
+            folder.refuse_gone()
             return False
         except OutputError:
+            folder.refuse_gone()
             if not file.exists():  # it is, where another process has finished it meanwhile
                 raise
     folder.forget_failure(shard)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.axes import Axis
 from lumpedcable.results.human import quantity
 from lumpedcable.results.reader import OK, ResultFile
+from lumpedcable.results.sound import NOT_YET, WELL
 from lumpedcable.results.spread import even
 from lumpedcable.view import style
 
@@ -75,6 +76,22 @@ def groups(result: ResultFile) -> list[Group]:
             tag += f"_{len(made)}"
         made.append(_group(result, runs, tag))
     return made
+
+
+def ends_note(result: ResultFile, runs: Sequence[int], then: str = "") -> str:
+    """How many of some runs went wrong, and what `then`, and how many are to be computed yet; or "".
+
+    One alone is told by its title.
+    """
+    every = result.status  # read once for all
+    ends, notes = [every[run] for run in runs], []
+    wrong, open_yet = sum(end not in WELL for end in ends), ends.count(NOT_YET)
+    if wrong and len(runs) > 1:
+        notes.append("; ".join(filter(None, [f"{wrong} of {len(runs)} runs went wrong", then])))
+    if open_yet and len(runs) > 1:
+        are = "is" if open_yet == 1 else "are"
+        notes.append(f"{open_yet} of {len(runs)} runs {are} not computed yet")
+    return " ".join(f"{note}." for note in notes)
 
 
 def alone(result: ResultFile, run: int) -> Group:

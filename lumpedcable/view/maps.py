@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import Axis, ResultFile
 from lumpedcable.view import style
-from lumpedcable.view.groups import file_tag
+from lumpedcable.view.groups import ends_note, file_tag
 
 Array = NDArray[Any]
 
@@ -94,12 +94,10 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], wh
     )
     words = quantity.replace("_", " ")
     bar.set_label(style.with_unit(words, shown))
-    failed = sum(word != "ok" for word in result.status)
     note = f"Each cell: the {which} of the runs in it, over all other swept numbers."
     note += _of_white(result, pairs, tables)
-    if failed:
-        note += f" {failed} of {result.runs} runs went wrong; what they came to before counts."
-    style.foot(figure, note)
+    ends = ends_note(result, range(result.runs), "what they came to before counts")
+    style.foot(figure, f"{note} {ends}".strip())
     return figure
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.reader import ResultFile
 from lumpedcable.view import style
-from lumpedcable.view.groups import Group
+from lumpedcable.view.groups import Group, ends_note
 
 __all__ = ["MOST_BARS", "bars_figure", "measure_figure"]
 
@@ -91,9 +91,8 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
         ax.set_ylim(ends)
         ax.set_ylabel(style.wrapped(words, 2.0))
     ax.grid(False, axis="y" if lying else "x")
-    failed = sum(word != "ok" for word in result.status)
-    note = f"{failed} of {result.runs} runs went wrong; what they came to before counts."
-    style.foot(figure, note if failed else "", entries)
+    note = ends_note(result, range(result.runs), "what they came to before counts")
+    style.foot(figure, note, entries)
     return figure
 
 

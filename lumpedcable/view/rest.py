@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.chord import along_chord
 from lumpedcable.results.human import quantity, scale
-from lumpedcable.results.reader import OK, Axis, ResultFile
+from lumpedcable.results.reader import Axis, ResultFile
 from lumpedcable.view import style
-from lumpedcable.view.groups import Group
+from lumpedcable.view.groups import Group, ends_note
 
 Array = NDArray[Any]
 Numbers = Mapping[str, Array]
@@ -56,10 +56,8 @@ def rest_figure(result: ResultFile, cable: str, group: Group) -> Figure:
     _joints(ax, numbers, group)
     if len(group.runs) == 1:
         ax.set_title(_told(numbers, group.runs[0]))
-    every = list(group.every)
-    failed = sum(result.status[run] != OK for run in every)
-    note = f"{failed} of {len(every)} runs went wrong. " if failed and len(every) > 1 else ""
-    style.foot(figure, f"{note}{group.note}".strip(), [*handles, *_legend(numbers, axis)])
+    note = f"{ends_note(result, group.every)} {group.note}".strip()
+    style.foot(figure, note, [*handles, *_legend(numbers, axis)])
     return figure
 
 

@@ -320,3 +320,66 @@ def test_modes_are_those_of_the_dynamics(tmp_path):
         found.model.bodies["box"].reference, jnp.zeros(6), jnp.asarray([1.9, 0.2, -0.5])
     )[0])  # fmt: skip
     assert modes.shapes["upper"][:, 0] == pytest.approx(box.moved @ turn.T, abs=1e-9)
+
+
+# --- stiffness without energy -----------------------------------------------------------------------
+
+OBLIQUE = f"""
+gravity = {G}
+[water]
+density = {RHO}
+current = {{ velocity = [1, 0, 0] }}
+[materials.wire]
+law = "linear"
+EA = "4 MN"
+[bodies.ship]
+mass = "900 t"
+size = [60, 10, 8]
+position = [0, 0, 0]
+attitude = [0, 0, "20 deg"]
+hull = {{}}
+drag = [0.2, 1.0, 1.0]
+control = {{ stiffness = [2e3, 1e3, 0], turn_stiffness = [0, 0, 1e6] }}
+free = ["x", "y", "yaw"]
+settle = true
+[lines.tail]
+material = "wire"
+length = 10
+segments = 1
+mass = 0.01
+diameter = 0.003
+start = "ship"
+end = "free"
+"""
+
+
+def test_a_current_couples_ways_one_way(tmp_path):
+    # yaw changes the drag along x and y, and these change no moment: K is triangular, its own numbers
+    # the springs', but for what the current turns the ship with
+    found = modes_of(tmp_path, OBLIQUE + OUTPUT, count=12)
+    mine = found.rigid["ship"].share > 0.5
+    assert found.asymmetry > 1e-3
+    assert not found.unstable.any()
+    assert not found.growth.any()
+    periods = 1.0 / found.frequency[mine]
+    inertia = 900e3 / 12.0 * (60.0**2 + 10.0**2)
+    exact = 2.0 * np.pi / np.sqrt([1e3 / 900e3, 2e3 / 900e3, 1e6 / inertia])
+    assert np.sort(periods)[::-1] == pytest.approx(np.sort(exact)[::-1], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_modes_in_a_current_are_those_of_the_dynamics(tmp_path):
+    text = MOORED.replace("surface = 0", "surface = 0\ncurrent = { velocity = [0.8, 0.5, 0] }")
+    text = text.replace("settle = true", "drag = [1, 1, 1]\nsettle = true")
+    found = at_rest(scene_of(tmp_path, text))
+    assert bool(found.converged)
+    modes = modes_of(tmp_path, text, count=100)
+    slopes = np.asarray(slopes_of_dynamics(found.model))
+    values = eig(slopes)[0]
+    every = values[np.lexsort((values.imag, values.real))]
+    size = every.real.max()
+    told = np.where(modes.growth > 0.0, modes.square - modes.growth**2, modes.square)
+    assert np.sort(told) == pytest.approx(every.real, rel=1e-6, abs=1e-9 * size)
+    assert modes.asymmetry > 1e-7
+    growing = np.sort(np.abs(np.sqrt(values[np.abs(values.imag) > 1e-9 * size]).imag))
+    assert np.sort(modes.growth[modes.growth > 0.0]) == pytest.approx(growing, rel=1e-5)

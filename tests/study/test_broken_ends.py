@@ -134,3 +134,31 @@ def test_a_force_that_takes_the_broken_piece_along_is_told(parted):
 def test_a_force_that_takes_the_whole_line_along_is_told(tmp_path):
     (outcome,) = run_text(tmp_path, ROPE, "break.breaks=rope.start").outcomes
     assert PULLED in outcome.message
+
+
+def test_a_run_that_ends_where_it_breaks_has_no_numbers_of_its_end(tmp_path):
+    # stretched by 15 % of at most 10 % from the start on; what only begins to move has a speed of 0
+    held = 'held = { pretension = "50 kN", direction = [1, 0, 0] }'
+    text = HOOKE.replace(held, "fixed = [105, 0, 0]").replace("EA =", "max_strain = 0.1\nEA =")
+    swept = '[sweep]\n"lines.rope.end.fixed.0" = [105, 115]\n"events.break.start" = [0, "3.5 ms"]\n'
+    (tmp_path / "scene.toml").write_text(text + swept)
+    study = load_study(tmp_path / "scene.toml", ["output.duration=8 ms", "output.keep=summaries"])
+    folder, laid = open_study(study, tmp_path / "s", 4)
+    assert run_here(folder, laid, Share(), lambda done, total: None) == []
+    with open_result(folder.path) as result:
+        assert result.status == ["ok", "ok", "strain_exceeded", "strain_exceeded"]
+        assert result.status_time[2:].tolist() == [0.0, 0.0]
+        end = result.summary()["rope.end"]
+    for name in ("peak_end_speed", "reach", "end_displacement"):
+        assert np.isfinite(end[name]).tolist() == [True, True, False, False]
+    assert np.all(end["peak_end_speed"][:2] > 50.0)
+    np.testing.assert_allclose(end["static_strain"], [0.05, 0.05, 0.15, 0.15])
+
+
+def test_a_run_of_one_step_has_numbers_of_its_end(tmp_path):
+    # breaks at 0 and goes on: one step is enough for a speed
+    study = study_of(tmp_path, "output.duration=1 ms", "output.keep=summaries")
+    (outcome,) = run_study(study, tmp_path / "result.h5")
+    assert outcome.status.name == "OK"
+    assert outcome.recoils["rope.end"]["peak_end_speed"] > 0.0
+    assert outcome.recoils["rope.end"]["reach"] > 0.0

@@ -31,7 +31,7 @@ def exact_length():
     return SPAN / (1.0 + brentq(lambda e: tension(e) - PULL, 0.05, 0.25))
 
 
-@pytest.mark.parametrize("broken", ["rope.end", "rope@20 m"])
+@pytest.mark.parametrize("broken", ["rope.end", pytest.param("rope@20 m", marks=pytest.mark.slow)])
 def test_it_parts_as_one_of_that_length(tmp_path, broken):
     found = run_text(tmp_path, rope(broken=broken))
     assert found.statuses == ["OK"]
@@ -55,10 +55,11 @@ def test_its_numbers_have_the_exact_ones_beside_them(tmp_path):
     told = ran.summary("rope.end")
     assert told.static_tension.values == pytest.approx([90e3, PULL], rel=1e-9)
     assert told.peak_end_speed.values == pytest.approx(told.exact_peak_end_speed.values, rel=0.05)
-    ends = [float(ran.line("rope").unstretched_position(run)[-1]) for run in (0, 1)]
+    ends = ran.line("rope").unstretched_position.values[:, -1]
     assert ends[0] > ends[1] == pytest.approx(exact_length(), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_derivative_goes_through_the_length(tmp_path):
     (tmp_path / "scene.toml").write_text(rope())
     speed = lc.response(
