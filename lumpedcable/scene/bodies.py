@@ -132,7 +132,8 @@ class Body(Part):
     free; of the latter the bottom of its size, if it has one, within a tenth of its height of the bed.
     Absent: none."""
     drag: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
-    """Drag coefficients along its length, breadth and height, on the faces of its size. Absent: none."""
+    """Drag coefficients along its length, breadth and height, on the faces of its size, of a hull on all
+    of them, dry part too. Absent: none."""
     added_mass: tuple[NonNegativeNumber, NonNegativeNumber, NonNegativeNumber] | None = None
     """Mass of water that a rigid body takes along its length, breadth and height, over that which its
     volume displaces; with water.surface that of its wet share. Absent: none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Set
-from math import isclose
+from math import isclose, prod
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
@@ -16,6 +16,7 @@ __all__ = ["depth_problems", "leaving_problems", "surface_problems", "surfaces"]
 Parts = Mapping[str, Any]
 
 SAME = 1e-9  # relative, and in m: what conversions of units leave
+ROUNDED = 0.01  # share by which a volume of few digits may exceed that of a box
 OFF = 0.1  # share of a depth by which that of waves may miss that over the bed
 
 
@@ -113,6 +114,13 @@ def leaving_problems(
             yield Problem(
                 ("bodies", name, "volume"),
                 "expected the volume (m3) of a body with drag where water has a surface, found nothing",
+            )
+        most = None if body.size is None else prod(body.size)
+        if body.volume is not None and most is not None and body.volume > (1.0 + ROUNDED) * most:
+            yield Problem(
+                ("bodies", name, "volume"),
+                f"expected at most that of its box, {most:g} m3, of a body that floats, found "
+                f"{body.volume:g} m3",
             )
         flows = sea is not None and sea.flow is not None
         if body.volume is not None and not body.rigid and flows:

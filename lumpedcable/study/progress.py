@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import timedelta
+from threading import Timer
 
-__all__ = ["now_and_then"]
+__all__ = ["now_and_then", "preparing"]
 
 LINES = 10  # at most: one for each tenth of the whole that is done
 PAUSE = 60.0  # s from a line to the next, at least
+PATIENCE = 20.0  # s without anything done, after which a line tells what takes so long
 
 
 def now_and_then(title: str, shown: bool) -> Callable[[int, int], None]:
@@ -43,6 +46,24 @@ def now_and_then(title: str, shown: bool) -> Callable[[int, int], None]:
         print(f"{title}: {words}", file=sys.stderr, flush=True)
 
     return tell
+
+
+@contextmanager
+def preparing(title: str, shown: bool) -> Iterator[Callable[[], None]]:
+    """Say once that programs are compiled where that takes long and no bar tells of it.
+
+    Yields:
+        To be called when something is done.
+    """
+    words = f"{title}: compiling, which the next run of such a scene does not have to"
+    timer = Timer(PATIENCE, print, (words,), {"file": sys.stderr, "flush": True})
+    timer.daemon = True
+    if not shown:
+        timer.start()
+    try:
+        yield timer.cancel
+    finally:
+        timer.cancel()
 
 
 def _clock(seconds: float) -> str:

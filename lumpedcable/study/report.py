@@ -18,7 +18,7 @@ from lumpedcable.scene import Study
 from lumpedcable.status import Status, remark_of
 from lumpedcable.study.compiling import heard
 from lumpedcable.study.outcome import EXACT, Outcome
-from lumpedcable.study.progress import now_and_then
+from lumpedcable.study.progress import now_and_then, preparing
 from lumpedcable.study.run import run_study
 from lumpedcable.study.strength import has_strength
 from lumpedcable.study.tables import (
@@ -63,8 +63,10 @@ def run_with_progress(
     """
     timings = timings or Timings()
     console = Console(stderr=True)
+    title = study.scene.title or study.path.name
     with (
         heard(timings),
+        preparing(title, console.is_terminal) as begun,
         Progress(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -76,13 +78,14 @@ def run_with_progress(
             disable=not console.is_terminal,
         ) as progress,
     ):
-        title = study.scene.title or study.path.name
         tell = now_and_then(title, console.is_terminal)
         task = progress.add_task(f"{title}: {PREPARING}", total=None)
 
         def show(done: int, total: int) -> None:
             if stopped():
                 raise KeyboardInterrupt
+            if done:
+                begun()
             words = title if done else f"{title}: {PREPARING}"
             progress.update(task, completed=done, total=total, description=words)
             tell(done, total)

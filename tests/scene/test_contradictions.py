@@ -236,3 +236,17 @@ def test_a_stop_asks_for_steps_at_each_of_which_the_body_is_looked_at(tmp_path):
     assert message.startswith(
         "expected solver.step or solver.courant where the rest of a body ends"
     )
+
+
+def test_a_body_that_displaces_more_than_its_box_is_told(tmp_path):
+    text = LINE.split("[events.break]")[0].replace(
+        'end = { fixed = ["55 m", 0, 0] }', 'end = "ship"'
+    )
+    text = text.replace("[water]", "[water]\nsurface = 0")
+    text += '[bodies.ship]\nmass = "1 t"\nposition = ["59 m", 0, 0]\n'
+    text += 'size = [20, 10, 3]\nvolume = "VOLUME m3"\n[output]\nduration = 1\nevery = 1\n'
+    ((key, message),) = faults(tmp_path, text.replace("VOLUME", "1800"))
+    assert key == "bodies.ship.volume"
+    told = "expected at most that of its box, 600 m3, of a body that floats, found 1800 m3"
+    assert message == told
+    read(tmp_path, text.replace("VOLUME", "600.5"))

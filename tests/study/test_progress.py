@@ -1,6 +1,7 @@
 """What is told of a long run where no terminal shows a bar."""
 
 import re
+import time
 
 import pytest
 from command_line import SMALL, say
@@ -82,3 +83,18 @@ def test_commands_tell_of_it_where_their_output_goes_to_a_file(tmp_path, monkeyp
     assert calls[0] == 0.0
     assert calls[-1] == 1.0
     assert calls == sorted(calls)
+
+
+@pytest.mark.parametrize(
+    ("shown", "early", "told"), [(False, False, 1), (True, False, 0), (False, True, 0)]
+)
+def test_what_takes_long_before_anything_is_done_is_told(capsys, monkeypatch, shown, early, told):
+    monkeypatch.setattr(progress, "PATIENCE", 0.2 if early else 0.0)
+    with progress.preparing("A rope", shown) as begun:
+        if early:
+            begun()
+        time.sleep(0.4)
+    lines = capsys.readouterr().err.splitlines()
+    assert (
+        lines == ["A rope: compiling, which the next run of such a scene does not have to"] * told
+    )

@@ -41,6 +41,29 @@ def test_a_buoy_follows_its_waves(tmp_path):
     assert np.std(heave) == pytest.approx(np.std(waves), rel=0.1)
 
 
+@pytest.mark.slow
+def test_a_barge_that_loses_a_chain_begins_with_its_pretension(tmp_path):
+    ran = run_scenes(tmp_path, load_study(SCENES / "moored-barge.toml"))
+    assert ran.statuses == ["OK"]
+    assert ran.outcomes[0].energy_closure < 1e-3
+    for name in ("port_bow", "star_bow"):
+        assert ran[f"{name}.end_tension"][0, 0] == pytest.approx(200e3, rel=1e-6)
+    # the wind pushes with 60 kN, and what waves do comes later: all horizontal forces balance
+    ends = {name: ran[f"{name}.position"][0, 0] for name in ran.lines}
+    level = 0.0
+    for name, nodes in ends.items():
+        way = nodes[-2] - nodes[-1]
+        level += ran[f"{name}.tension"][0, 0, -1] * way[0] / np.linalg.norm(way)
+    assert level == pytest.approx(60e3, rel=1e-6)
+    place = ran.bodies["barge"]["position"][0]
+    before, last = ran.time < 15.0, np.linalg.norm(place[-1, :2] - place[0, :2])
+    assert np.linalg.norm(place[before, :2] - place[0, :2], axis=1).max() < 1.5
+    assert place[-1, 1] < -20.0
+    assert last == pytest.approx(25.0, abs=0.5)
+    peak = ran["star_bow.end_tension"][0].max()
+    assert 300e3 < peak < 315e3
+
+
 RAISED = """
 gravity = 9.81
 water = {{ density = 1025, surface = {z}, current = {{ profile = "power", velocity = [1, 0, 0], \
