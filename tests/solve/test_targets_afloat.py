@@ -2,6 +2,7 @@
 
 import pytest
 from engine_runs import fixed, line_text, run_text, scene_of
+from moored_buoy import BUOY, target
 
 from lumpedcable.scene import SceneError
 
@@ -24,11 +25,6 @@ settle = true
     + line_text("right", "wire", LENGTH, 3, 0.1, fixed(APART, 0, 0), '"box"')
     + "[output]\n"
 )
-
-
-def target(name, change, of, **wanted):
-    ((key, value),) = wanted.items()
-    return f'[targets.{name}]\nchange = "lines.{change}.length"\nof = "{of}"\n{key} = {value}\n'
 
 
 def rest(folder, text):
@@ -65,15 +61,7 @@ def test_a_place_and_a_tension(tmp_path):
 @pytest.mark.slow
 def test_a_buoy_on_catenaries(tmp_path):
     # that a buoy which settles on lines of the length found has that tension, statics alone tells
-    text = (
-        "gravity = 9.81\n[water]\ndensity = 1025\nsurface = 0\n"
-        '[materials.chain]\nlaw = "linear"\nEA = "50 MN"\ntension_only = true\n'
-        "[bodies.buoy]\nmass = 3000\nvolume = 8\nsize = [2, 2, 2]\nposition = [0, 0, -0.3]\n"
-        'free = ["x", "z"]\nsettle = true\n'
-        + line_text("left", "chain", 60, 12, 20, fixed(-45, 0, -30), '"buoy"', "diameter = 0.05")
-        + line_text("right", "chain", 60, 12, 20, fixed(45, 0, -30), '"buoy"', "diameter = 0.05")
-        + "[output]\n"
-    )
+    text = BUOY + "[output]\n"
     goals = target("tight", "left", "left.end", tension=15e3) + target(
         "middle", "right", "buoy", x=2.0
     )

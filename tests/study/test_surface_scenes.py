@@ -58,7 +58,7 @@ def test_a_barge_that_loses_a_chain_begins_with_its_pretension(tmp_path):
     place = ran.bodies["barge"]["position"][0]
     before, last = ran.time < 15.0, np.linalg.norm(place[-1, :2] - place[0, :2])
     assert np.linalg.norm(place[before, :2] - place[0, :2], axis=1).max() < 1.5
-    assert place[-1, 1] < -20.0
+    assert place[-1, 1] < -15.0  # to the side of the chain that is left
     assert last == pytest.approx(25.0, abs=0.5)
     peak = ran["star_bow.end_tension"][0].max()
     assert 300e3 < peak < 315e3

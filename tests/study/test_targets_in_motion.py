@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 from engine_runs import NYLON, fixed, line_text, run_text
+from moored_buoy import BUOY, target
 
 import lumpedcable as lc
 
@@ -14,11 +15,10 @@ ROPE = (
     + '[events.break]\nbreaks = "BROKEN"\ntime = "5 ms"\n'
     + '[output]\nduration = "60 ms"\nevery = "2 ms"\n'
 )
-TIGHT = '[targets.tight]\nchange = "lines.rope.length"\nof = "rope.end"\ntension = {pull}\n'
 
 
 def rope(pull=PULL, broken="rope.end"):
-    return ROPE.replace("BROKEN", broken) + TIGHT.format(pull=pull)
+    return ROPE.replace("BROKEN", broken) + target("tight", "rope", "rope.end", tension=pull)
 
 
 def exact_length():
@@ -78,17 +78,8 @@ def test_a_place_along_it_is_left_to_measures(tmp_path):
 
 @pytest.mark.slow
 def test_a_moored_buoy_starts_at_rest_with_its_pretension(tmp_path):
-    text = (
-        "gravity = 9.81\n[water]\ndensity = 1025\nsurface = 0\n"
-        '[materials.chain]\nlaw = "linear"\nEA = "50 MN"\ntension_only = true\n'
-        "[bodies.buoy]\nmass = 3000\nvolume = 8\nsize = [2, 2, 2]\nposition = [0, 0, -0.3]\n"
-        'free = ["x", "z"]\nsettle = true\n'
-        + line_text("left", "chain", 60, 12, 20, fixed(-45, 0, -30), '"buoy"', "diameter = 0.05")
-        + line_text("right", "chain", 60, 12, 20, fixed(45, 0, -30), '"buoy"', "diameter = 0.05")
-        + '[targets.tight]\nchange = "lines.left.length"\nof = "left.end"\ntension = "15 kN"\n'
-        + '[output]\nduration = "2 s"\nevery = "0.2 s"\n'
-    )
-    ran = run_text(tmp_path, text)
+    goal = target("tight", "left", "left.end", tension=15e3)
+    ran = run_text(tmp_path, BUOY + goal + '[output]\nduration = "2 s"\nevery = "0.2 s"\n')
     assert ran.statuses == ["OK"]
     assert ran["left.end_tension"][0] == pytest.approx(15e3, rel=1e-6)
     place = ran.bodies["buoy"]["position"][0]
