@@ -79,7 +79,7 @@ def _remark(modes: Modes, k: int) -> str:
     if _state(modes, k) == "stable" and modes.resolution[k] > BLURRED * modes.square[k]:
         share = 50.0 * modes.resolution[k] / modes.square[k]
         remarks.append(f"rounding leaves {share:.1g} % of doubt")
-    if modes.doubt[k] > UNSETTLED:
+    if modes.doubt[k] > UNSETTLED and not modes.neutral[k]:
         remarks.append("not settled: ask for more modes (-n)")
     return "; ".join(remarks)
 
