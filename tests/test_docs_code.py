@@ -100,6 +100,11 @@ def blocks(path, languages):
     return re.findall(rf"^```({languages})\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
 
 
+def is_slow(path):
+    """Whether what a page runs takes long: what a shell runs, and a page of many runs."""
+    return bool(blocks(path, "bash")) or path.name == "python.md"
+
+
 def runnable(path):
     """The blocks of a page without what cannot be run here."""
     found = []
@@ -176,7 +181,7 @@ def run_commands(block, folder, env):
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(p, id=p.name, marks=pytest.mark.slow if blocks(p, "bash") else ())
+        pytest.param(p, id=p.name, marks=pytest.mark.slow if is_slow(p) else ())
         for p in PAGES
         if runnable(p) and p.name not in ELSEWHERE
     ],
@@ -259,10 +264,11 @@ def test_the_documentation_builds_without_a_warning(tmp_path):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("parting-line", marks=pytest.mark.slow),
+        "parting-line",
         "highline",
     ],
 )
+@pytest.mark.slow
 def test_a_notebook_says_what_it_said(name):
     pytest.importorskip("nbclient", reason="the extra docs is not installed")
     command = [sys.executable, DOCS / "notebooks.py", "--check", name]

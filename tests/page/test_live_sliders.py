@@ -154,7 +154,7 @@ def test_a_line_that_breaks_is_cut_where_its_length_says(tmp_path):
     assert told(longer)["stay-1/length"] == pytest.approx(30.0 * (1 + 2e3 / 1e6), rel=1e-6)
 
 
-@pytest.mark.parametrize("time", [0.0, 1e-12])
+@pytest.mark.parametrize("time", [0.0, pytest.param(1e-12, marks=pytest.mark.slow)])
 def test_stiff_lines_from_far_too_short_ones_are_found(time):
     study = load_study(CONFIGS / "highline" / "erection.toml")
     lines = Resting(study).solve({"lines.highline.payout.time": time}).lines

@@ -106,7 +106,7 @@ def test_one_that_is_tipped_beyond_its_edge_falls_over(tmp_path, tilt, ends):
     assert motion(ran)[-1, 2] == pytest.approx(ends, abs=0.01)
 
 
-@pytest.mark.parametrize("dimensions", [pytest.param(2, marks=pytest.mark.slow), 3])
+@pytest.mark.parametrize("dimensions", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_friction_stops_it_where_it_does_what_its_motion_had(tmp_path, dimensions):
     """v^2 / (2 mu g), as of one whose height is held; its start a little over its place of rest."""
     speed, mu = 3.0, 0.4

@@ -171,6 +171,7 @@ every = 0.1
 """
 
 
+@pytest.mark.slow
 def test_water_drags_on_what_is_hauled_through_it(tmp_path):
     # every metre of the rope goes at 3 m/s, whichever node is there: pi d Ct rho v^2 / 2 of drag on it
     ran = run_text(tmp_path, TOW)
@@ -255,9 +256,8 @@ def test_speeds_may_be_swept_in_one_program(tmp_path):
     assert swept["tension"][2] == pytest.approx(alone["tension"][0], rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    "key", [SPEED, pytest.param("lines.wire.start.drum.schedule.time.1", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("key", [SPEED, "lines.wire.start.drum.schedule.time.1"])
+@pytest.mark.slow
 def test_derivatives_of_the_peak_go_through_the_drum(tmp_path, key):
     path = tmp_path / "scene.toml"
     path.write_text(SHORT, encoding="utf-8")

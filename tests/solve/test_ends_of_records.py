@@ -45,7 +45,7 @@ def ended(folder, text, rows):
     ("law", "end"),
     [
         ("elastic", "end"),
-        ("rods", "ship"),
+        pytest.param("rods", "ship", marks=pytest.mark.slow),
         pytest.param("rods", "end", marks=pytest.mark.slow),
         pytest.param("elastic", "ship", marks=pytest.mark.slow),
         pytest.param("elastic rods", "end", marks=pytest.mark.slow),

@@ -80,6 +80,7 @@ def test_a_first_shape_that_is_stretched_beyond_all_bounds_excuses_nothing(tmp_p
     assert found.imbalance < 1e-8
 
 
+@pytest.mark.slow
 def test_moorings_through_a_clump_are_found_at_once_on_any_mesh(tmp_path):
     finer = MOORING.replace("segments = 120", "segments = 200").replace("= 90", "= 150")
     coarser = MOORING.replace("segments = 120", "segments = 60").replace("= 90", "= 40")

@@ -51,6 +51,7 @@ def test_branches_that_do_not_relax_yet_are_part_of_the_law(tmp_path, pretension
     assert np.mean(ends) == pytest.approx(quad(speed, slack, strain)[0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_is_lost_is_counted(tmp_path):
     # a rope that goes slack behind the wave and stays so: all of its energy goes somewhere
     ran = run_text(tmp_path, PARTING)

@@ -108,7 +108,7 @@ KEYS = "\n".join(f"{key} = {value}" for key, value in NYLON.items())
 # pulled by a few per cent and pushed back, slack half of the time; to where the law bends over, with
 # less beside it and with more; slack at rest
 FOLDS = [
-    (10.3, 0.5, BRANCHES),
+    pytest.param(10.3, 0.5, BRANCHES, marks=pytest.mark.slow),
     (11.6, 1.8, {"only": (2e5, 2.0)}),
     pytest.param(11.4, 2.0, {"only": (5e5, 2.0)}, marks=pytest.mark.slow),
     (9.7, 0.8, {"only": (3e5, 1000.0)}),
@@ -198,6 +198,7 @@ def hauled(times):
     return np.array([1e6 * strain(t) + stiff @ (strain(t) - s) for t, s in pulls])
 
 
+@pytest.mark.slow
 def test_a_line_on_a_drum(tmp_path):
     speeds = [0.0, -SPEED, -SPEED, 0.0]
     drum = (

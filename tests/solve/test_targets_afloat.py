@@ -36,6 +36,7 @@ def rest(folder, text):
     return lengths, pulls, ran.bodies["box"]["position"][0, 0]
 
 
+@pytest.mark.slow
 def test_a_tension(tmp_path):
     # the right line then pulls with T - F, and is EA-stretched from where the box must be
     lengths, pulls, place = rest(

@@ -178,6 +178,7 @@ after = "8 ms"
 """
 
 
+@pytest.mark.slow
 def test_a_measure_may_count_from_a_time_on(tmp_path):
     target, outcome = ran(tmp_path, PARTED + LATE)
     with open_result(target) as result:

@@ -31,6 +31,7 @@ every = "10 ms"
 """
 
 
+@pytest.mark.slow
 def test_it_is_counted_from_where_the_break_began(tmp_path):
     run_text(tmp_path, TOWED)
     with open_result(tmp_path / "result.h5") as result:
