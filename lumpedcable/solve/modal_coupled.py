@@ -19,7 +19,7 @@ from lumpedcable.solve.modal_linear import Linear
 from lumpedcable.solve.modal_rods import Rods
 from lumpedcable.solve.pencil import BORDER, Pencil
 
-__all__ = ["MORE", "ROUNDING", "Found", "lowest_coupled"]
+__all__ = ["MORE", "ROUNDING", "Found", "asymmetry_of", "lowest_coupled"]
 
 TINY = 1e-300
 ROUNDING = 1e-9
@@ -61,10 +61,10 @@ def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
     moves, blocks = _moves(linear, net, slots)
     stiffness = moves.T @ whole @ moves
     even, odd = 0.5 * (stiffness + stiffness.T), 0.5 * (stiffness - stiffness.T)
-    asymmetry = _size(odd) / max(_size(even), TINY)
+    asymmetry, wanted = asymmetry_of(_size(even), _size(odd), count)
     own = (moves.T @ mass @ moves).tocsc()
     pencil = Pencil(even.tocsc(), own, (ties @ moves).tocsc(), blocks)
-    square, vectors, resolution, unknowns = pencil.lowest(count + MORE * (asymmetry > ROUNDING))
+    square, vectors, resolution, unknowns = pencil.lowest(wanted)
 
     def apart(everything):
         return everything[:nodes].T.reshape(-1, net.size, d)
@@ -80,6 +80,14 @@ def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
         full=lambda vectors: stiffness @ vectors,
         scaled=lambda vectors: own @ vectors,
     )  # fmt: skip
+
+
+def asymmetry_of(even: float, odd: float, count: int) -> tuple[float, int]:
+    """The asymmetry of K from the sizes of its halves, and how many modes of the symmetric half are
+    wanted for `count` of K.
+    """
+    asymmetry = odd / max(even, TINY)
+    return asymmetry, count + MORE if asymmetry > ROUNDING else count
 
 
 def _size(matrix) -> float:

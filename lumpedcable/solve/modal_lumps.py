@@ -6,12 +6,10 @@ import numpy as np
 
 from lumpedcable.model.net import Net
 from lumpedcable.solve.blocks import BlockTridiagonal
-from lumpedcable.solve.modal_coupled import MORE, ROUNDING, Found
+from lumpedcable.solve.modal_coupled import Found, asymmetry_of
 from lumpedcable.solve.spectrum import SymmetricBlocks, lowest
 
 __all__ = ["lowest_of_lumps"]
-
-TINY = 1e-300
 
 
 def lowest_of_lumps(stiffness: BlockTridiagonal, mass: np.ndarray, net: Net, count: int) -> Found:
@@ -22,8 +20,8 @@ def lowest_of_lumps(stiffness: BlockTridiagonal, mass: np.ndarray, net: Net, cou
     even, odd = _half(lower, diagonal, upper, 1.0), _half(lower, diagonal, upper, -1.0)
     root = _inverse_root(mass, net)
     matrix = SymmetricBlocks(root @ even.diagonal @ root, root @ even.lower @ _before(root), free)
-    asymmetry = odd.size() / max(even.size(), TINY)
-    square, vectors, resolution = lowest(matrix, count + MORE * (asymmetry > ROUNDING))
+    asymmetry, wanted = asymmetry_of(even.size(), odd.size(), count)
+    square, vectors, resolution = lowest(matrix, wanted)
 
     def spread(vectors):
         motion = np.zeros((vectors.shape[1], free.size))

@@ -102,12 +102,11 @@ def _outline(scene: Scene, name: str) -> np.ndarray:
     body = scene.bodies[name]
     assert isinstance(body, Body)  # no other settles
     if body.size is not None:
-        corners = [f"{k:03b}" for k in EDGES]
-        sides = np.array([[1.0 if bit == "1" else -1.0 for bit in corner] for corner in corners])
-        return 0.5 * sides * np.array([float(number(x)) for x in body.size])
-    tips = [[float(number(x)) for x in point] for point in body.points.values()]
+        bits = np.array(EDGES)[:, None] >> np.array([2, 1, 0]) & 1
+        return (bits - 0.5) * body.size
+    tips = [np.asarray(point, float) for point in body.points.values()]
     if body.turns and body.inertia is not None:
-        arm = np.sqrt(max(float(number(x)) for x in body.inertia) / float(number(body.mass)))
+        arm = np.sqrt(max(body.inertia) / body.mass)
         tips += [*(arm * np.eye(3)), *(-arm * np.eye(3))]
     return np.concatenate([np.zeros((1, 3)), *([tip, np.zeros(3)] for tip in tips)])
 
