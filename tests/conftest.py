@@ -29,6 +29,8 @@ if first and metadata.version("jaxlib").startswith("0.10."):
 importlib.import_module("lumpedcable.study.compiled")
 # tests replace functions, and would keep for others what these do
 importlib.import_module("lumpedcable.study.kept").KEEPS = False
+# what a machine takes to compile, beside whatever else it does, is not what tests are about
+importlib.import_module("lumpedcable.study.progress").PATIENCE = 3600.0
 gc.set_threshold(50_000, 50, 100)  # as the command line does: jax leaves little garbage
 
 MAPS = Path("/proc/self/maps")

@@ -321,6 +321,7 @@ def test_a_buoy_that_floats_moves_in_modes(tmp_path):
     assert "buoy: z" in said.out
 
 
+@pytest.mark.slow
 def test_a_body_that_is_held_is_told(tmp_path):
     text = INVERTED.split("[sweep]")[0].replace("position", 'free = ["x", "z"]\nposition')
     text = text.replace("segments = 1\n", "segments = 3\n")

@@ -11,14 +11,16 @@ from collections.abc import Container, Iterator
 from math import radians
 from pathlib import Path
 
+from lumpedcable.adopt.names import KINDS, OWN, TAKEN, WATER, WEIGHTY, bare, body_of
 from lumpedcable.adopt.parts import (
     Failure,
     LineType,
     Mooring,
     MooringBody,
     MooringLine,
-    Place,
     Point,
+    RodType,
+    triple,
 )
 from lumpedcable.adopt.sections import HEAD_ROWS, Row, is_number, number_of, sections
 from lumpedcable.scene.errors import Fault, SceneError
@@ -26,31 +28,10 @@ from lumpedcable.scene.errors import Fault, SceneError
 __all__ = ["read_moordyn"]
 
 LEFT = ("control", "external loads")
-FIXED, COUPLED = ("fix", "fixed", "anchor"), ("vessel", "coupled", "fairlead", "ves", "cpld")
-FREE = ("connect", "con", "free", "point")
-KINDS = (
-    dict.fromkeys(FIXED, "fixed") | dict.fromkeys(COUPLED, "coupled") | dict.fromkeys(FREE, "free")
-)
 ON_RODS = " (rods are taken that are fixed, coupled or on a body)"
 WITH_LOAD = "; of one that goes with the load, give EA_d at the load that the line carries"
-POINT = r"(?i)^(p(oint)?|c(on(nect(ion)?)?)?)(?=\d)"  # before the number of a point
 ANY, POSITIVE, NOT_NEGATIVE = "a number", "a positive number", "a number from 0 on"
 COUNT = "a whole number from 1 on"
-WEIGHTY = ("rho", "rhow", "wtrdnsty", "wtrdens", "g", "gravity", "kbot", "kb")  # positive
-TAKEN = (*WEIGHTY, "cbot", "cb", "frictioncoefficient", "wtrdpth")
-# options of MoorDyn's own stepping, start and output, of which a scene has nothing
-OWN = (
-    "dtm", "dt", "tscheme", "writelog", "writeunits", "dtic", "icdt", "tmaxic", "ictmax", "cdscaleic",
-    "icdfac", "threshic", "icthresh", "icgendynamic", "icgenstationary", "icstationary", "dtout",
-    "outswitch", "disableouttime", "disableoutput", "fricdamp", "statdynfricscale", "dtwave", "echo",
-)  # fmt: skip
-# options whose place in a scene is another one, by what to do about it
-WATER = {
-    "wavekin": "give a scene its waves",
-    "currents": "give a scene its current",
-    "waterkin": "give a scene its current and waves",
-    "seafloorfile": "give the bed a profile",
-}
 
 
 def read_moordyn(path: Path) -> Mooring:
@@ -71,6 +52,8 @@ def read_moordyn(path: Path) -> Mooring:
 class _Reader:
     def __init__(self, file: str, text: str):
         self.file, self.faults = file, list[Fault]()
+        self.rod_types: dict[str, RodType] = {}
+        self.loose: dict[str, Row] = {}  # bodies that move by what pulls them
         self.sections = dict(sections(text))
 
     def mooring(self) -> Mooring:
@@ -94,9 +77,13 @@ class _Reader:
         for row in self.table("points"):
             if self.wide(row, "points", 12 if early else 9) and self.new(row, found.points):
                 found.points[row.words[0]] = self.point(row, early, found)
+        for row in self.table("rod types"):
+            if self.wide(row, "rod types", 5):
+                self.rod_type(row)
         for row in self.table("rods"):
             if self.wide(row, "rods", 10):
                 self.rod(row, found)
+        self.unweighed(found)
         early = any(name.lower().startswith(("unstr", "len")) for name in self.head("lines")[2:3])
         for row in self.table("lines"):
             if self.wide(row, "lines", 6) and self.new(row, found.lines):
@@ -171,9 +158,13 @@ class _Reader:
         for key, word in zip(keys, numbers, strict=False):
             first, bar, _ = word.partition("|")
             if bar and key not in ("EA", "BA"):
-                found.left.append(f"the dynamic part of {key} of {name}, {word}")
+                found.left.append(f"the dynamic part of {key} of {name}, {word} (line {row.line})")
             kind = {"BA": ANY, "mass": POSITIVE, "EA": POSITIVE}.get(key, NOT_NEGATIVE)
             values[key] = self.number(row, f"{key} of {name}", first, kind)
+        more = numbers[len(keys) :]  # Cl, dF and cF
+        if more and number_of(more[0]):
+            shaken = f"what vortices do to lines of type {name}, {' '.join(more)}"
+            found.left.append(f"{shaken} (line {row.line})")
         EA_d, BA_d = self.dynamic(row, values["EA"])
         return LineType(name, **values, EA_d=EA_d, BA_d=BA_d)
 
@@ -223,13 +214,20 @@ class _Reader:
             if len(values) != 3:
                 self.told(row, key, f"expected one number or three, x|y|z, found {word!r}")
         found = KINDS.get(kind.lower(), "free")
-        if found == "free" and not (mass > 0.0 and min(triples[0]) > 0.0):
-            words = "expected a free body with mass and moments of inertia above 0"
-            self.told(row, key, f"{words}, found {numbers[6]} and {numbers[8]}")
+        if found == "free":
+            self.loose[name] = row
         return MooringBody(
-            found, _triple(place), _triple(turned), mass, _triple(centre), _triple(triples[0]),
-            volume, any(area), _triple(triples[1]),
+            found, triple(place), triple(turned), mass, triple(centre), triple(triples[0]),
+            volume, any(area), triple(triples[1]),
         )  # fmt: skip
+
+    def unweighed(self, found: Mooring) -> None:
+        """Tell of free bodies that weigh nothing, what is on them counted."""
+        for name, row in self.loose.items():
+            body = found.bodies[name]
+            if not (body.mass > 0.0 and min(body.inertia) > 0.0):
+                words = "expected a free body with mass and moments of inertia above 0"
+                self.told(row, f"body {name}", f"{words}, found {row.words[8]} and {row.words[10]}")
 
     def several(self, row: Row, key: str, word: str) -> list[float]:
         """The numbers of a word such as 1|2|3."""
@@ -237,7 +235,7 @@ class _Reader:
 
     def point(self, row: Row, early: bool, found: Mooring) -> Point:
         name, kind, *numbers = row.words
-        body = _body_of(kind, found)
+        body = body_of(kind, found.bodies)
         if not body and kind.lower() not in KINDS:
             words = f"expected a point that is fixed, coupled, free or on a body, found {kind!r}"
             self.told(row, f"point {name}", words)
@@ -246,28 +244,56 @@ class _Reader:
             if any(forces):
                 self.told(row, f"point {name}", "expected no steady force on a point, found one")
             del numbers[5:8]
-        place = _triple([self.number(row, f"point {name}", word) for word in numbers[:3]])
+        place = triple([self.number(row, f"point {name}", word) for word in numbers[:3]])
         mass, volume, CdA, Ca = (
             self.number(row, f"point {name}", word, NOT_NEGATIVE) for word in numbers[3:7]
         )
         kind = KINDS.get(kind.lower(), "body" if body else "free")
+        if body in self.loose and (mass or volume):
+            self.weigh_down(body, mass, volume, place, (0.0, 0.0, 0.0), triple([Ca] * 3), found)
+            found.remarks.append(f"mass and volume of point {name} are in those of body {body}")
         return Point(kind, place, mass, volume, CdA, Ca, body)
+
+    def weigh_down(self, body: str, mass, volume, middle, inertia, Ca, found: Mooring) -> None:
+        """Make what is on a body a part of it."""
+        own = found.bodies[body]
+        found.bodies[body] = own.with_part(mass, volume, middle, inertia, Ca)
+
+    def rod_type(self, row: Row) -> None:
+        name, *numbers = row.words
+        diameter, mass, _, Ca = (
+            self.number(row, f"rod type {name}", word, NOT_NEGATIVE) for word in numbers[:4]
+        )
+        self.rod_types[name] = RodType(diameter, mass, Ca)
 
     def rod(self, row: Row, found: Mooring) -> None:
         """The two ends of a rod that does not move by itself, as points that have its direction."""
-        name, _, kind, *numbers = row.words
+        name, of, kind, *numbers = row.words
         key = f"rod {name}"
-        body = _body_of(kind, found)
+        body = body_of(kind, found.bodies)
         taken = KINDS.get(kind.lower(), "body" if body else "free")
         if taken == "free":
-            found.left.append(f"rod {name}, which is {kind}")
+            found.left.append(f"rod {name}, which is {kind} (line {row.line})")
             return
         first, last = (
-            _triple([self.number(row, key, word) for word in numbers[k : k + 3]]) for k in (0, 3)
+            triple([self.number(row, key, word) for word in numbers[k : k + 3]]) for k in (0, 3)
         )
         count = self.number(row, f"segments of {key}", numbers[6], NOT_NEGATIVE)
         if first == last:
             self.told(row, key, "expected two ends that lie apart, found one place")
+        elif count and body in self.loose:
+            if of not in self.rod_types:
+                known = ", ".join(self.rod_types)
+                self.told(row, key, f"expected a rod type ({known}), found {of!r}")
+                return
+            along = triple([b - a for a, b in zip(first, last, strict=True)])
+            middle = triple([0.5 * (a + b) for a, b in zip(first, last, strict=True)])
+            mass, volume, inertia, Ca = self.rod_types[of].inertia(along)
+            self.weigh_down(body, mass, volume, middle, inertia, Ca, found)
+            found.remarks.append(
+                f"mass, volume and Ca of rod {name} are in those of body {body}; water lifts that at "
+                "its centre of gravity, not at its rods, and Cd of the rod is left out"
+            )
         for end, place in (("A", first), ("B", last if count else first)):  # of no length without
             found.points[f"R{name}{end}"] = Point(
                 taken, place, 0.0, 0.0, 0.0, 0.0, body, axis=(first, last)
@@ -275,7 +301,7 @@ class _Reader:
 
     def failure(self, row: Row, found: Mooring) -> None:
         name, point, lines, *when = row.words
-        point, key = _bare(point), f"failure {name}"
+        point, key = bare(point), f"failure {name}"
         time, tension = (self.number(row, key, word, NOT_NEGATIVE) for word in when[:2])
         lets = [line for line in lines.split(",") if line]
         if point not in found.points:
@@ -300,7 +326,7 @@ class _Reader:
         if kind not in found.types:
             known = ", ".join(found.types)
             self.told(row, f"line {name}", f"expected a line type ({known}), found {kind!r}")
-        ends = [_bare(point) for point in (start, end)]
+        ends = [bare(point) for point in (start, end)]
         start, end = ends
         if start == end:
             self.told(row, f"line {name}", f"expected two points, found {start} twice")
@@ -316,7 +342,7 @@ class _Reader:
         value, *names = row.words
         key = names[0].lower() if names else ""
         if key in WATER and value.strip('"') and number_of(value) != 0.0:
-            found.left.append(f"{names[0]} = {value}: {WATER[key]}")
+            found.left.append(f"{names[0]} = {value} (line {row.line}): {WATER[key]}")
         number = number_of(value)
         if number is not None:
             found.options[key] = number
@@ -326,7 +352,7 @@ class _Reader:
         elif names and number_of(names[0]) is not None:
             self.told(row, value, f"expected a value before its name, found {names[0]} behind it")
         if key and not {key, value.lower()} & {*TAKEN, *OWN, *WATER}:
-            found.left.append(f"option {names[0]} = {value}")
+            found.left.append(f"option {names[0]} = {value} (line {row.line})")
         if key in WEIGHTY and number is not None:
             self.number(row, names[0], value, POSITIVE)
 
@@ -346,20 +372,3 @@ class _Reader:
 
     def told(self, row: Row | None, key: str, words: str) -> None:
         self.faults.append(Fault(self.file, row and row.line, key, words))
-
-
-def _body_of(kind: str, found: Mooring) -> str:
-    """The body that something is on, "" where it is on none that there is."""
-    named = re.fullmatch(r"(?i)body0*(\d+)", kind)
-    return named[1] if named and named[1] in found.bodies else ""
-
-
-def _bare(point: str) -> str:
-    """The number of a point, which may be named P1, Point1, C1 or Con1; R1A of the end of a rod."""
-    rod = re.fullmatch(r"(?i)r(?:od)?(\d+)([ab])", point)
-    return f"R{rod[1]}{rod[2].upper()}" if rod else re.sub(POINT, "", point)
-
-
-def _triple(values: list[float]) -> Place:
-    x, y, z = (*values, 0.0, 0.0, 0.0)[:3]
-    return x, y, z

@@ -69,10 +69,6 @@ class _Writer:
         self.until: float | None = None
         for name, point in mooring.points.items():
             weighs = point.mass or point.volume
-            if weighs and mooring.on_free_body(name):
-                self.remarks.append(
-                    f"not taken over: mass and volume of point {name}: add them to those of its body"
-                )
             if weighs and point.kind == "free" and not self.ends[name]:
                 self.remarks.append(f"not taken over: point {name}, which no line holds")
             if point.kind == "free" and (point.CdA or (point.Ca and point.volume)):
@@ -82,8 +78,8 @@ class _Writer:
 
     def bed(self) -> Iterator[str]:
         """The bed, as stiff as the line type that most metres are of asks for."""
-        depth = self.mooring.option(0.0, "wtrdpth")
-        if depth <= 0.0:
+        depth = abs(self.mooring.option(0.0, "wtrdpth"))  # as MoorDyn has it
+        if depth == 0.0:
             self.remarks.append("there is no bed, since the file has no WtrDpth above 0")
             return
         metres: dict[float, float] = {}

@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from math import asin, atan2, cos, sin
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import asin, atan2, cos, pi, sin, sqrt
 
-__all__ = ["Failure", "LineType", "Mooring", "MooringBody", "MooringLine", "Place", "Point"]
+__all__ = [
+    "Failure",
+    "LineType",
+    "Mooring",
+    "MooringBody",
+    "MooringLine",
+    "Place",
+    "Point",
+    "RodType",
+    "triple",
+]
 
 Place = tuple[float, float, float]
+
+
+def triple(values: Sequence[float]) -> Place:
+    """The first three of some numbers, 0 where there are fewer."""
+    x, y, z = (*values, 0.0, 0.0, 0.0)[:3]
+    return x, y, z
 
 
 @dataclass(frozen=True)
@@ -31,6 +48,27 @@ class LineType:
     CaAx: float
     EA_d: float = 0.0
     BA_d: float = 0.0
+
+
+@dataclass(frozen=True)
+class RodType:
+    """A row of the rod types: diameter (m), mass (kg/m), Ca across it (-)."""
+
+    diameter: float
+    mass: float
+    Ca: float
+
+    def inertia(self, along: Place) -> tuple[float, float, Place, Place]:
+        """Mass (kg), volume (m3), inertia (kg m2) and Ca (-) of a rod that reaches `along` (m).
+
+        A cylinder's, about its middle: m r^2 / 2 along itself, m (r^2 / 4 + L^2 / 12) across.
+        """
+        square = sum(x * x for x in along)
+        length, radius = sqrt(square), 0.5 * self.diameter
+        mass, across = self.mass * length, [1.0 - x * x / square for x in along]
+        least, most = 0.5 * mass * radius**2, mass * (0.25 * radius**2 + square / 12.0)
+        inertia = triple([least * (1.0 - share) + most * share for share in across])
+        return mass, pi * radius**2 * length, inertia, triple([self.Ca * s for s in across])
 
 
 @dataclass(frozen=True)
@@ -60,6 +98,34 @@ class MooringBody:
         z, x = z * cos(pitch) - x * sin(pitch), z * sin(pitch) + x * cos(pitch)
         y, z = y * cos(roll) - z * sin(roll), y * sin(roll) + z * cos(roll)
         return x, y, z
+
+    def with_part(
+        self, mass: float, volume: float, middle: Place, inertia: Place, Ca: Place
+    ) -> MooringBody:
+        """The body and something on it as one: `middle` (m) and `inertia` (kg m2) are the part's own.
+
+        Moments of inertia are about the common centre of gravity (Steiner); their products are left out.
+        Added mass is Ca V along each axis, of both together.
+        """
+        whole, displaced = self.mass + mass, self.volume + volume
+        if whole <= 0.0:
+            return self
+        pairs = list(zip(self.centre, middle, strict=True))
+        centre = [(self.mass * a + mass * b) / whole for a, b in pairs]
+        shared = self.mass * mass / whole
+        square = [shared * (a - b) ** 2 for a, b in pairs]
+        turned = [
+            a + b + sum(square) - own
+            for a, b, own in zip(self.inertia, inertia, square, strict=True)
+        ]
+        added = [
+            (self.volume * a + volume * b) / displaced if displaced else 0.0
+            for a, b in zip(self.Ca, Ca, strict=True)
+        ]
+        return replace(
+            self, mass=whole, volume=displaced, centre=triple(centre), inertia=triple(turned),
+            Ca=triple(added),
+        )  # fmt: skip
 
     @property
     def attitude(self) -> Place:

@@ -9,6 +9,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from lumpedcable.fitting.coarse import coarse_breaks
 from lumpedcable.fitting.linear import start_faults
 from lumpedcable.fitting.profile import untold
 from lumpedcable.fitting.run import Fitted, failure_text
@@ -140,6 +141,7 @@ def remarks_of(fitted: Fitted) -> list[str]:
     """Plain words: how well the data are met, what failed, and what cannot be told apart."""
     problem, certainty = fitted.problem, fitted.certainty
     said = [_quality(fitted), *start_faults(problem, fitted.began)]
+    said += coarse_breaks(fitted.scene(r.study.scene, r.name) for r in problem.records)
     names = [p.label for p in problem.parameters]
     if any(fitted.stalled):
         stalled = ", ".join(np.array(names)[np.array(fitted.stalled)])

@@ -269,7 +269,7 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
     bodies |= make_riders(scene, coordinates) | make_winches(scene, lines)
     bodies |= make_drums(scene, lines)
     couplings, measures = (
-        make_couplings(scene, coordinates),
+        make_couplings(scene, lines, coordinates),
         make_measures(scene, layout, coordinates),
     )
     return Model(lines, ends, tuple(junctions), up, base, bodies, couplings, measures)

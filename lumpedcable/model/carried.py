@@ -289,7 +289,9 @@ def _rider(scene: Scene, body: CarriedBody, coordinates: Coordinates) -> Rider:
     )
 
 
-def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...]:
+def make_couplings(
+    scene: Scene, lines: dict[str, Line], coordinates: Coordinates
+) -> tuple[Coupled, ...]:
     """What ties each body on a line to it."""
     found = []
     for name, body in scene.bodies.items():
@@ -306,6 +308,7 @@ def make_couplings(scene: Scene, coordinates: Coordinates) -> tuple[Coupled, ...
         friction, bending = body.on.friction, scene.lines[line].bending
         law = Trolley(
             tension,
+            _kept(lines[line], tension)[1],
             None if friction is None else number(friction.coefficient),
             None if friction is None else number(friction.speed),
             _hertz(body.on.contact),

@@ -253,8 +253,8 @@ class Line(eqx.Module):
             rate = strain_rate(self, shape, velocity)
             if self.damping is not None:
                 damping = self.damping * rate
-                if self.tension_only:
-                    damping = jnp.maximum(damping, -tension)
+                if self.tension_only:  # what is slack neither pushes nor pulls
+                    damping = jnp.where(tension > 0.0, jnp.maximum(damping, -tension), 0.0)
             if self.waves is not None and boundaries is not None:
                 start, end, *more = boundaries
                 waves, ghosted = self.waves.terms(

@@ -1,14 +1,23 @@
 """A sheave that runs on a lumped line: smooth as it crosses nodes, exact in the kink under it.
 
 The line is read as a cubic B-spline of its nodes, C(s) = sum_a w_a(s) r_a over four of them, s counted
-in segments from the line's start. A taut line that is loaded through such weights sags too little by
-F h d / (2 T), d = sum_ab w_a w_b |a - b|, with F the force, h the length of a segment and T the tension.
-A spring of stiffness 2 T / (h d) between the sheave and C gives back just that: it is no penalty,
-and there is no constant to choose.
+in segments from the line's start. A line of the tension T that bends by the angle a to either side of a
+sheave is loaded with F = 2 T sin a. Loaded through such weights it is a funicular polygon, of which
+segment i lies at b_i, tan b_i = (2 W_i - 1) tan a with W_i the sum of the weights before it. With h the
+length of a segment, the polygon's straight sides meet |G| = h tan a sum_i 2 W_i (1 - W_i) cos b_i below
+C, and are longer than the polygon by h sum_i (cos b_i / cos a - 1). So the sheave lies where they meet
+if a spring between it and C has the energy
+
+    E = T h sum_i (cos b_i / cos a - 1),
+
+which has the force dE/d|G| = F: by the sides' virtual work, T d(length) = F d|G|. It is no penalty, and
+there is no constant to choose; a sheave that crosses nodes feels nothing of them, at any angle. Where
+the angle is small that is a stiffness 2 T / (h d), d = sum_ab w_a w_b |a - b|.
 
 A line with bending stiffness EI has no kink but a bend of the reach r = sqrt(EI / T): the sag of a
 pinned tie rod at x from a load F is lower than under it by F/(2 T) (x - r (1 - exp(-x / r))). Then
-|a - b| is |a - b| - (1 - exp(-|a - b| h / r)) r / h (S. Timoshenko, Strength of Materials II, 1956).
+|a - b| is |a - b| - (1 - exp(-|a - b| h / r)) r / h (S. Timoshenko, Strength of Materials II, 1956),
+and the spring that of small angles.
 """
 
 from typing import NamedTuple
@@ -18,10 +27,24 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-__all__ = ["Contact", "Hertz", "Reading", "contact", "extended", "folded", "read", "shortfalls"]
+__all__ = [
+    "Contact",
+    "Hertz",
+    "Kink",
+    "Reading",
+    "contact",
+    "extended",
+    "folded",
+    "read",
+    "shortfalls",
+]
 
-NEWTON = 2  # steps to the foot; from the nearest node they end in rounding
+NEWTON = 4  # steps to foot and angle; from the nearest node they end in rounding
+FLATTEST = 0.2  # least slope, over that of a straight line, by which the minimum is looked for
 LEAST = 1e-12  # m, below which a gap is none
+STEEPEST = (
+    4.0  # tangent of the largest angle: a foot that is still looked for may seem to ask for more
+)
 DEPTHS = 6  # steps to the depth of a Hertz contact, from above, of a convex function
 
 
@@ -37,6 +60,37 @@ class Reading(NamedTuple):
     shortfall: Float[Array, ""]
     shortfall_slope: Float[Array, ""]
     growth: Float[Array, ""]
+
+
+class Kink(NamedTuple):
+    """The line under a sheave at p = tan a: |G| / h of its kink, F / (2 T), their slopes, E / (T h).
+
+    `along` is the slope of E / (T h) with s at a fixed gap, over F / (2 T). Beyond `STEEPEST` the force
+    stays what it is there: a foot that is still looked for may seem to ask for more.
+    """
+
+    reach: Float[Array, ""]
+    reach_slope: Float[Array, ""]
+    pull: Float[Array, ""]
+    pull_slope: Float[Array, ""]
+    energy: Float[Array, ""]
+    along: Float[Array, ""]
+
+    @classmethod
+    def of(cls, reading: Reading, p: Float[Array, ""], bends: bool) -> "Kink":
+        """That of an angle; where the line `bends` it is taken for small."""
+        d = reading.shortfall
+        if bends:
+            return cls(d * p, d, p, jnp.ones_like(p), d * p**2, -p * reading.shortfall_slope)
+        v = 2.0 * jnp.cumsum(reading.weights)[:3] - 1.0
+        change = 2.0 * jnp.cumsum(reading.slopes)[:3] * v
+        c, whole = 1.0 / jnp.sqrt(1.0 + (v * p) ** 2), jnp.sqrt(1.0 + p**2)
+        open_ = 1.0 - v**2
+        reach = 0.5 * p * jnp.sum(open_ * c)
+        # cos b / cos a - 1, of small angles without what cancels
+        energy = p**2 * jnp.sum(open_ * c**2 / (whole * c + 1.0))
+        slope = 0.5 * jnp.sum(open_ * c**3)
+        return cls(reach, slope, p / whole, 1.0 / whole**3, energy, p * jnp.sum(change * c))
 
 
 class Hertz(eqx.Module):
@@ -80,7 +134,8 @@ class Contact(NamedTuple):
 
     `spacing` is |C'| (m), how far the line runs there from one s to the next. `gap` (d,) leads from the
     line to the sheave (m), of which `depth` (m) is that of a Hertz contact, 0 without one; `stiffness`
-    is that of the rest, the kink.
+    is that of the rest, the kink, force over gap. `kink_energy` (J) is that of the spring that stands
+    for the kink, and `fall` (J) what it falls by where segments grow by their own length.
     """
 
     foot: Float[Array, ""]
@@ -91,11 +146,8 @@ class Contact(NamedTuple):
     stiffness: Float[Array, ""]
     push: Float[Array, " d"]
     depth: Float[Array, ""]
-
-    @property
-    def kink_energy(self) -> Float[Array, ""]:
-        """Energy (J) of the spring that stands for the kink."""
-        return 0.5 * jnp.dot(self.push, self.push) / self.stiffness
+    kink_energy: Float[Array, ""]
+    fall: Float[Array, ""]
 
 
 def extended(nodes: Float[Array, "d nodes"]) -> Float[Array, "d nodes+2"]:
@@ -142,16 +194,8 @@ def _at(nodes: Float[Array, "d nodes+2"], reading: Reading, weights) -> Float[Ar
     return jnp.sum(jax.lax.dynamic_slice(nodes, (0, reading.first), (d, 4)) * weights, axis=1)
 
 
-def _imbalance(s, nodes: Float[Array, "d nodes+2"], place: Float[Array, " d"], bent, bend=None):
-    """G . C' + (d'/d) bent |G|^2 / 2: what vanishes where the energy does not change with s.
-
-    `bent` is the share of |G| that is the kink's, 1 without a Hertz contact.
-    """
-    reading = read(s, nodes.shape[1] - 3, bend)
-    gap = place - _at(nodes, reading, reading.weights)
-    along = _at(nodes, reading, reading.slopes)
-    spread = reading.shortfall_slope / reading.shortfall
-    return jnp.sum(gap * along) + 0.5 * spread * bent * jnp.sum(gap * gap)
+def _size(gap: Float[Array, " d"]) -> Float[Array, ""]:
+    return jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
 
 
 def contact(
@@ -164,55 +208,77 @@ def contact(
 ) -> Contact:
     """The contact of a sheave at `place` (m) with a line of equal segments, stiff by `EI` (N m2).
 
-    With a `hertz` contact the wheel sinks into the line as well, in series with the kink. The foot is
-    where the energy T |G|^2 / (h d) is stationary along the line, so that a frictionless sheave feels
-    no force along it but that of the kink. It is found from the nearest node by Newton steps, all but
-    the last of at most half a segment.
+    `segment_length` (m) is that under the tension (N). With a `hertz` contact the wheel sinks into the
+    line as well, in series with the kink. The foot is where the energy is stationary along the line, so
+    that a frictionless sheave feels no force along it but that of the kink. It is found from the nearest
+    node by Newton steps of at most half a segment, with one to the angle of the kink after each.
     """
-    all_nodes = extended(nodes)
+    all_nodes, h, bends = extended(nodes), segment_length, EI is not None
     segments = nodes.shape[1] - 1
     away = jnp.sum((all_nodes[:, 1:-1] - place[:, None]) ** 2, axis=0)
     s = jnp.argmin(away).astype(place.dtype)
+    bend = None if EI is None else h * jnp.sqrt(tension / EI)
 
-    bend = None if EI is None else segment_length * jnp.sqrt(tension / EI)
-
-    def spring(reading: Reading):
-        return 2.0 * tension / (segment_length * reading.shortfall)
-
-    def kinked(s):
-        """The share of the gap that is the kink's."""
-        if hertz is None:
-            return jnp.ones_like(s)
+    def met(s):
         reading = read(s, segments, bend)
-        gap = place - _at(all_nodes, reading, reading.weights)
-        size = jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
-        return 1.0 - hertz.depth_of(size, spring(reading)) / size
+        return reading, place - _at(all_nodes, reading, reading.weights)
 
-    def change(s):
-        """The Newton step."""
-        bent = kinked(s)
-        value, slope = jax.jvp(
-            lambda at: _imbalance(at, all_nodes, place, bent, bend), (s,), (jnp.ones_like(s),)
-        )
-        return value / slope
+    def sunk(kink: Kink):
+        """Depth (m) of the wheel under the force of a kink, and its slope."""
+        if hertz is None:
+            return 0.0, 0.0
+        depth = (2.0 * tension * kink.pull / hertz.stiffness) ** (1.0 / hertz.exponent)
+        return depth, depth / hertz.exponent * kink.pull_slope / kink.pull
 
-    # nothing here is frozen: two steps from a node leave an error that derivatives would show
+    def turned(p, reading: Reading, size):
+        """The angle, nearer to what the gap asks for."""
+        kink = Kink.of(reading, p, bends)
+        depth, slope = sunk(kink)
+        ahead = (size - depth - h * kink.reach) / (slope + h * kink.reach_slope)
+        return jnp.clip(p + ahead, LEAST, STEEPEST)
+
+    def moved(s, p):
+        """The foot, nearer to where the energy does not change with it: G . C' = (dE/ds) |G| / F."""
+
+        def imbalance(s):
+            reading, gap = met(s)
+            along = jnp.sum(gap * _at(all_nodes, reading, reading.slopes))
+            return along - 0.5 * h * _size(gap) * Kink.of(reading, p, bends).along
+
+        value, slope = jax.jvp(imbalance, (s,), (jnp.ones_like(s),))
+        # of a straight line it is -h^2; from where the energy bends down a step would lead away
+        step = jnp.clip(value / jnp.minimum(slope, -FLATTEST * h**2), -0.5, 0.5)
+        return jnp.clip(s - step, 0.0, float(segments))
+
+    # nothing here is frozen: few steps from a node leave an error that derivatives would show
+    reading, gap = met(s)
+    size = _size(gap)
+    free = size if hertz is None else size - hertz.depth_of(size, _spring(tension, h, reading))
+    p = jnp.clip(free / (h * reading.shortfall), LEAST, STEEPEST)
     for _ in range(NEWTON):
-        s = jnp.clip(s - jnp.clip(change(s), -0.5, 0.5), 0.0, float(segments))
-    s = s - change(s)
-    reading = read(s, segments, bend)
-    gap = place - _at(all_nodes, reading, reading.weights)
+        s = moved(s, p)
+        reading, gap = met(s)
+        size = _size(gap)
+        p = turned(p, reading, size)
+    kink = Kink.of(reading, p, bends)
+    depth = jnp.zeros_like(s) + sunk(kink)[0]
+    # no more than p asks for, but beyond the steepest
+    over = jnp.where(p < STEEPEST, 0.0, (size - depth) / h - kink.reach)
+    reach = kink.reach + over
+    energy = kink.energy + 2.0 * kink.pull * over
     along = _at(all_nodes, reading, reading.slopes)
-    stiffness = spring(reading)
     spacing = jnp.sqrt(jnp.sum(along**2))
-    tangent = along / spacing
-    if hertz is None:
-        none = jnp.zeros_like(stiffness)
-        return Contact(s, reading, tangent, spacing, gap, stiffness, stiffness * gap, none)
-    size = jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
-    depth = hertz.depth_of(size, stiffness)
-    push = stiffness * (1.0 - depth / size) * gap
-    return Contact(s, reading, tangent, spacing, gap, stiffness, push, depth)
+    force = 2.0 * tension * kink.pull
+    fall = energy * (1.0 + reading.growth) if bends else 2.0 * kink.pull * reach - energy
+    return Contact(
+        s, reading, along / spacing, spacing, gap, force / (h * reach), force / size * gap, depth,
+        tension * h * energy, tension * h * fall,
+    )  # fmt: skip
+
+
+def _spring(tension, h, reading: Reading) -> Float[Array, ""]:
+    """Stiffness (N/m) of a kink of a small angle."""
+    return 2.0 * tension / (h * reading.shortfall)
 
 
 def spread(contact: Contact, force: Float[Array, " d"], nodes: int) -> Float[Array, "d nodes"]:

@@ -184,10 +184,10 @@ class Trolley(AbstractCoupling):
     """A sheave that runs on a lumped line (see `contact`), with friction mu tanh(v / v0) |push|.
 
     `tension` (N) is the one that the contact is scaled with, the winch's or that of the start:
-    the tension of the moment would feed axial waves. v is the speed of the sheave along the line
-    relative to the line's own substance (Gao et al. 2022, eq. 11). With `hertz` the wheel sinks into
-    the line (eq. 10); it is kept on the line from both sides. `EI` (N m2) is that of the line, None
-    without bending.
+    the tension of the moment would feed axial waves. `stretch` is 1 + e under it. v is the speed of
+    the sheave along the line relative to the line's own substance (Gao et al. 2022, eq. 11). With
+    `hertz` the wheel sinks into the line (eq. 10); it is kept on the line from both sides. `EI` (N m2)
+    is that of the line, None without bending.
 
     What a winch pays out is spread over all segments, so that the substance at s passes the nodes with
     -(s - s0) C' L'/L, s0 being the end without the winch: v has the part (s - s0) |C'| L'/L. The virtual
@@ -197,6 +197,7 @@ class Trolley(AbstractCoupling):
     """
 
     tension: Float[Array, ""]
+    stretch: Float[Array, ""]
     friction: Float[Array, ""] | None = None
     fade: Float[Array, ""] | None = None
     hertz: contact.Hertz | None = None
@@ -218,10 +219,9 @@ class Trolley(AbstractCoupling):
         """The contact's push and friction on the sheave, the opposite on the nodes, and their energy."""
         assert isinstance(cable, CableState)
         nodes = cable.shape.position
-        length = cable.shape.segment_length[0]
+        length = cable.shape.segment_length[0] * self.stretch
         touch = contact.contact(nodes, place, self.tension, length, self.hertz, self.EI)
         energy = touch.kink_energy
-        kink = energy * (1.0 + touch.reading.growth)
         if self.hertz is not None:
             energy = energy + self.hertz.energy(touch.depth)
         body, line = -touch.push, contact.spread(touch, touch.push, nodes.shape[1])
@@ -234,7 +234,7 @@ class Trolley(AbstractCoupling):
                     work = jnp.dot(own, self._passed(touch, cable))
             other = -contact.spread(touch, own, nodes.shape[1])
             body, line, taken[kind] = body + own, line + other, Taken(own, other, work)
-        return Pull(body, line, energy, {}, taken, kink)
+        return Pull(body, line, energy, {}, taken, touch.fall)
 
     def _resisting(
         self, kind: str, touch: contact.Contact, velocity, cable: CableState

@@ -179,8 +179,14 @@ class ResultFile:
 
     @property
     def lines(self) -> list[str]:
-        """Names of the lines."""
-        return self._names("lines", h5py.Group)
+        """Names of the lines in the order of the scene; parts of one that breaks are together."""
+        order = {name: k for k, name in enumerate(self.scene.get("lines") or {})}
+
+        def place(name: str) -> tuple[int, int, str]:
+            own = name if name in order else name.rpartition("-")[0]
+            return order.get(own, len(order)), len(name), name
+
+        return sorted(self._names("lines", h5py.Group), key=place)
 
     def line(self, name: str) -> LineData:
         """The fields of one line.

@@ -44,7 +44,8 @@ class _Law(Part):
     tension_only: StrictBool = False
     """T = max(T, 0), and 0 below the strain where T is 0: the line cannot push."""
     damping: Damping | None = None
-    """Kelvin-Voigt constant c in N s: T gains c de/dt. Absent: none."""
+    """Kelvin-Voigt constant c in N s: T gains c de/dt, with tension_only where it is taut.
+    Absent: none."""
     relaxation: dict[Name, Branch] = Field(default_factory=dict)
     """Branches by names of their own, each a spring and a dashpot in series beside the law, which then
     is that of slow loads. Absent: none."""

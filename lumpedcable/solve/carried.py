@@ -42,6 +42,9 @@ from lumpedcable.solve.statics import (
 __all__ = ["carried_equilibrium", "is_carried"]
 
 HALVINGS = 80
+EVENINGS = (
+    20  # of segments beside a trolley, each of which leaves less than half of what was uneven
+)
 MOST_STRAIN = 0.1  # of softer lines on winches
 
 
@@ -254,8 +257,7 @@ def _guessed(model: Model) -> Model:
             continue
         posts = [_post(model, name, node) for node in (0, -1)]
         path = jnp.stack([posts[0], *ways.get(name, ()), posts[1]], axis=1)
-        sizes = jnp.sqrt(jnp.sum((path[:, 1:] - path[:, :-1]) ** 2, axis=0))
-        along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(sizes)])
+        along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(_apart(path))])
         line = lines[name]
         if name not in ways and hangs(line):
             length = hung_length(model, winch, *posts)
@@ -263,16 +265,40 @@ def _guessed(model: Model) -> Model:
             longer = paid_out(swept(at, at.lines[name], *ends), length)
             nodes = hung_line(longer, *ends)
         else:
-            at = jnp.linspace(0.0, 1.0, line.segments + 1) * along[-1]
-            nodes = jnp.stack([jnp.interp(at, along, row) for row in path])
+            nodes = _evenly(path, along, line.segments)
             strain = strain_at(line.law, winch.tension, line.max_strain)
-            length = along[-1] / (1.0 + strain)
+            length = jnp.sum(_apart(nodes)) / (1.0 + strain)
         nodes = nodes.at[:, 0].set(posts[0]).at[:, -1].set(posts[1])
         lines[name] = placed(paid_out(line, length), nodes)
         key = next(n for n, b in bodies.items() if b is winch)
         paid = winch.reference.at[0].set(length)
         bodies[key] = eqx.tree_at(lambda b: b.reference, winch, paid)
     return eqx.tree_at(lambda m: (m.lines, m.bodies), model, (lines, bodies))
+
+
+def _apart(places: Float[Array, "d n"]) -> Float[Array, " n-1"]:
+    """Distances (m) from each place to the next."""
+    return jnp.sqrt(jnp.sum((places[:, 1:] - places[:, :-1]) ** 2, axis=0))
+
+
+def _evenly(
+    path: Float[Array, "d corners"], along: Float[Array, " corners"], segments: int
+) -> Float[Array, "d nodes"]:
+    """Nodes (m) on a path with corners, as far from each other on a straight way wherever they are.
+
+    Where a corner is between two of them they are nearer to each other by it than along the path, and
+    a line that cannot push would begin slack there: from that nothing leads on.
+    """
+
+    def nodes(steps):
+        at = jnp.concatenate([jnp.zeros(1), jnp.cumsum(steps)]) * (along[-1] / jnp.sum(steps))
+        return jnp.stack([jnp.interp(at, along, row) for row in path])
+
+    def evened(_, steps):
+        sizes = _apart(nodes(steps))
+        return steps * jnp.mean(sizes) / sizes
+
+    return nodes(jax.lax.fori_loop(0, EVENINGS, evened, jnp.ones(segments)))
 
 
 def _post(model: Model, line: str, node: int) -> Float[Array, " d"]:

@@ -139,6 +139,8 @@ def end_tension(
         fall = here - pick(tension, line.segment(node, 1))
         clamped = shape is not None and line.clamp(node) is not None
         found = here + (0.5 * fall if clamped else fall / 8.0 + 0.75 * pull)
+    if line.tension_only:  # beside a slack segment the parabola goes below
+        found = jnp.maximum(found, 0.0)
     if met is None or shape is None or met.loaded is False:
         return found
     known = jnp.zeros_like(here) if met.force is None else -inwards(met.force, shape)

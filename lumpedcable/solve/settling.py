@@ -10,8 +10,9 @@ A box stands on its edge in balance, and a pendulum on its head. So where a way 
 below what makes every step one downhill, and a state of rest there is left along that way: see `Lie`.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -42,7 +43,15 @@ from lumpedcable.solve.statics import (
     rounding_force,
 )
 
-__all__ = ["settled"]
+__all__ = [
+    "FARTHEST",
+    "Measures",
+    "coordinates_of_bodies",
+    "ended",
+    "places_of_bodies",
+    "searched",
+    "settled",
+]
 
 ITERATIONS = 200
 FARTHEST = 0.05  # of the longest line that a body is moved in a step, and rad that it is turned
@@ -90,6 +99,69 @@ class Lie(NamedTuple):
         return cls(tips, ways, jnp.where(tips, flat - 1.5 * values[0], flat), neutral)
 
 
+class Measures(NamedTuple):
+    """What coordinates and forces of bodies that settle are measured by, each (q,) but the last.
+
+    1 for coordinates that can change, 0 for held ones; a length (m) or 1 rad; a force (N) or moment
+    (N m); the energies of `Lie`; and the largest force (-) that is left where bodies rest.
+    """
+
+    free: Float[Array, " q"]
+    reach: Float[Array, " q"]
+    most: Float[Array, " q"]
+    weight: Float[Array, " q"]
+    goal: Float[Array, ""]
+
+    @classmethod
+    def of(cls, still: Scene, first: Model) -> "Measures":
+        """Those of a scene without derivatives, by a model of it whose lines are at rest."""
+        names = still.settling
+        lines = still.lines.values()
+        length = jnp.max(jnp.stack([jnp.asarray(x.unstretched, float) for x in lines]))
+        scale = jax.lax.stop_gradient(_scale(first, names))
+        free = jnp.concatenate([_free(first, name) for name in names])
+        reach = jnp.concatenate([_reach(first, name, length) for name in names])
+        most = jnp.concatenate([_most(first, name, scale) for name in names])
+        weight = jax.lax.stop_gradient(most * reach / (scale * length))
+        goal = LOOSER * (still.statics.tolerance + rounding_force(first) / scale)
+        return cls(free, reach, most, weight, goal)
+
+    def forces(self, model: Model, names: list[str]) -> Float[Array, " q"]:
+        """Those on the bodies (-), 0 where they are held."""
+        return self.free * _forces(model, names) / self.most
+
+    def sloped(self, slope: Float[Array, "q q"]) -> Float[Array, "q q"]:
+        """The slope of these forces (-), as if springs held what cannot change."""
+        return slope * jnp.outer(self.free, self.free) - jnp.diag(1.0 - self.free)
+
+
+class Found(NamedTuple):
+    """Bodies at x (-), where the nodes of their lines are (m), the slope of the forces on them and what
+    is left of these (-), how they lie; and what else was asked for there."""
+
+    x: Float[Array, " q"]
+    nodes: Vectors
+    slope: Float[Array, "q q"]
+    miss: Float[Array, " q"]
+    lie: Lie
+    beside: Any
+
+
+def coordinates_of_bodies(model: Model, names: list[str]) -> Float[Array, " q"]:
+    """Where bodies are (m, rad), one after the other."""
+    return jnp.concatenate([model.bodies[name].reference for name in names])
+
+
+def places_of_bodies(model: Model, names: list[str], q: Float[Array, " q"]) -> Places:
+    """The same by the bodies' names; `model` is any one that has them."""
+    found, at = {}, 0
+    for name in names:
+        count = model.bodies[name].reference.size
+        found[name] = q[at : at + count]
+        at += count
+    return found
+
+
 def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
     """The scene's model at static equilibrium, with the bodies that settle where they are at rest.
 
@@ -97,53 +169,73 @@ def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
     """
     still, names = frozen(scene), scene.settling
     first = start_of(still, layout, coordinates)
-    sizes = {name: first.model.bodies[name].reference.size for name in names}
-    length = jnp.max(jnp.stack([jnp.asarray(x.unstretched, float) for x in still.lines.values()]))
-    scale = jax.lax.stop_gradient(_scale(first.model, names))
-    free = jnp.concatenate([_free(first.model, name) for name in names])
-    reach = jnp.concatenate([_reach(first.model, name, length) for name in names])
-    most = jnp.concatenate([_most(first.model, name, scale) for name in names])
-    weight = jax.lax.stop_gradient(most * reach / (scale * length))
-
-    def places(x: Float[Array, " q"]) -> Places:
-        found, at = {}, 0
-        for name, count in sizes.items():
-            found[name] = x[at : at + count] * reach[at : at + count]
-            at += count
-        return found
+    by = Measures.of(still, first.model)
 
     def at(mine: Scene, x: Float[Array, " q"], nodes: Vectors):
         """Forces over their sizes (-) where the bodies are at x, and the state of rest of the lines."""
-        found = rest_near(mine, layout, coordinates, nodes, places(x))
-        force = jnp.concatenate([_force(found.model, name) for name in names])
-        return free * force / most, found
+        places = places_of_bodies(first.model, names, x * by.reach)
+        found = rest_near(mine, layout, coordinates, nodes, places)
+        return by.forces(found.model, names), found
 
-    def sloped(x, nodes):
+    def look(x, nodes):
         def both(x):
             miss, found = at(still, x, nodes)
             return miss, (miss, found)
 
         slope, (miss, found) = jax.jacfwd(both, has_aux=True)(x)
-        held = jnp.diag(1.0 - free)
-        slope = slope * jnp.outer(free, free) - held
-        return slope, miss, nodes_of(found.model), found.converged
+        return by.sloped(slope), miss, nodes_of(found.model), found.converged, ()
 
-    goal = LOOSER * (still.statics.tolerance + rounding_force(first.model) / scale)
+    start = coordinates_of_bodies(first.model, names) / by.reach
+    found = jax.lax.stop_gradient(searched(by, look, start, nodes_of(first.model), ()))
+    slope = found.slope - found.lie.neutral
+    miss, rest = finished(lambda x: at(scene, x, found.nodes), found.x, slope, jnp.ones_like(start))
+    return ended(scene, coordinates, rest, by, miss)
+
+
+def ended(
+    scene: Scene,
+    coordinates: Coordinates,
+    rest: Equilibrium,
+    by: Measures,
+    miss: Float[Array, " q"],
+) -> Equilibrium:
+    """What was found, judged by the forces that are left on the bodies too (-), and met by the waves."""
+    left = jnp.max(jnp.abs(miss))
+    return rest._replace(
+        model=_met_by_waves(scene, coordinates, rest.model, scene.settling),
+        imbalance=jnp.maximum(rest.imbalance, left),
+        converged=rest.converged & (left <= by.goal),
+    )
+
+
+def searched(
+    by: Measures,
+    look: Callable[[Float[Array, " q"], Vectors], tuple],
+    start: Float[Array, " q"],
+    nodes: Vectors,
+    beside: Any,
+) -> Found:
+    """The bodies at rest, from a place (-) and nodes (m) of their lines; no derivatives.
+
+    `look(x, nodes)` is asked for slope and forces (-) at x, the nodes there (m), whether the lines are
+    at rest, and more that goes with it, which `beside` has the form of.
+    """
 
     def unfinished(carry):
-        _, _, _, miss, lie, _, moved, count, left = carry
-        rests = jnp.max(jnp.abs(miss)) <= goal
+        (_, _, _, miss, lie, _), _, moved, count, left = carry
+        rests = jnp.max(jnp.abs(miss)) <= by.goal
         goes = jnp.where(rests, lie.tips & (left < LEAVINGS), moved > SMALLEST)
         return goes & (count < ITERATIONS)
 
     def step(carry):
-        x, nodes, slope, miss, lie, mu, _, count, left = carry
-        leaves = jnp.max(jnp.abs(miss)) <= goal
+        kept, mu, _, count, left = carry
+        x, nodes, slope, miss, lie, _ = kept
+        leaves = jnp.max(jnp.abs(miss)) <= by.goal
         change = jnp.linalg.solve(jnp.maximum(mu, lie.mu) * jnp.eye(x.size) - slope, miss)
         change = jnp.where(jnp.isfinite(change), change, 0.0)
-        change = jnp.where(leaves, AWAY * lie.ways, change) * free
+        change = jnp.where(leaves, AWAY * lie.ways, change) * by.free
         share = jnp.minimum(1.0, FARTHEST / jnp.maximum(jnp.max(jnp.abs(change)), 1e-300))
-        new_slope, new_miss, new_nodes, good = sloped(x + share * change, nodes)
+        new_slope, new_miss, new_nodes, good, more = look(x + share * change, nodes)
         usable = good & jnp.all(jnp.isfinite(new_slope)) & jnp.all(jnp.isfinite(new_miss))
         ratio = jnp.linalg.norm(new_miss) / jnp.maximum(jnp.linalg.norm(miss), 1e-300)
         ratio = jnp.where(jnp.all(jnp.isfinite(miss)), ratio, 1.0)
@@ -152,29 +244,16 @@ def settled(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
         mu = eased(mu, jnp.where(usable, ratio, 10.0), share)
         known = usable & jnp.all(jnp.isfinite(miss))
         moved = jnp.where(known, jnp.max(jnp.abs(share * change)), 1.0)
-        after = x + share * change, new_nodes, new_slope, new_miss, Lie.of(new_slope, weight)
-        kept = jax.tree.map(
-            lambda new, old: jnp.where(usable, new, old), after, (x, nodes, slope, miss, lie)
-        )
-        return *kept, mu, moved, count + 1, left + leaves
+        new_lie = Lie.of(new_slope, by.weight)
+        after = Found(x + share * change, new_nodes, new_slope, new_miss, new_lie, more)
+        kept = jax.tree.map(lambda new, old: jnp.where(usable, new, old), after, kept)
+        return kept, mu, moved, count + 1, left + leaves
 
-    start = jnp.concatenate([first.model.bodies[name].reference for name in names]) / reach
     # what is not known moves nothing: the first step looks at the start itself
-    slope, miss, one = -jnp.eye(start.size), jnp.full(start.shape, jnp.inf), jnp.ones(())
-    none = jnp.zeros((), int)
-    carry = (
-        start, nodes_of(first.model), slope, miss, Lie.of(slope, weight), one, one, none, none,
-    )  # fmt: skip
-    found = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, step, carry))
-    x, nodes, slope, _, lie, *_ = found
-    slope = slope - lie.neutral
-    miss, rest = finished(lambda x: at(scene, x, nodes), x, slope, jnp.ones_like(x))
-    left = jnp.max(jnp.abs(miss))
-    return rest._replace(
-        model=_met_by_waves(scene, coordinates, rest.model, names),
-        imbalance=jnp.maximum(rest.imbalance, left),
-        converged=rest.converged & (left <= goal),
-    )
+    slope, miss = -jnp.eye(start.size), jnp.full(start.shape, jnp.inf)
+    unknown = Found(start, nodes, slope, miss, Lie.of(slope, by.weight), beside)
+    one, none = jnp.ones(()), jnp.zeros((), int)
+    return jax.lax.while_loop(unfinished, step, (unknown, one, one, none, none))[0]
 
 
 def _met_by_waves(scene: Scene, coordinates: Coordinates, model: Model, names: list[str]) -> Model:
@@ -236,16 +315,20 @@ def _most(model: Model, name: str, scale: Float[Array, ""]) -> Float[Array, " m"
     return jnp.where(jnp.arange(body.reference.size) < d, scale, scale * _arm(model, name))
 
 
-def _force(model: Model, name: str) -> Float[Array, " m"]:
-    """Generalised force on a body at rest (N, N m), its lines at equilibrium with it where it is."""
-    body = _body(model, name)
-    q, v = body.reference, jnp.zeros_like(body.reference)
-    net, force = make_net(model, ordered=False), body.force(q, v)
-    pulls = forces_at_rest(model, jnp.zeros((net.size, body.translation.size)), net)
-    ends = list(attached_ends(model, name))
-    if not ends:
-        return force
-    pulls = pulls[np.array([net.index[line][node] for line, node, _ in ends])]
-    points = jnp.stack([end.point for *_, end in ends])
-    places = jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
-    return force + jnp.einsum("kdm,kd->m", places, pulls)
+def _forces(model: Model, names: list[str]) -> Float[Array, " q"]:
+    """Generalised forces on bodies at rest (N, N m), their lines at equilibrium with them."""
+    net = make_net(model, ordered=False)
+    d = _body(model, names[0]).translation.size
+    pulls = forces_at_rest(model, jnp.zeros((net.size, d)), net)
+    found = []
+    for name in names:
+        body, ends = _body(model, name), list(attached_ends(model, name))
+        q = body.reference
+        force = body.force(q, jnp.zeros_like(q))
+        if ends:
+            own = pulls[np.array([net.index[line][node] for line, node, _ in ends])]
+            points = jnp.stack([end.point for *_, end in ends])
+            places = jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
+            force = force + jnp.einsum("kdm,kd->m", places, own)
+        found.append(force)
+    return jnp.concatenate(found)

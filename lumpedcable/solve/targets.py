@@ -12,10 +12,14 @@ tells how much. Each miss is judged by the size of what is wanted, never by the 
 shrinks to nothing between places raises forces beside which every miss is small.
 """
 
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
+from lumpedcable.model.assemble import assemble
 from lumpedcable.model.balance import balanced
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
@@ -25,8 +29,16 @@ from lumpedcable.scene import Scene, Target
 from lumpedcable.scene.lines import MovingEnd, held_place
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.observe import tension_at
-from lumpedcable.solve.settling import settled
-from lumpedcable.solve.start import start_of
+from lumpedcable.solve.settling import (
+    FARTHEST,
+    Measures,
+    coordinates_of_bodies,
+    ended,
+    places_of_bodies,
+    searched,
+    settled,
+)
+from lumpedcable.solve.start import Places, start_of
 from lumpedcable.solve.statics import Equilibrium, force_scale, rounding_force
 
 __all__ = ["rest_of", "sag_of"]
@@ -59,66 +71,219 @@ def rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibri
 def _rest_of(scene: Scene, layout: Layout, coordinates: Coordinates) -> Equilibrium:
     if not scene.targets:
         return (settled if scene.settling else start_of)(scene, layout, coordinates)
-
-    def at(mine: Scene, lengths: Float[Array, " n"], nodes: Vectors):
-        """Misses over their sizes (-), and the same with the state of rest, for lengths (m)."""
-        changed = _with_lengths(mine, lengths)
-        if scene.settling:
-            found = settled(changed, layout, coordinates)
-        else:
-            found = rest_near(changed, layout, coordinates, nodes)
-        miss = jnp.stack(
-            [
-                _miss(changed, layout, coordinates, found.model, target)
-                for target in mine.targets.values()
-            ]
-        )
-        return miss, (miss, found)
-
     still = frozen(scene)
+    kind: Any = _Afloat if scene.settling else _Held  # what is remembered is their own
+    way = kind(scene, layout, coordinates)
 
     def unfinished(carry):
         *_, worst, change, _, count = carry
         return (worst > still.statics.tolerance) & (change > SMALLEST) & (count < ITERATIONS)
 
     def step(carry):
-        lengths, before, nodes, _, last, _, reach, count = carry
-        slope, (miss, found) = jax.jacfwd(lambda x: at(still, x, nodes), has_aux=True)(lengths)
-        change = jnp.linalg.solve(slope, -miss)
-        far = alone & (jnp.diag(slope) > 0.0) & (change > 0.5 * lengths)
+        lengths, before, memory, _, last, _, reach, count = carry
+        look = way.look(still, lengths, memory)
+        change = jnp.linalg.solve(look.slope, -look.ahead)
+        far = alone & (jnp.diag(look.slope) > 0.0) & (change > 0.5 * lengths)
         change = jnp.where(far, -0.5 * lengths, change)
         change = change * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(change / lengths)))
         usable = jnp.all(jnp.isfinite(change))
-        worst = jnp.where(usable, jnp.max(jnp.abs(miss)), jnp.inf)
+        worst = jnp.where(usable, jnp.max(jnp.abs(look.miss)), jnp.inf)
         # without a state of rest there, part of the way back to where there was one
-        astray = ~found.converged & (worst > still.statics.tolerance)
+        astray = ~look.converged & (worst > still.statics.tolerance)
         lost = ~usable | (astray & jnp.any(lengths != before))
         change = jnp.where(lost, 0.75 * (before - lengths), change)
         moved = jnp.max(jnp.abs(change / lengths))
         reach = jnp.where(lost, reach, moved)
-        stalled = (worst > STALLED * last) & (worst <= jnp.min(_goals(still, found.model)))
+        stalled = (worst > STALLED * last) & (worst <= jnp.min(look.goals))
         moved = jnp.where(stalled | (lost & (moved < NO_WAY * reach)), 0.0, moved)
-        nodes = {name: jnp.where(lost, nodes[name], nodes_of(found.model)[name]) for name in nodes}
+        kept = way.followed(look.memory, change)
+        memory = jax.tree.map(lambda old, new: jnp.where(lost, old, new), memory, kept)
         before = jnp.where(lost, before, lengths)
-        return lengths + change, before, nodes, slope, worst, moved, reach, count + 1
+        return lengths + change, before, memory, look.slope, worst, moved, reach, count + 1
 
     guess = jnp.stack([jnp.asarray(still.lines[t.line].length) for t in still.targets.values()])
-    # lines without joints are laid out anew each time, and need no shape to begin from
-    near = layout.joints and not scene.settling
-    first = nodes_of(start_of(still, layout, coordinates).model) if near else {}
     alone = jnp.array([_between_places(still, target) for target in still.targets.values()])
     far = jnp.full((), jnp.inf)
+    first = way.memory(still)
     carry = (guess, guess, first, jnp.eye(guess.size), far, far, far, jnp.zeros((), int))
-    lengths, _, nodes, slope, *_ = jax.lax.stop_gradient(
+    lengths, _, memory, slope, *_ = jax.lax.stop_gradient(
         jax.lax.while_loop(unfinished, step, carry)
     )
-
-    miss, found = finished(lambda x: at(scene, x, nodes)[1], lengths, slope, lengths)
+    miss, found = way.finished(lengths, memory, slope)
     met = jnp.all(jnp.abs(miss) <= _goals(scene, found.model))
     met &= jnp.all(lengths > SHRUNK * guess)  # false of no number
     return found._replace(
         imbalance=jnp.maximum(found.imbalance, jnp.max(jnp.abs(miss))),
         converged=found.converged & met,
+    )
+
+
+class _Look(NamedTuple):
+    """What targets are missed by (-) with some lengths, how much is met, and whether lines rest.
+
+    A step of Newton's method goes by `ahead` (-), what is missed once bodies have come to rest, and its
+    `slope` (1/m); `memory` is what the next one begins with.
+    """
+
+    slope: Float[Array, "n n"]
+    ahead: Float[Array, " n"]
+    miss: Float[Array, " n"]
+    goals: Float[Array, " n"]
+    converged: Bool[Array, ""]
+    memory: Any
+
+
+@dataclass(frozen=True)
+class _Held:
+    """Targets where no body settles: the nodes (m) of the lines are remembered."""
+
+    scene: Scene
+    layout: Layout
+    coordinates: Coordinates
+
+    def memory(self, still: Scene) -> Vectors:
+        """What the first look begins with."""
+        # lines without joints are laid out anew each time, and need no shape to begin from
+        if not self.layout.joints:
+            return {}
+        return nodes_of(start_of(still, self.layout, self.coordinates).model)
+
+    def _at(self, mine: Scene, lengths: Float[Array, " n"], nodes: Vectors):
+        changed = _with_lengths(mine, lengths)
+        found = rest_near(changed, self.layout, self.coordinates, nodes)
+        return _misses(changed, self.layout, self.coordinates, found.model), found
+
+    def look(self, still: Scene, lengths: Float[Array, " n"], memory: Vectors) -> _Look:
+        """What lengths (m) come to."""
+
+        def both(lengths):
+            miss, found = self._at(still, lengths, memory)
+            return miss, (miss, found)
+
+        slope, (miss, found) = jax.jacfwd(both, has_aux=True)(lengths)
+        nodes = nodes_of(found.model)
+        kept = {name: nodes[name] for name in memory}
+        return _Look(slope, miss, miss, _goals(still, found.model), found.converged, kept)
+
+    def followed(self, memory: Vectors, _: Float[Array, " n"]) -> Vectors:
+        """The memory once lengths have changed (m)."""
+        return memory
+
+    def finished(self, lengths: Float[Array, " n"], memory: Vectors, slope: Float[Array, "n n"]):
+        """What is left of the misses (-), and the state of rest, with their derivatives."""
+        return finished(lambda x: self._at(self.scene, x, memory), lengths, slope, lengths)
+
+
+class _Moored(NamedTuple):
+    """Bodies at rest with some lengths: their coordinates (m, rad), the nodes of lines (m), what they
+    are measured by; dx/dL (1/m), and how far they were from rest (-); the slope of forces and misses (-)
+    by both, places before lengths."""
+
+    q: Float[Array, " q"]
+    nodes: Vectors
+    by: Measures
+    follows: Float[Array, "q n"]
+    left: Float[Array, " q"]
+    slope: Float[Array, "both both"]
+
+
+@dataclass(frozen=True)
+class _Afloat:
+    """Targets where bodies settle: for each choice of lengths these come to rest, from where they were.
+
+    With F the forces on them and r what is missed, dx = -(dF/dx)^-1 (F + dF/dL dL) is how they follow,
+    and r + dr/dL dL + dr/dx dx = 0 gives the lengths' step: Newton's method in both.
+    """
+
+    scene: Scene
+    layout: Layout
+    coordinates: Coordinates
+
+    def memory(self, still: Scene) -> _Moored:
+        """What the first look begins with: the bodies as the scene has them, the rest of it unknown."""
+        model, names = assemble(still, self.layout, self.coordinates), still.settling
+        q = coordinates_of_bodies(model, names)
+        count, n = q.size, len(still.targets)
+        nodes = {name: jnp.zeros(line.reference.shape) for name, line in model.lines.items()}
+        one = jnp.ones(count)
+        by = Measures(one, one, one, one, jnp.zeros(()))
+        return _Moored(q, nodes, by, jnp.zeros((count, n)), jnp.zeros(count), jnp.eye(count + n))
+
+    def _at(self, mine: Scene, places: Places, lengths, nodes: Vectors, by: Measures):
+        """Forces and misses (-), one after the other, and the state of rest of the lines."""
+        changed = _with_lengths(mine, lengths)
+        found = rest_near(changed, self.layout, self.coordinates, nodes, places)
+        forces = by.forces(found.model, mine.settling)
+        misses = _misses(changed, self.layout, self.coordinates, found.model)
+        return jnp.concatenate([forces, misses]), found
+
+    def look(self, still: Scene, lengths: Float[Array, " n"], memory: _Moored) -> _Look:
+        """What lengths (m) come to, the bodies at rest."""
+        changed, names, count = _with_lengths(still, lengths), still.settling, memory.q.size
+        model = assemble(still, self.layout, self.coordinates)
+        first = start_of(
+            changed, self.layout, self.coordinates, places_of_bodies(model, names, memory.q)
+        )
+        by = Measures.of(changed, first.model)
+
+        def look(x, nodes):
+            def both(z):
+                places = places_of_bodies(model, names, z[:count] * by.reach)
+                every, found = self._at(still, places, z[count:], nodes, by)
+                return every, (every, found)
+
+            slope, (every, found) = jax.jacfwd(both, has_aux=True)(jnp.concatenate([x, lengths]))
+            beside = slope, every[count:], _goals(changed, found.model), found.converged
+            own = by.sloped(slope[:count, :count])
+            return own, every[:count], nodes_of(found.model), found.converged, beside
+
+        n = lengths.size
+        far = jnp.full(n, jnp.inf)
+        beside = jnp.eye(count + n), far, far, jnp.zeros((), bool)
+        found = searched(by, look, memory.q / by.reach, nodes_of(first.model), beside)
+        slope, miss, goals, good = found.beside
+        own = found.slope - found.lie.neutral
+        follows = -jnp.linalg.solve(own, slope[:count, count:])
+        left = -jnp.linalg.solve(own, found.miss)
+        by_places = slope[count:, :count] * by.free
+        ahead = miss + by_places @ left
+        moored = _Moored(
+            found.x * by.reach, found.nodes, by, follows, left,
+            jnp.block([[own, slope[:count, count:]], [by_places, slope[count:, count:]]]),
+        )  # fmt: skip
+        good = good & (jnp.max(jnp.abs(found.miss)) <= by.goal)
+        return _Look(slope[count:, count:] + by_places @ follows, ahead, miss, goals, good, moored)
+
+    def followed(self, memory: _Moored, change: Float[Array, " n"]) -> _Moored:
+        """The memory once lengths have changed (m): bodies follow, but not far at once."""
+        step = memory.left + memory.follows @ change
+        share = jnp.minimum(1.0, FARTHEST / jnp.maximum(jnp.max(jnp.abs(step)), 1e-300))
+        moved = (
+            memory.q + jnp.where(jnp.all(jnp.isfinite(step)), share * step, 0.0) * memory.by.reach
+        )
+        return memory._replace(q=moved)
+
+    def finished(self, lengths: Float[Array, " n"], memory: _Moored, _: Float[Array, "n n"]):
+        """What is left of the misses (-), and the state of rest, with their derivatives."""
+        by, count = memory.by, memory.q.size
+        model = assemble(self.scene, self.layout, self.coordinates)
+
+        def at(z):
+            places = places_of_bodies(model, self.scene.settling, z[:count] * by.reach)
+            return self._at(self.scene, places, z[count:], memory.nodes, by)
+
+        z = jnp.concatenate([memory.q / by.reach, lengths])
+        size = jnp.concatenate([jnp.ones(count), lengths])
+        every, found = finished(at, z, memory.slope, size)
+        return every[count:], ended(self.scene, self.coordinates, found, by, every[:count])
+
+
+def _misses(
+    scene: Scene, layout: Layout, coordinates: Coordinates, model: Model
+) -> Float[Array, " n"]:
+    """What all targets of a scene are missed by, over their sizes (-)."""
+    return jnp.stack(
+        [_miss(scene, layout, coordinates, model, target) for target in scene.targets.values()]
     )
 
 

@@ -31,6 +31,7 @@ __all__ = [
     "measure_names",
     "measure_outcomes",
     "missed_extremes",
+    "never_counted",
     "rider_fields",
     "winch_lines",
 ]
@@ -159,6 +160,17 @@ def missed_extremes(
         for run in np.flatnonzero(inside & (rough[0] | rough[1])):
             found[run].append(name)
     words = "the extreme of {} may lie between output times: lower output.every"
+    return [words.format(", ".join(names)) if names else "" for names in found]
+
+
+def never_counted(scene: Scene, histories: dict[str, NDArray[np.float64]], runs: int) -> list[str]:
+    """Of each run which measures with a limit have no value at any time (runs, times), in words."""
+    found: list[list[str]] = [[] for _ in range(runs)]
+    for name, history in histories.items():
+        if scene.measures[name].limit is not None:
+            for run in np.flatnonzero(~np.isfinite(history).any(axis=1)):
+                found[run].append(name)
+    words = "{} never counted, so that nothing tells whether its limit is kept"
     return [words.format(", ".join(names)) if names else "" for names in found]
 
 

@@ -15,7 +15,12 @@ from lumpedcable.scene.outcomes import QUANTITIES
 from lumpedcable.status import CALMED, Status
 from lumpedcable.study.account import Account
 from lumpedcable.study.begins import source_of
-from lumpedcable.study.carried import measure_names, measure_outcomes, missed_extremes
+from lumpedcable.study.carried import (
+    measure_names,
+    measure_outcomes,
+    missed_extremes,
+    never_counted,
+)
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.endings import Ended, ended_of
 from lumpedcable.study.outcome import EXACT, Table, joined, message_of, summaries_of
@@ -74,8 +79,14 @@ def summarise(contents: Contents, part: Part, ready: Ready, account: Account, ta
         table[f"lines/{line}/{PEAK_TENSION}"][rows, : kept.shape[1]] = kept
     if contents.energy:
         table["energy/residual"][rows] = ended.energy.residual
-    missed = missed_extremes(contents.scene, measured, len(part.runs))
-    remarks = [joined(*words) for words in zip(missed, sunk(ended), pushed(ended), strict=True)]
+    lived = len(part.runs)
+    told = (
+        missed_extremes(contents.scene, measured, lived),
+        never_counted(contents.scene, measured, lived),
+        sunk(ended),
+        pushed(ended),
+    )
+    remarks = [joined(*words) for words in zip(*told, strict=True)]
     for index, recoil in enumerate(part.plan.recoils):
         found, words = recoiled(ended, index)
         for name, values in found.items():

@@ -48,8 +48,11 @@ class Group:
         return "\n".join(filter(None, [first, ", ".join(filter(None, [what, self.label]))]))
 
     def clock(self, result: ResultFile, times: NDArray[np.float64]) -> style.Clock:
-        """How figures of this group tell output times (s): up to where the last of them went wrong."""
-        ended = result.status_time[list(self.runs)]
+        """How figures of this group tell output times (s): to where the last went wrong or stopped."""
+        runs = list(self.runs)
+        ended, stop = result.status_time[runs], result.summary().get("run", {}).get("stop_time")
+        if stop is not None:
+            ended = np.where(np.isfinite(ended), ended, stop[runs])
         return style.clock(times, float(ended.max()) if np.isfinite(ended).all() else None)
 
 

@@ -54,12 +54,21 @@ FailureID Point Line(s) FailTime FailTen
 """
 
 
+def moment_of(mass, away):
+    """Moments of inertia (kg m2) about x, y and z of a mass (kg) that is `away` (m)."""
+    return mass * (away @ away - away**2)
+
+
 def test_bodies_are_where_they_are_and_turned_as_they_are(tmp_path):
     scene, remarks = scene_of(tmp_path, BUOY)
     # MoorDyn turns about a body's own x, then y, then z; a scene about x, y and z at rest
     turn = Rotation.from_euler("XYZ", [0, 5, 10], degrees=True)
-    body, centre = scene["bodies"]["body1"], np.array([0.3, 0.1, -0.5])
-    assert (body["mass"], body["volume"], body["inertia"]) == (2000, 4, [1500, 1800, 1200])
+    # with the 7 kg of point 6 on it
+    own, on = np.array([0.3, 0.1, -0.5]), np.array([-0.75, -1.3, -1])
+    body, centre = scene["bodies"]["body1"], (2000 * own + 7 * on) / 2007
+    assert (body["mass"], body["volume"]) == (2007, 4)
+    about = [moment_of(2000, own - centre), moment_of(7, on - centre)]
+    assert body["inertia"] == pytest.approx(np.array([1500, 1800, 1200]) + sum(about))
     assert (body["added_mass"], body["settle"]) == ([0.6, 0.6, 0.6], True)
     own = Rotation.from_euler("xyz", body["attitude"])
     assert own.as_matrix() == pytest.approx(turn.as_matrix(), abs=1e-12)
@@ -77,7 +86,7 @@ def test_bodies_are_where_they_are_and_turned_as_they_are(tmp_path):
     assert [end["end"] for end in ends] == ["body1.point4", "body1.point9", "body1.point9"]
     assert [end["start"] for end in ends[1:]] == ["vessel.point7", "body3.point8"]
     assert remarks[-5:] == [
-        "not taken over: mass and volume of point 6: add them to those of its body",
+        "mass and volume of point 6 are in those of body 1",
         "the bed is as stiff as under a line of 0.05 m diameter, also under others",
         "not taken over: CdA of body 1; give it a size, and drag on its faces",
         "failure 2 begins at its tension alone, not at 3 s",
@@ -166,7 +175,7 @@ def test_a_rod_that_moves_is_moved_or_told(tmp_path):
     ):
         scene_of(tmp_path, free)
     _, remarks = scene_of(tmp_path, free.replace("2   R2A", "2   1  "))
-    assert "not taken over: rod 2, which is Free" in remarks
+    assert "not taken over: rod 2, which is Free (line 15)" in remarks
 
 
 @pytest.mark.slow
@@ -220,7 +229,8 @@ def test_names_as_moordyn_takes_them(tmp_path):
     [
         ("1   Free ", "1   Pinned ", 10, "expected a body that is fixed, coupled or free, found"),
         ("0.3|0.1|-0.5", "0.3|0.1", 10, "body 1: expected one number or three, x|y|z, found '0.3|0.1'"),
-        ("1500|1800|1200", "1500|0|1200", 10, "a free body with mass and moments of inertia above 0"),
+        ("2000  0.3|0.1|-0.5  1500|1800|1200", "0 0 0", 10,
+         "a free body with mass and moments of inertia above 0"),
         ("4       2    0.6", "4       2", 10, "bodies: expected at least 14 columns, found 13"),
         ("1   Body2", "1   Body9", 16, "fixed, coupled, free or on a body, found 'Body9'"),
         ("1   P1    1 ", "1   P12   1 ", 36, "failure 1: expected the number of a point, found 'P12'"),

@@ -163,10 +163,10 @@ def test_what_has_no_counterpart_is_told(tmp_path):
     _, remarks = scene_of(tmp_path, text)
     told = [remark for remark in remarks if "not taken over" in remark]
     assert told[:5] == [
-        "not taken over: the dynamic part of EI of rope, 0|3",
-        "not taken over: WaveKin = 1: give a scene its waves",
-        "not taken over: WaterKin = x.txt: give a scene its current and waves",
-        "not taken over: SeafloorFile = y.txt: give the bed a profile",
+        "not taken over: the dynamic part of EI of rope, 0|3 (line 5)",
+        "not taken over: WaveKin = 1 (line 25): give a scene its waves",
+        "not taken over: WaterKin = x.txt (line 26): give a scene its current and waves",
+        "not taken over: SeafloorFile = y.txt (line 27): give the bed a profile",
         "not taken over: 1 row of control",
     ]
 
@@ -264,7 +264,7 @@ def test_tables_that_say_how_many_rows_they_have_are_the_same(tmp_path):
 def test_options_that_are_not_understood_are_told(tmp_path):
     more = LATE.replace("9.8       g\n", "9.8       g\n9.7  grav\n2  WriteLog\n")
     _, remarks = scene_of(tmp_path, more)
-    assert [r for r in remarks if "option" in r] == ["not taken over: option grav = 9.7"]
+    assert [r for r in remarks if "option" in r] == ["not taken over: option grav = 9.7 (line 25)"]
     (tmp_path / "mooring.txt").write_text(LATE.replace("9.8       g", "9,8       g"))
     with pytest.raises(SceneError, match="g: expected a number, found '9,8'"):
         read_moordyn(tmp_path / "mooring.txt")

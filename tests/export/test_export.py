@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 import synthetic_result
 from command_line import ROOT, refused, say
+from engine_runs import fixed, line_text, study_of
 from exported import HALF, RUN
 
 from lumpedcable.export import FORMATS, export_result
 from lumpedcable.results import Coordinate, ResultWriter, Variable, open_result
+from lumpedcable.study.run import run_study
 
 
 def test_vtk_reads_it_step_by_step(file, fields, tmp_path):
@@ -160,6 +162,26 @@ def test_moordyn_tables_have_its_channels(file, fields, tmp_path):
     assert np.allclose(table[:, names.index("Node8px")], position[:, 8, 0], rtol=1e-7)
     assert np.allclose(table[:, names.index("Node4pz")], position[:, 4, 2], rtol=1e-7)
     assert np.allclose(table[:, names.index("Seg8Te")], tension[:, 7], rtol=1e-7)
+
+
+def test_lines_are_numbered_as_the_scene_has_them(tmp_path):
+    # by name line10 would come before line2, and the parts of the one that breaks in the middle apart
+    names = [f"line{k}" for k in range(1, 12)]
+    text = '[materials.wire]\nlaw = "linear"\nEA = "1 MN"\n' + "".join(
+        line_text(name, "wire", 10, 2, 1, fixed(0, k, 0), fixed(10.1, k, 0))
+        for k, name in enumerate(names)
+    )
+    text += '[events.cut]\nbreaks = "line2@5 m"\ntime = "1 ms"\nstart = "1 ms"\n'
+    text += '[output]\nduration = "2 ms"\nevery = "1 ms"\n'
+    run_study(study_of(tmp_path, text), tmp_path / "r.h5")
+    parts = ["line2-1", "line2-2"]
+    with open_result(tmp_path / "r.h5") as result:
+        assert result.lines == [names[0], *parts, *names[2:]]
+    made = export_result(tmp_path / "r.h5", "moordyn", tmp_path / "r.out", 0)
+    last = np.loadtxt(made[-1], skiprows=2)
+    columns = made[-1].read_text().splitlines()[0].split("\t")
+    assert made[-1].name == "r_Line12.out"
+    assert np.all(last[:, columns.index("Node0py")] == 10)
 
 
 def test_moordyn_tables_of_targets_with_a_dot_do_not_replace_each_other(file, tmp_path):

@@ -202,6 +202,6 @@ def test_an_exported_grid_has_them_and_nan_along_other_lines(tmp_path):
     export_result(tmp_path / "result.h5", "vtkhdf", tmp_path / "bent.vtkhdf", 0)
     with h5py.File(tmp_path / "bent.vtkhdf") as grid:
         moment = grid["VTKHDF/PointData/bending_moment"][()]
-    # the chain's five nodes come before the rod's seven
-    assert np.isnan(moment[:5]).all()
-    np.testing.assert_allclose(moment[5:], found["rod.bending_moment"][0, 0], rtol=1e-6)
+    # the rod's seven nodes come before the chain's five, as in the scene
+    assert np.isnan(moment[7:]).all()
+    np.testing.assert_allclose(moment[:7], found["rod.bending_moment"][0, 0], rtol=1e-6)

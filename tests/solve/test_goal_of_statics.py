@@ -65,6 +65,7 @@ def found_of(scene):
     return lambda changes: run(own | {key: jnp.asarray(x) for key, x in changes.items()})
 
 
+@pytest.mark.slow
 def test_a_first_shape_that_is_stretched_beyond_all_bounds_excuses_nothing(tmp_path, monkeypatch):
     # the clump begins 40 m under the bed then, which throws it out
     monkeypatch.setattr(start, "_hung_over_bed", lambda scene, layout, model, joints, given: joints)

@@ -98,6 +98,7 @@ def test_a_wrong_mass_is_found(tmp_path):
     assert np.all(omega / string_with_a_mass(32) < 1.0 - 1e-3)
 
 
+@pytest.mark.slow
 def test_many_segments_go_by_way_of_the_inverse(tmp_path):
     found = modes_of(tmp_path, between(150), count=8)
     assert found.unknowns == 3 * (2 * 149 + 1)
@@ -146,6 +147,7 @@ def test_a_body_on_a_rope_is_a_double_pendulum(tmp_path):
     assert np.abs(moved[2, [0, 4]]).max() < 1e-9 * np.abs(moved[2, 2])
 
 
+@pytest.mark.slow
 def test_a_platform_on_four_wires(tmp_path):
     wide, long, drop, heavy = 1.0, 2.0, 4.0, 400.0
     inertia = (150.0, 300.0, 420.0)

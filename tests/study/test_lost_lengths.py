@@ -43,6 +43,7 @@ def peaks_of(folder):
         return file["lines/rope/peak_tension"][()]
 
 
+@pytest.mark.slow
 def test_a_step_too_long_for_rods_is_told_as_that(tmp_path):
     ran = run_text(tmp_path, HUNG)
     (outcome,) = ran.outcomes

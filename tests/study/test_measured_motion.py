@@ -134,6 +134,7 @@ keep = "histories"
 """
 
 
+@pytest.mark.slow
 def test_a_place_of_a_paid_out_line_stays_at_its_distance_from_the_start(tmp_path):
     """A wire of next to no mass is stretched alike everywhere: x(s) = s X / L, X at the post."""
     run_study(study_of(tmp_path, PAID_OUT), tmp_path / "r.h5")

@@ -10,7 +10,7 @@ from engine_runs import study_of
 
 from lumpedcable.results import describe
 from lumpedcable.scene.measures import ElevationMeasure
-from lumpedcable.study.carried import missed_extremes
+from lumpedcable.study.carried import missed_extremes, never_counted
 from lumpedcable.study.report import results_table
 from lumpedcable.study.run import run_study
 
@@ -41,6 +41,13 @@ def test_an_extreme_that_stands_out_is_told(history, least, told):
     table = {"pull": np.array([history])}
     assert missed_extremes(scene(least), table, 1) == [WORDS.format("pull") if told else ""]
     assert missed_extremes(scene(least, limit=None), table, 1) == [""]
+
+
+def test_what_never_counted_is_told_where_it_has_a_limit():
+    table = {"pull": np.array([[NAN, NAN], [NAN, 1.0]])}
+    told = "pull never counted, so that nothing tells whether its limit is kept"
+    assert never_counted(scene(), table, 2) == [told, ""]
+    assert never_counted(scene(limit=None), table, 2) == ["", ""]
 
 
 def test_what_has_a_sign_is_judged_by_its_range():

@@ -39,7 +39,11 @@ def test_a_chain_at_rest_in_a_narrow_u_is_not_reversed(tmp_path, segments):
     ("law", "advised"),
     [
         ('law = "linear"\nEA = "100 kN"', "materials.steel.damping and lines.chain.drag"),
-        ('law = "inextensible"\n[solver]\nstep = "1 ms"', "what it has of lines.chain.drag"),
+        pytest.param(
+            'law = "inextensible"\n[solver]\nstep = "1 ms"',
+            "what it has of lines.chain.drag",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_one_that_folds_elsewhere_is_told(tmp_path, law, advised):

@@ -356,7 +356,7 @@ end = { winch = { at = [20, 5, 0], tension = "100 N" } }
     "beside",
     [
         pytest.param("", id="alone", marks=pytest.mark.slow),
-        pytest.param(BESIDE, id="beside a line on a winch"),
+        pytest.param(BESIDE, id="beside a line on a winch", marks=pytest.mark.slow),
     ],
 )
 def test_a_state_turned_over_is_none(tmp_path, monkeypatch, beside):

@@ -63,6 +63,7 @@ def nearest(ran):
     return np.argmin(np.linalg.norm(nodes - place[:, None], axis=-1), axis=1)
 
 
+@pytest.mark.slow
 def test_a_highline_that_parts_runs_out_through_its_trolley(tmp_path):
     ran = run_text(tmp_path, HIGHLINE + PARTED)
     (outcome,) = ran.outcomes

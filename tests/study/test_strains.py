@@ -50,7 +50,7 @@ RK4 = PULLED + "[solver]\nmethod = 'rk4'\nstep = '0.5 ms'\n"
         (RK4, "fields"),
         pytest.param(RK4, "summaries", marks=pytest.mark.slow),
         pytest.param(SLOW, "fields", marks=pytest.mark.slow),
-        (SLOW, "summaries"),
+        pytest.param(SLOW, "summaries", marks=pytest.mark.slow),
         # in another line, which is at 0.4 of its 0.5, there is none
         pytest.param(LEFT, "fields", marks=pytest.mark.slow),
         pytest.param(LEFT, "summaries", marks=pytest.mark.slow),

@@ -153,7 +153,7 @@ every = "1 s"
 """
 
 
-@pytest.mark.parametrize("overrides", [(), ("output={}",)])
+@pytest.mark.parametrize("overrides", [(), pytest.param(("output={}",), marks=pytest.mark.slow)])
 def test_an_end_bears_more_than_the_middle_of_its_segment(tmp_path, overrides):
     weight = 105 * 9.81 * 1000
     _, (outcome,) = run(tmp_path, HANGING, *overrides)

@@ -23,7 +23,9 @@ def alone_and_together(tmp_path, key, values, solver=""):
         ("solver.step", (1e-4, 2e-5), 'method = "rk4"'),
         pytest.param("solver.courant", (0.1, 0.5), 'method = "tsit5"', marks=pytest.mark.slow),
         pytest.param("solver.rtol", (1e-2, 1e-7), 'method = "tsit5"', marks=pytest.mark.slow),
-        ("solver.atol", (1e-1, 1e-7), 'method = "tsit5"\nrtol = 1e-7'),
+        pytest.param(
+            "solver.atol", (1e-1, 1e-7), 'method = "tsit5"\nrtol = 1e-7', marks=pytest.mark.slow
+        ),
     ],
 )
 def test_each_run_of_a_sweep_is_the_run_alone(tmp_path, key, values, solver):

@@ -135,7 +135,8 @@ DRUM = """{ winch = { at = [200, 0, 20], tension = "20 kN", damping = "5 kN s/m"
 schedule = { time = ["2 s", "15 s"], tension = ["20 kN", "30 kN"] } } }"""
 
 
-@pytest.mark.parametrize("side", ["end", pytest.param("start", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("side", ["end", "start"])
 def test_what_friction_holds_stays_while_the_line_is_hauled_past_its_nodes(tmp_path, side):
     ends = f"start = {POST}\nend = {DRUM}" if side == "end" else f"start = {DRUM}\nend = {POST}"
     ran = run_text(tmp_path, CHAIN.replace("ENDS", ends))

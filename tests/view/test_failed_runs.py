@@ -95,6 +95,8 @@ def test_bodies_that_fly_off_or_stop_leave_the_others_on_their_scale(tmp_path):
         writer.write("status_time", [np.nan, 3.0, 4.0, np.nan])
         writer.write("summary/stop_time", [np.nan, np.nan, np.nan, 2.6])
         writer.finish()
+    with SoundFile.open(path) as result:  # the axis ends with the output that is of the stop
+        assert alone(result, 3).clock(result, times).last == 3
     far, _ = figures_of(path)["body_ship"].axes
     whole, failed, moving, stopped = (line.get_ydata() for line in far.lines)
     np.testing.assert_allclose(whole, times)

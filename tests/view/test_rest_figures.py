@@ -48,6 +48,7 @@ def test_panels_of_a_group_hold_its_runs_alone(tmp_path):
             np.testing.assert_allclose(drawn.get_ydata(), numbers[key][own] * factor)
 
 
+@pytest.mark.slow
 def test_runs_that_no_one_number_tells_apart_have_a_legend_and_no_numbers_of_one(tmp_path):
     run_text(tmp_path, SCENE + ZIP)
     figure = figures_of(tmp_path / "result.h5")["rest"]
@@ -60,6 +61,7 @@ def test_runs_that_no_one_number_tells_apart_have_a_legend_and_no_numbers_of_one
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_table_names_cases(tmp_path):
     (tmp_path / "s.toml").write_text(SCENE + CASES)
     told = say(tmp_path, "run", "s.toml").out
