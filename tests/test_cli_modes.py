@@ -195,6 +195,7 @@ def test_too_few_dimensions_stop_a_run_and_a_check_as_well(tmp_path):
         )
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_said(tmp_path):
     # a taut line in a current, with damping: all of it matters, none of it is swept under the rug
     text = INVERTED.split("[sweep]")[0].replace("mass =", 'diameter = "20 mm"\nmass =', 1)

@@ -114,6 +114,7 @@ def test_a_law_that_cannot_reach_a_pretension_is_told(tmp_path):
     assert np.all(np.isfinite(fitted.values))
 
 
+@pytest.mark.slow
 def test_a_wild_trial_fails_instead_of_taking_hours(tmp_path):
     # p1 a million million times too large: waves a million times as fast, and so many steps more
     problem = breaks(tmp_path)

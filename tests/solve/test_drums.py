@@ -102,6 +102,7 @@ def ends(side, at, schedule, other='"free"'):
 
 
 @pytest.mark.parametrize("side", ["start", "end"])
+@pytest.mark.slow
 def test_a_rope_alone_is_as_light_as_its_drum_lets_it_fall(tmp_path, side):
     # all of it goes down by L'': m L (g - L'') at the drum
     schedule = "{ time = [0, 2, 4, 4.5, 5.5], speed = [0, 0, 8, 9, 9] }"

@@ -52,6 +52,7 @@ def ended(folder, text, rows):
         pytest.param("elastic rods", "ship", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_what_comes_after_the_run_does_not_matter(tmp_path, law, end):
     text = LINE.replace("LAW", LAWS[law])
     text = (

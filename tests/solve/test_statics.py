@@ -146,6 +146,7 @@ def test_a_current_bows_a_light_line_sideways(tmp_path):
     assert sag == pytest.approx(q * 100.5**2 / (8 * pull), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_swept_cable_carries_its_weight_at_the_end(tmp_path):
     # a weight without drag at the end of a cable in a current: there the cable carries that alone
     water = "[water]\ndensity = 1025\ncurrent = { velocity = [1, 0, 0] }"

@@ -109,6 +109,7 @@ end = {{ fixed = [0, 0, {top}] }}
 
 
 @pytest.mark.parametrize("depth", [pytest.param(None, marks=SLOW), 12.0])
+@pytest.mark.slow
 def test_a_taut_upright_line_swings_as_a_string_under_morisons_forces(tmp_path, depth):
     length, stretch, EA, height = 4.0, 2.0, 2e3, 4.0  # unstretched; over that; N; m
     line = taut(-1.0, -9.0, 40, length)

@@ -236,6 +236,7 @@ motion.ramp = 0.5
 
 
 @pytest.mark.parametrize("model", ["ideal", pytest.param("lumped", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_cargo_runs_on_a_line_whose_end_is_moved_as_on_one_from_a_ship_that_is(tmp_path, model):
     text = MOVED.replace("MODEL", model)
     start = next(line for line in text.splitlines() if line.startswith("start"))
@@ -254,6 +255,7 @@ def test_cargo_runs_on_a_line_whose_end_is_moved_as_on_one_from_a_ship_that_is(t
 
 
 @pytest.mark.parametrize("model", ["ideal", pytest.param("lumped", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_cargo_runs_on_a_line_that_meets_another_one_where_that_is_held(tmp_path, model):
     text, found = MOVED.replace("MODEL", model), []
     start = next(line for line in text.splitlines() if line.startswith("start"))

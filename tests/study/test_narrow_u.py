@@ -28,6 +28,7 @@ quantities = ["velocity"]
     "segments",
     [3, pytest.param(4, marks=pytest.mark.slow), pytest.param(12, marks=pytest.mark.slow)],
 )
+@pytest.mark.slow
 def test_a_chain_at_rest_in_a_narrow_u_is_not_reversed(tmp_path, segments):
     ran = run_text(tmp_path, NARROW, f"lines.chain.segments={segments}")
     assert ran.statuses == ["OK"]

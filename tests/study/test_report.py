@@ -246,6 +246,7 @@ tension = "rope.start"
 """
 
 
+@pytest.mark.slow
 def test_a_scene_at_rest_tells_its_measures(tmp_path):
     (tmp_path / "scene.toml").write_text(HANGS)
     study = load_study(tmp_path / "scene.toml")

@@ -77,6 +77,7 @@ def at_rest(tmp_path_factory):
 
 
 @pytest.mark.parametrize("motion", EACH)
+@pytest.mark.slow
 def test_a_ship_is_at_its_position_without_speed(tmp_path, at_rest, motion):
     (place, speed, tension), numbers, summary = seen(tmp_path, motion)
     (still, _, pull), expected, alike = at_rest

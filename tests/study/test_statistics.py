@@ -45,6 +45,7 @@ keep = "summaries"
 """
 
 
+@pytest.mark.slow
 def test_measures_have_means_and_deviations(tmp_path):
     target = tmp_path / "result.h5"
     run_study(study_of(tmp_path, SCENE), target)

@@ -92,6 +92,7 @@ def test_a_start_that_cannot_balance(tmp_path):
     ).all()
 
 
+@pytest.mark.slow
 def test_a_solver_that_runs_out_of_steps(tmp_path):
     ran = run_text(tmp_path, HOOKE + '\n[solver]\nmethod = "tsit5"\nmax_steps = 5\n')
     assert ran.outcomes[0].status is Status.TOO_MANY_STEPS

@@ -47,7 +47,7 @@ RK4 = PULLED + "[solver]\nmethod = 'rk4'\nstep = '0.5 ms'\n"
     [
         (PULLED, "fields"),
         (PULLED, "summaries"),
-        (RK4, "fields"),
+        pytest.param(RK4, "fields", marks=pytest.mark.slow),
         pytest.param(RK4, "summaries", marks=pytest.mark.slow),
         pytest.param(SLOW, "fields", marks=pytest.mark.slow),
         pytest.param(SLOW, "summaries", marks=pytest.mark.slow),

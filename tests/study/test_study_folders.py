@@ -176,6 +176,7 @@ def test_a_reason_may_be_empty(scene, tmp_path):
     assert said.out.count("failed: nobody knows why") == 2
 
 
+@pytest.mark.slow
 def test_what_is_there_has_not_failed(scene, tmp_path):
     # one process gave up on shard 1, another had room for it
     folder, laid = open_study(load_study(scene), tmp_path / "s", 4)

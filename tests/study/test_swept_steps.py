@@ -20,7 +20,7 @@ def alone_and_together(tmp_path, key, values, solver=""):
     [
         ("solver.courant", (0.2, 0.9), ""),
         ("solver.step", (1e-4, 2e-5), ""),
-        ("solver.step", (1e-4, 2e-5), 'method = "rk4"'),
+        pytest.param("solver.step", (1e-4, 2e-5), 'method = "rk4"', marks=pytest.mark.slow),
         pytest.param("solver.courant", (0.1, 0.5), 'method = "tsit5"', marks=pytest.mark.slow),
         pytest.param("solver.rtol", (1e-2, 1e-7), 'method = "tsit5"', marks=pytest.mark.slow),
         pytest.param(

@@ -33,6 +33,7 @@ CASES = "".join(
 )
 
 
+@pytest.mark.slow
 def test_panels_of_a_group_hold_its_runs_alone(tmp_path):
     run_text(tmp_path, SCENE + GRID)
     figures = figures_of(tmp_path / "result.h5")
