@@ -250,14 +250,10 @@ class _Reader:
         )
         kind = KINDS.get(kind.lower(), "body" if body else "free")
         if body in self.loose and (mass or volume):
-            self.weigh_down(body, mass, volume, place, (0.0, 0.0, 0.0), triple([Ca] * 3), found)
+            part = mass, volume, place, triple([]), triple([Ca] * 3)
+            found.bodies[body] = found.bodies[body].with_part(*part)
             found.remarks.append(f"mass and volume of point {name} are in those of body {body}")
         return Point(kind, place, mass, volume, CdA, Ca, body)
-
-    def weigh_down(self, body: str, mass, volume, middle, inertia, Ca, found: Mooring) -> None:
-        """Make what is on a body a part of it."""
-        own = found.bodies[body]
-        found.bodies[body] = own.with_part(mass, volume, middle, inertia, Ca)
 
     def rod_type(self, row: Row) -> None:
         name, *numbers = row.words
@@ -289,7 +285,8 @@ class _Reader:
             along = triple([b - a for a, b in zip(first, last, strict=True)])
             middle = triple([0.5 * (a + b) for a, b in zip(first, last, strict=True)])
             mass, volume, inertia, Ca = self.rod_types[of].inertia(along)
-            self.weigh_down(body, mass, volume, middle, inertia, Ca, found)
+            part = mass, volume, middle, inertia, Ca
+            found.bodies[body] = found.bodies[body].with_part(*part)
             found.remarks.append(
                 f"mass, volume and Ca of rod {name} are in those of body {body}; water lifts that at "
                 "its centre of gravity, not at its rods, and Cd of the rod is left out"

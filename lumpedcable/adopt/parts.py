@@ -206,11 +206,6 @@ class Mooring:
         x, y, z = body.along(place)
         return body.place[0] + x, body.place[1] + y, body.place[2] + z
 
-    def on_free_body(self, name: str) -> bool:
-        """Whether a point is on a body that moves by what pulls it."""
-        body = self.bodies.get(self.points[name].body)
-        return body is not None and body.kind == "free"
-
     def option(self, default: float, *names: str) -> float:
         """The value of an option by any of its names."""
         return next((self.options[name] for name in names if name in self.options), default)

@@ -30,7 +30,6 @@ from jaxtyping import Array, Float, Int
 __all__ = [
     "Contact",
     "Hertz",
-    "Kink",
     "Reading",
     "contact",
     "extended",
@@ -42,9 +41,7 @@ __all__ = [
 NEWTON = 4  # steps to foot and angle; from the nearest node they end in rounding
 FLATTEST = 0.2  # least slope, over that of a straight line, by which the minimum is looked for
 LEAST = 1e-12  # m, below which a gap is none
-STEEPEST = (
-    4.0  # tangent of the largest angle: a foot that is still looked for may seem to ask for more
-)
+STEEPEST = 4.0  # tangent of the largest angle
 DEPTHS = 6  # steps to the depth of a Hertz contact, from above, of a convex function
 
 
@@ -194,10 +191,6 @@ def _at(nodes: Float[Array, "d nodes+2"], reading: Reading, weights) -> Float[Ar
     return jnp.sum(jax.lax.dynamic_slice(nodes, (0, reading.first), (d, 4)) * weights, axis=1)
 
 
-def _size(gap: Float[Array, " d"]) -> Float[Array, ""]:
-    return jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
-
-
 def contact(
     nodes: Float[Array, "d nodes"],
     place: Float[Array, " d"],
@@ -220,8 +213,10 @@ def contact(
     bend = None if EI is None else h * jnp.sqrt(tension / EI)
 
     def met(s):
+        """The spline at s, the gap to the sheave and its size (m)."""
         reading = read(s, segments, bend)
-        return reading, place - _at(all_nodes, reading, reading.weights)
+        gap = place - _at(all_nodes, reading, reading.weights)
+        return reading, gap, jnp.sqrt(jnp.maximum(jnp.sum(gap * gap), LEAST**2))
 
     def sunk(kink: Kink):
         """Depth (m) of the wheel under the force of a kink, and its slope."""
@@ -241,9 +236,9 @@ def contact(
         """The foot, nearer to where the energy does not change with it: G . C' = (dE/ds) |G| / F."""
 
         def imbalance(s):
-            reading, gap = met(s)
+            reading, gap, size = met(s)
             along = jnp.sum(gap * _at(all_nodes, reading, reading.slopes))
-            return along - 0.5 * h * _size(gap) * Kink.of(reading, p, bends).along
+            return along - 0.5 * h * size * Kink.of(reading, p, bends).along
 
         value, slope = jax.jvp(imbalance, (s,), (jnp.ones_like(s),))
         # of a straight line it is -h^2; from where the energy bends down a step would lead away
@@ -251,14 +246,14 @@ def contact(
         return jnp.clip(s - step, 0.0, float(segments))
 
     # nothing here is frozen: few steps from a node leave an error that derivatives would show
-    reading, gap = met(s)
-    size = _size(gap)
-    free = size if hertz is None else size - hertz.depth_of(size, _spring(tension, h, reading))
-    p = jnp.clip(free / (h * reading.shortfall), LEAST, STEEPEST)
+    reading, gap, size = met(s)
+    unit, free = h * reading.shortfall, size
+    if hertz is not None:
+        free = size - hertz.depth_of(size, 2.0 * tension / unit)
+    p = jnp.clip(free / unit, LEAST, STEEPEST)
     for _ in range(NEWTON):
         s = moved(s, p)
-        reading, gap = met(s)
-        size = _size(gap)
+        reading, gap, size = met(s)
         p = turned(p, reading, size)
     kink = Kink.of(reading, p, bends)
     depth = jnp.zeros_like(s) + sunk(kink)[0]
@@ -274,11 +269,6 @@ def contact(
         s, reading, along / spacing, spacing, gap, force / (h * reach), force / size * gap, depth,
         tension * h * energy, tension * h * fall,
     )  # fmt: skip
-
-
-def _spring(tension, h, reading: Reading) -> Float[Array, ""]:
-    """Stiffness (N/m) of a kink of a small angle."""
-    return 2.0 * tension / (h * reading.shortfall)
 
 
 def spread(contact: Contact, force: Float[Array, " d"], nodes: int) -> Float[Array, "d nodes"]:

@@ -28,6 +28,7 @@ from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.coupling import IdealCable, Posts, PostState
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.tension import strain_at
+from lumpedcable.physics.vectors import size
 from lumpedcable.solve.paidout import hangs, hung_length, hung_line, swept
 from lumpedcable.solve.softening import Stages
 from lumpedcable.solve.statics import (
@@ -257,7 +258,7 @@ def _guessed(model: Model) -> Model:
             continue
         posts = [_post(model, name, node) for node in (0, -1)]
         path = jnp.stack([posts[0], *ways.get(name, ()), posts[1]], axis=1)
-        along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(_apart(path))])
+        along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(size(jnp.diff(path, axis=1)))])
         line = lines[name]
         if name not in ways and hangs(line):
             length = hung_length(model, winch, *posts)
@@ -267,18 +268,13 @@ def _guessed(model: Model) -> Model:
         else:
             nodes = _evenly(path, along, line.segments)
             strain = strain_at(line.law, winch.tension, line.max_strain)
-            length = jnp.sum(_apart(nodes)) / (1.0 + strain)
+            length = jnp.sum(size(jnp.diff(nodes, axis=1))) / (1.0 + strain)
         nodes = nodes.at[:, 0].set(posts[0]).at[:, -1].set(posts[1])
         lines[name] = placed(paid_out(line, length), nodes)
         key = next(n for n, b in bodies.items() if b is winch)
         paid = winch.reference.at[0].set(length)
         bodies[key] = eqx.tree_at(lambda b: b.reference, winch, paid)
     return eqx.tree_at(lambda m: (m.lines, m.bodies), model, (lines, bodies))
-
-
-def _apart(places: Float[Array, "d n"]) -> Float[Array, " n-1"]:
-    """Distances (m) from each place to the next."""
-    return jnp.sqrt(jnp.sum((places[:, 1:] - places[:, :-1]) ** 2, axis=0))
 
 
 def _evenly(
@@ -295,7 +291,7 @@ def _evenly(
         return jnp.stack([jnp.interp(at, along, row) for row in path])
 
     def evened(_, steps):
-        sizes = _apart(nodes(steps))
+        sizes = size(jnp.diff(nodes(steps), axis=1))
         return steps * jnp.mean(sizes) / sizes
 
     return nodes(jax.lax.fori_loop(0, EVENINGS, evened, jnp.ones(segments)))

@@ -13,6 +13,7 @@ shrinks to nothing between places raises forces beside which every miss is small
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import jax
@@ -199,12 +200,16 @@ class _Afloat:
     layout: Layout
     coordinates: Coordinates
 
+    @cached_property
+    def model(self) -> Model:
+        """The scene as it is written, which tells where bodies are and how large everything is."""
+        return jax.lax.stop_gradient(assemble(self.scene, self.layout, self.coordinates))
+
     def memory(self, still: Scene) -> _Moored:
         """What the first look begins with: the bodies as the scene has them, the rest of it unknown."""
-        model, names = assemble(still, self.layout, self.coordinates), still.settling
-        q = coordinates_of_bodies(model, names)
+        q = coordinates_of_bodies(self.model, still.settling)
         count, n = q.size, len(still.targets)
-        nodes = {name: jnp.zeros(line.reference.shape) for name, line in model.lines.items()}
+        nodes = {name: jnp.zeros(x.reference.shape) for name, x in self.model.lines.items()}
         one = jnp.ones(count)
         by = Measures(one, one, one, one, jnp.zeros(()))
         return _Moored(q, nodes, by, jnp.zeros((count, n)), jnp.zeros(count), jnp.eye(count + n))
@@ -220,15 +225,13 @@ class _Afloat:
     def look(self, still: Scene, lengths: Float[Array, " n"], memory: _Moored) -> _Look:
         """What lengths (m) come to, the bodies at rest."""
         changed, names, count = _with_lengths(still, lengths), still.settling, memory.q.size
-        model = assemble(still, self.layout, self.coordinates)
-        first = start_of(
-            changed, self.layout, self.coordinates, places_of_bodies(model, names, memory.q)
-        )
+        begins = places_of_bodies(self.model, names, memory.q)
+        first = start_of(changed, self.layout, self.coordinates, begins)
         by = Measures.of(changed, first.model)
 
         def look(x, nodes):
             def both(z):
-                places = places_of_bodies(model, names, z[:count] * by.reach)
+                places = places_of_bodies(self.model, names, z[:count] * by.reach)
                 every, found = self._at(still, places, z[count:], nodes, by)
                 return every, (every, found)
 
@@ -265,11 +268,10 @@ class _Afloat:
 
     def finished(self, lengths: Float[Array, " n"], memory: _Moored, _: Float[Array, "n n"]):
         """What is left of the misses (-), and the state of rest, with their derivatives."""
-        by, count = memory.by, memory.q.size
-        model = assemble(self.scene, self.layout, self.coordinates)
+        by, count, names = memory.by, memory.q.size, self.scene.settling
 
         def at(z):
-            places = places_of_bodies(model, self.scene.settling, z[:count] * by.reach)
+            places = places_of_bodies(self.model, names, z[:count] * by.reach)
             return self._at(self.scene, places, z[count:], memory.nodes, by)
 
         z = jnp.concatenate([memory.q / by.reach, lengths])

@@ -1,6 +1,7 @@
 """Texts of MoorDyn's input files as scenes, and what is told of them."""
 
 import tomllib
+from contextlib import chdir, contextmanager
 
 import pytest
 
@@ -25,3 +26,18 @@ def tells(folder, text, line, words):
         read_moordyn(folder / "mooring.txt")
     found = [(fault.line, str(fault)) for fault in caught.value.faults]
     assert any(at == line and words in told for at, told in found), found
+
+
+@contextmanager
+def moordyn_at_rest(folder, coupled=()):
+    """MoorDyn and its system of the file `mooring.txt` at rest, coupled points at places (m, flat)."""
+    moordyn = pytest.importorskip("moordyn")
+    with chdir(folder):
+        system = moordyn.Create("mooring.txt")
+        try:
+            still = [0.0] * len(coupled)
+            moordyn.Init(system, list(coupled), still)
+            moordyn.Step(system, list(coupled), still, 0.0, 0.5)
+            yield moordyn, system
+        finally:
+            moordyn.Close(system)

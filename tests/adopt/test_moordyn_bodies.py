@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from adopted import scene_of, tells
+from adopted import moordyn_at_rest, scene_of, tells
 from scipy.spatial.transform import Rotation
 
 from lumpedcable.results import open_result
@@ -179,20 +179,13 @@ def test_a_rod_that_moves_is_moved_or_told(tmp_path):
 
 
 @pytest.mark.slow
-def test_cables_hang_from_rods_as_moordyn_has_them(tmp_path, monkeypatch):
-    moordyn = pytest.importorskip("moordyn")
+def test_cables_hang_from_rods_as_moordyn_has_them(tmp_path):
     scene_of(tmp_path, RODS)
     (outcome,) = run_study(load_study(tmp_path / "mooring.toml"), tmp_path / "rest.h5")
     assert outcome.status.name == "OK"
-    monkeypatch.chdir(tmp_path)
-    system = moordyn.Create("mooring.txt")
-    try:
-        moordyn.Init(system, [], [])
-        moordyn.Step(system, [], [], 0.0, 0.5)
+    with moordyn_at_rest(tmp_path) as (moordyn, system):
         lines = [moordyn.GetLine(system, k) for k in (1, 2)]
         told = [[moordyn.GetLineNodePos(line, j) for j in range(17)] for line in lines]
-    finally:
-        moordyn.Close(system)
     with open_result(tmp_path / "rest.h5") as result:
         found = [result.line(f"line{k}").position(0)[0] for k in (1, 2)]
     # a meter of sag, and of slope beside it
@@ -253,8 +246,7 @@ def test_a_body_that_no_line_holds_is_told(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_buoy_rests_where_moordyn_has_it(tmp_path, monkeypatch):
-    moordyn = pytest.importorskip("moordyn")
+def test_a_buoy_rests_where_moordyn_has_it(tmp_path):
     text = BUOY[: BUOY.index("--- FAILURE")]
     text += (
         "--- OPTIONS\n0.0005 dtM\n50 WtrDpth\n1 ICgenDynamic\n600 TmaxIC\n1e-7 threshIC\n--- need\n"
@@ -264,15 +256,9 @@ def test_a_buoy_rests_where_moordyn_has_it(tmp_path, monkeypatch):
     scene_of(tmp_path, text)
     (outcome,) = run_study(load_study(tmp_path / "mooring.toml"), tmp_path / "rest.h5")
     assert outcome.status.name == "OK"
-    monkeypatch.chdir(tmp_path)
-    system = moordyn.Create("mooring.txt")
-    try:
-        moordyn.Init(system, [10.0, 0.0, -5.0], [0.0] * 3)
-        moordyn.Step(system, [10.0, 0.0, -5.0], [0.0] * 3, 0.0, 0.5)
+    with moordyn_at_rest(tmp_path, (10.0, 0.0, -5.0)) as (moordyn, system):
         place = np.array(moordyn.GetBodyState(moordyn.GetBody(system, 1))[0])
         pulls = [moordyn.GetLineFairTen(moordyn.GetLine(system, k)) for k in (1, 2, 3)]
-    finally:
-        moordyn.Close(system)
     turn = Rotation.from_euler("XYZ", place[3:])
     with open_result(tmp_path / "rest.h5") as result:
         own, angles = (result.body("body1", key)[0, 0] for key in ("position", "attitude"))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from adopted import scene_of, tells
+from adopted import moordyn_at_rest, scene_of, tells
 
 from lumpedcable.results import open_result
 from lumpedcable.scene import load_study
@@ -114,20 +114,13 @@ def test_a_depth_below_0_is_one(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_float_pulls_as_moordyn_has_it(tmp_path, monkeypatch):
-    moordyn = pytest.importorskip("moordyn")
+def test_the_float_pulls_as_moordyn_has_it(tmp_path):
     scene_of(tmp_path, FLOAT)
     (outcome,) = run_study(load_study(tmp_path / "mooring.toml"), tmp_path / "rest.h5")
     assert outcome.status.name == "OK"
-    monkeypatch.chdir(tmp_path)
-    system = moordyn.Create("mooring.txt")
-    try:
-        moordyn.Init(system, [], [])
-        moordyn.Step(system, [], [], 0.0, 0.5)
+    with moordyn_at_rest(tmp_path) as (moordyn, system):
         place = moordyn.GetBodyState(moordyn.GetBody(system, 1))[0]
         pulls = [moordyn.GetLineFairTen(moordyn.GetLine(system, k)) for k in (1, 2, 3)]
-    finally:
-        moordyn.Close(system)
     with open_result(tmp_path / "rest.h5") as result:
         own = result.body("body1", "position")[0, 0]
         found = [result.line(f"line{k}").tension(0)[0, -1] for k in (1, 2, 3)]

@@ -37,13 +37,8 @@ ID Type A B UnstrLen NumSegs Outputs
 0 writeLog
 --- need this line
 """
-FAIRLEAD, SWING, PERIOD, TIME, EVERY = (
-    np.array([20.0, 10.0, -15.0]),
-    np.array([2.0, 0, 1]),
-    6,
-    28,
-    0.1,
-)
+FAIRLEAD, SWING = np.array([20.0, 10.0, -15.0]), np.array([2.0, 0.0, 1.0])
+PERIOD, TIME, EVERY = 6, 28, 0.1
 
 
 def place(t):
