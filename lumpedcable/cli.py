@@ -210,7 +210,8 @@ def study(
                 (scheduler, workers or 2) if executor == "dask" else None, clock,
             )  # fmt: skip
     except KeyboardInterrupt:
-        interrupted(f"finished shards are in {folder}, the same command goes on")
+        kept = f"finished shards are in {folder}, the same command goes on"
+        interrupted(kept if folder.is_dir() else "nothing is finished yet")
     if timings:
         print(*clock.lines(), sep="\n")
     if not complete:
@@ -377,6 +378,8 @@ def main() -> None:
     # jax builds a program from a million small objects that all stay: to search them for garbage as
     # often as Python does by default takes a sixth of a short run
     gc.set_threshold(50_000, 50, 100)
+    # what goes wrong in a compiler is raised as well; its alarms about time are no users' business
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     try:
         with interruptible(), spoken():
             app([*map(at_home, sys.argv[1:])], exit_on_error=False, print_error=False)

@@ -81,8 +81,8 @@ MEANING = {
 
 _ON_BEDS = "; of inextensible lines on a bed, lower solver.step"
 
-CALMED = ", or give the line what it has of materials.NAME.damping and lines.NAME.drag"
-"""What may keep a line from reversing; of one line its keys, without what it has already."""
+CALMED = ", or give the line materials.NAME.damping and lines.NAME.drag"
+"""What may keep a line from reversing; of one line its keys that it does not have."""
 
 ADVICE = {
     Status.OK: "",

@@ -199,7 +199,7 @@ def remarks_of(fitted: Fitted) -> list[str]:
 def _of_profile(fitted: Fitted, profile: Profile) -> list[str]:
     """What is to be said of a profile: a better fit on the way, runs that fail."""
     said, p = [], fitted.problem.parameters[profile.parameter]
-    if profile.better:
+    if profile.better and profile.parameter not in untold(fitted):  # else rounding, on level ground
         said.append(f"The profile of {p.label} passes a better fit than this one: {OTHER_STARTS}.")
     for failed, word, end in zip(profile.failed, ("below", "above"), (0, -1), strict=True):
         if failed:

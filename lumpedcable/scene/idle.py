@@ -1,4 +1,4 @@
-"""What a scene names and nothing in it uses: no fault, but seldom meant."""
+"""What a scene names and nothing uses, or that does less than it seems: no faults, but seldom meant."""
 
 from __future__ import annotations
 
@@ -23,3 +23,14 @@ def idle_parts(scene: Scene) -> Iterator[str]:
     for name, body in scene.bodies.items():
         if isinstance(body, Body) and not body.rigid and name not in ends:
             yield f'bodies.{name} is not there: no line ends at "{name}", a point mass'
+    yield from _hinges(scene)
+
+
+def _hinges(scene: Scene) -> Iterator[str]:
+    """Yield in words the joints at which the bending of one line does not reach the other."""
+    for name, line in scene.lines.items():
+        for side in SIDES:
+            tie = tie_of(getattr(line, side)) or ""
+            other = scene.lines.get(tie.rpartition(".")[0])
+            if other is not None and line.bending is not None and other.bending is not None:
+                yield f"lines.{name}.{side} is a hinge: what bends does not bend over a joint"

@@ -29,7 +29,16 @@ from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
 from lumpedcable.solve.leapfrog import CableTerm, HalfStep, Leapfrog
 from lumpedcable.solve.listed import listed
-from lumpedcable.solve.observe import Sample, sample, tips, watch, watched, watches
+from lumpedcable.solve.observe import (
+    Recoil,
+    Sample,
+    sample,
+    tension_at,
+    tips,
+    watch,
+    watched,
+    watches,
+)
 from lumpedcable.solve.plan import Numbers, Plan, Progress, peaks_of
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
@@ -104,9 +113,23 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     standing = upright(model, y)
     ends = tips(model, zero, y, plan.tips)
     largest = so_far(model, first.largest, {}, plan.borne) | watched(seen)
+    largest |= _rests(model, plan.recoils)
     first = first._replace(largest=largest, upright=standing, tips=ends)
     trip = trips(model, y)
     return Progress(y, solver_state, seen, going, moving, y.tension, never, standing, trip), first
+
+
+def _rests(model: Model, recoils: tuple[Recoil, ...]) -> dict[str, Float[Array, ""]]:
+    """Tensions (N) at rest of recoiling ends of lines with loads, by "rest " and the end's number.
+
+    Those of lines without are the ones of their last segments.
+    """
+    found = {}
+    for index, (name, node) in enumerate(recoils):
+        line = model.lines[name]
+        if line.loads and not line.inextensible:
+            found[f"rest {index}"] = tension_at(line, node, model)
+    return found
 
 
 def fixed_solver(plan: Plan, numbers: Numbers) -> diffrax.AbstractSolver:

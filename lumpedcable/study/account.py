@@ -50,6 +50,8 @@ class Account:
         self.peaks: dict[str, NDArray[np.float64]] = {}
         # by event that begins at a tension, when it did in each run (s), inf where it has not
         self.starts: dict[str, NDArray[np.float64]] = {}
+        # by "rest " and number of a recoiling end, its tension at rest (N), of lines with weight
+        self.rests: dict[str, NDArray[np.float64]] = {}
         self._start: dict[str, NDArray[np.float64]] | None = None
 
     @property
@@ -73,6 +75,9 @@ class Account:
             self.signs[sign][:, times] = shown
         for kind, kept in self._tables.items():
             for name, values in getattr(samples, kind).items():
+                if name.startswith("rest "):
+                    self.rests[name] = np.asarray(values, float)[:, 0]
+                    continue
                 kept.setdefault(name, np.full(shape, np.nan))[:, times] = values
         self.reached = first + count - 1
 
@@ -91,6 +96,7 @@ class Account:
         """What has been added, by name, to go on from in another process."""
         found: dict[str, NDArray[Any]] = {"reached": np.asarray(self.reached)}
         found |= {f"signs/{sign.name}": shown for sign, shown in self.signs.items()}
+        found |= {f"rests/{name}": values for name, values in self.rests.items()}
         return found | {f"{k}/{name}": v for k, t in self._tables.items() for name, v in t.items()}
 
     def restore(self, noted: Mapping[str, NDArray[Any]]) -> None:
@@ -100,7 +106,9 @@ class Account:
             shown[...] = noted[f"signs/{sign.name}"]
         for path, values in noted.items():
             kind, _, name = path.partition("/")
-            if kind in self._tables:
+            if kind == "rests":
+                self.rests[name] = values
+            elif kind in self._tables:
                 self._tables[kind][name] = values
 
     def start_positions(self, ready: Ready) -> dict[str, NDArray[np.float64]]:

@@ -23,10 +23,11 @@ __all__ = ["EXACT", "Outcome", "Table", "joined", "message_of", "outcomes_of", "
 EXACT = {
     "static_strain": ("1", "strain of a straight line under that tension", "no weight"),
     END_SPEED: (
-        "m/s", "speed of the broken end in the exact wave", "instantaneous break, no drag, no weight"),
+        "m/s", "speed of the broken end in the exact wave",
+        "instantaneous break, no drag, damping or weight"),
     "front_arrival": (
         "s", "time at which the exact wave front reaches the far end",
-        "instantaneous break, no drag, no weight"),
+        "instantaneous break, no drag, damping or weight"),
 }  # fmt: skip
 
 Table = dict[str, "NDArray[Any]"]

@@ -278,8 +278,9 @@ def _notes(study: Study, ends: Sequence[str], beside: Sequence[str], rows: int) 
     notes = rows_shown(MOST_ROWS, rows)
     if ends and "exact" in beside:
         notes.append(
-            "* exact: a straight line without drag or weight, broken instantaneously; drag and a "
-            "slower break lower the speed and delay the arrival (1 % of the tension gone)."
+            "* exact: a straight line without drag, damping or weight, broken instantaneously; drag and "
+            "a slower break lower the speed and delay the arrival (1 % of the tension gone), damping "
+            "lowers the speed and spreads the front out."
         )
     for name, reference in study.scene.references.items() if "references" in beside else ():
         note = f" {reference.note}." if reference.note else ""

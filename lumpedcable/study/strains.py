@@ -27,6 +27,7 @@ __all__ = ["Strained", "strain_under", "strained"]
 
 # share by which a strain may pass max_strain: what rounding and the noise of a mesh make of one there
 MORE = 1e-3
+LATER = 0.01  # share by which the strain of a later time is larger, if it is told
 SAMPLES = 201  # strains looked at between 0 and max_strain, both included
 
 
@@ -42,11 +43,19 @@ class Strained:
         self.first: NDArray[np.int64] = np.full(runs, times)
         self.words: list[str] = [""] * runs
 
-    def say(self, run: int, first: int, line: str, strain: float, most: float) -> None:
-        """Note a strain (-) of a line beyond the `most` that its material is used for."""
+    def say(
+        self, run: int, first: int, line: str, strains: tuple[float, float], most: float
+    ) -> None:
+        """Note strains (-) of a line beyond the `most` that its material is used for.
+
+        They are that of the `first` output that shows it, and the largest of the run.
+        """
         self.first[run] = first
+        then, top = strains
+        later = f", and {top:.4g} later on" if top > (1.0 + LATER) * then else ""
         self.words[run] = (
-            f'line "{line}" reached a strain of {strain:.4g}, max_strain of its material is {most:g}'
+            f'line "{line}" reached a strain of {then:.4g}{later}, '
+            f"max_strain of its material is {most:g}"
         )
 
     def over(
@@ -90,11 +99,13 @@ def strained(
             scene = contents.study.runs[int(part.runs[run])]
             line = source_of(scene, names[int(whose[run, top])])
             most, first = scene.materials[scene.lines[line].material].max_strain, beyond[run]
-            strain: float | None = float(share[run, top]) * most
+            when = int(first.argmax())
+            strains: list[float | None] = [float(share[run, k]) * most for k in (when, top)]
             if what == "pull":
-                strain = strain_under(curve(scene, line), float(share[run, top]), most)
-            if strain is not None:
-                found.say(int(run), int(first.argmax()), line, strain, most)
+                law = curve(scene, line)
+                strains = [strain_under(law, float(share[run, k]), most) for k in (when, top)]
+            if strains[-1] is not None:
+                found.say(int(run), when, line, (strains[0] or strains[-1], strains[-1]), most)
     return found
 
 

@@ -165,6 +165,8 @@ def _about(message: str, scene: Scene, name: str) -> str:
     if not isinstance(material, InextensibleMaterial):
         calming = {f"materials.{line.material}.damping": material.damping, **calming}
     missing = [key for key, own in calming.items() if own is None]
-    calmed = ", or give the line what it has of " + " and ".join(missing) if missing else ""
+    calmed = ", or give the line " + " and ".join(missing) if missing else ""
+    if line.drag is None and scene.water is None and scene.air is None:
+        calmed += " in water or air"
     message = message.replace("the line reversed", f"{name} reversed", 1)
     return message.replace(CALMED, calmed, 1)

@@ -19,16 +19,22 @@ Array = NDArray[Any]
 RESIDUAL = "residual"
 VISIBLE = 2e-3
 """A term that stays below this share of the largest one in every run is named, not drawn."""
+STEADY = 0.1
+"""What changes by less than this share of what is stored at the start is drawn by its change."""
+LESS = ", less that at the start"
 
 
 def energy_figure(result: ResultFile, group: Group) -> Figure:
     """Every energy term against time, a panel for each run, each over a panel of the residual.
 
-    Terms that are zero throughout are left out; those too small to be seen are named in a note.
+    Terms that are zero throughout are left out; those too small to be seen are named in a note. What is
+    stored from an arbitrary level, or hardly changes, is drawn less what it was at the start.
     """
     count, runs = len(group.runs), list(group.runs)
     names = [name for name in result.energy_terms if name != RESIDUAL]
-    whole = _moving({name: result.energy(name) for name in names})
+    every = {name: result.energy(name) for name in names}
+    lowered = [name for name, values in every.items() if _is_lowered(name, values)]
+    whole = _moving(every | {name: every[name] - every[name][:, :1] for name in lowered})
     # by what any run of the file shows, so that a term looks the same in all its figures
     hidden = _too_small(whole)
     shown = [name for name in whole if name not in hidden]
@@ -56,7 +62,8 @@ def energy_figure(result: ResultFile, group: Group) -> Figure:
     style.label_outer(upper, "" if lower else label, style.with_unit("energy", unit))
     if lower:
         style.label_outer(lower, label, style.with_unit("residual\n", rest_unit))
-    handles = [Line2D([], [], label=result.energy_name(name), **looks[name]) for name in terms]
+    labels = {name: result.energy_name(name) + LESS * (name in lowered) for name in terms}
+    handles = [Line2D([], [], label=labels[name], **looks[name]) for name in terms]
     note = group.note
     if small:
         names = ", ".join(name.replace("_", " ") for name in small)
@@ -64,6 +71,22 @@ def energy_figure(result: ResultFile, group: Group) -> Figure:
     style.foot(figure, note, handles)
     figure.align_ylabels()
     return figure
+
+
+def _is_lowered(name: str, values: Array) -> bool:
+    """Whether a term, J of shape (run, time), is drawn less its value at the start.
+
+    Heights count from an arbitrary level; strain energy that hardly changes would be a line far above
+    all that does.
+    """
+    if name == "gravitational":
+        return True
+    if name.startswith(("work_", "lost_", "kinetic")) or not values.size:
+        return False
+    start = np.abs(_finite(values[:, :1]))
+    known = np.where(np.isfinite(values), values, values[:, :1])
+    changes = np.max(np.abs(known - values[:, :1]), axis=1, initial=0.0, keepdims=True)
+    return bool(np.all(np.nan_to_num(changes) < STEADY * start))
 
 
 def _moving(terms: dict[str, Array]) -> dict[str, Array]:

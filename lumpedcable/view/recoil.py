@@ -37,8 +37,10 @@ def tension_figure(result: ResultFile, end: RecoilingEnd, group: Group) -> Figur
 
     def tension(run: int, times: Array) -> tuple[Array, Array]:
         kept = end.line.node_count(run) - 1
-        place = end.line.unstretched_segment(run)[:kept]
-        return place, end.line.tension(run)[times, :kept]
+        values = end.line.tension(run)[times, :kept]
+        if kept == 1:  # which is a point, and nothing of a curve
+            return np.sort(end.places(run)), np.repeat(values, 2, axis=1)
+        return end.line.unstretched_segment(run)[:kept], values
 
     return _families(result, end, group, tension, "tension", "N")
 
@@ -189,7 +191,9 @@ def _fronts(ax: Axes, end: RecoilingEnd, run: int, to_time: float) -> dict[str, 
     """Draw fronts as straight lines and reported arrivals as marks; returns legend entries."""
     broken, other = end.places(run)
     start = end.start(run)
-    entries = {}
+    entries: dict[str, Line2D] = {}
+    if start is None:
+        return entries
     fronts = 0
     halo = [patheffects.withStroke(linewidth=2.4, foreground="black")]
     for label, exact, arrival in end.arrivals(run):

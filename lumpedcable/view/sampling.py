@@ -114,9 +114,9 @@ class RecoilingEnd:
         low, high = float(np.nanmin(node)), float(np.nanmax(node))
         return (high, low) if self.at_end else (low, high)
 
-    def start(self, run: int) -> float:
-        """When the break begins, in s; 0 where the file does not say."""
-        return self._number("break_start", run) or 0.0
+    def start(self, run: int) -> float | None:
+        """When the break begins, in s: 0 where the file does not say, None where it never does."""
+        return self._number("break_start", run) if "break_start" in self._numbers else 0.0
 
     @property
     def has_speed(self) -> bool:
@@ -133,12 +133,15 @@ class RecoilingEnd:
         return self.line.has(self._place)
 
     def displacement(self, run: int) -> Array:
-        """Distance of the broken end from where it was when its break began in m, shape (time,)."""
+        """Distance of the broken end from where it was when its break began in m, shape (time,).
+
+        NaN where it did not break before the run ended.
+        """
         place = self.line.field(self._place, run)
-        known = np.isfinite(place).all(axis=-1)
-        if not known.any():
-            return np.full(len(place), np.nan)
-        time, begin = self._result.time[known], self.start(run)
+        known, begin = np.isfinite(place).all(axis=-1), self.start(run)
+        time = self._result.time[known]
+        if begin is None or not known.any() or begin > time[-1]:
+            return np.full(len(place), np.nan)  # it did not break, or nobody knows where
         from_there = np.array([np.interp(begin, time, along) for along in place[known].T])
         return np.linalg.norm(place - from_there, axis=-1)
 

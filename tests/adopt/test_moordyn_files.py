@@ -277,6 +277,7 @@ def test_a_weight_that_no_line_holds_is_told(tmp_path):
     assert "point5" not in scene["bodies"]
 
 
+@pytest.mark.slow
 def test_a_slack_line_hangs_slack(tmp_path):
     # a line of MoorDyn does not push: of 110 m between points 75 m apart some lie on the bed
     text = LATE[: LATE.index("--- POINTS")] + "--- POINTS\nID T X Y Z M V CdA Ca\n(#) (-)\n"

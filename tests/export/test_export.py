@@ -164,6 +164,7 @@ def test_moordyn_tables_have_its_channels(file, fields, tmp_path):
     assert np.allclose(table[:, names.index("Seg8Te")], tension[:, 7], rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_lines_are_numbered_as_the_scene_has_them(tmp_path):
     # by name line10 would come before line2, and the parts of the one that breaks in the middle apart
     names = [f"line{k}" for k in range(1, 12)]

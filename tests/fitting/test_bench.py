@@ -208,6 +208,7 @@ starts = 1
 """
 
 
+@pytest.mark.slow
 def test_a_law_without_an_answer_is_not_the_best(tmp_path):
     """A line that is pulled by 300 kN has no equilibrium where its law never bears that."""
     rows = "".join(f"{t},300\n" for t in range(11))

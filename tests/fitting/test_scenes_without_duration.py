@@ -97,6 +97,7 @@ def test_a_response_of_a_scene_at_rest(tmp_path):
     np.testing.assert_allclose(found.history(found.values), [20e3], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_sensitivity_of_a_scene_at_rest_by_one_way_back(tmp_path):
     study = study_of(tmp_path, TAUT)
     found = sensitivity_of(study, read_scalar("max tension at rope.end", study.scene), reverse=True)

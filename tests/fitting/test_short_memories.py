@@ -31,6 +31,7 @@ every = "50 ms"
 KEYS = ["materials.fibre.relaxation.fast.time", "materials.fibre.EA"]
 
 
+@pytest.mark.slow
 def test_a_response_by_rk4_takes_the_steps_of_a_run(tmp_path):
     ran = run_text(tmp_path, LINE)
     assert ran.statuses == ["OK"]

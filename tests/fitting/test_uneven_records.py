@@ -62,6 +62,7 @@ def test_a_record_is_not_run_beyond_its_own_data(folder):
         assert model[0, : told.size] == pytest.approx(told, abs=1e-6 * np.max(np.abs(told)))
 
 
+@pytest.mark.slow
 def test_records_of_other_spacings_are_stepped_as_each_would_be_alone(tmp_path):
     ran = run_text(tmp_path, LINE, "pretension=45 kN")
     for name, every in (("fine", 4), ("coarse", 20)):

@@ -96,6 +96,7 @@ def test_mirror(tmp_path, level):
     assert close(ran["position"] * [-1.0, 1.0, 1.0], level["position"]) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_line_told_from_its_other_end(tmp_path, level):
     text = (
         scene()

@@ -83,6 +83,7 @@ def test_a_box_that_falls_on_an_edge_tumbles_as_its_equations_say(tmp_path, damp
     assert np.abs(ran.energy["residual"]).max() < 2e-3 * ran.energy["kinetic"].max()
 
 
+@pytest.mark.slow
 def test_it_falls_as_deep_as_its_energy_goes_and_leaves_at_its_speed(tmp_path):
     ran = run_text(tmp_path, box("position = [0, 0, 0]", "1.2 s"))
     deepest = brentq(

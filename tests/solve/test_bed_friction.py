@@ -210,6 +210,7 @@ def test_a_line_that_is_let_go_coasts_as_far_as_friction_lets_it(tmp_path):
     assert np.all(ran["velocity"][0, -1, :, 0] == 0.0)
 
 
+@pytest.mark.slow
 def test_friction_is_against_the_velocity_however_the_water_weighs_on_a_line(tmp_path):
     # along the line a node weighs 100 kg/m, across it twice that: its momentum has another direction
     text = "dimensions = 3\n" + BED + "[water]\ndensity = 1000\n" + ELASTIC.format(EA=1e7)

@@ -167,6 +167,7 @@ end = "free"
 """
 
 
+@pytest.mark.slow
 def test_lines_without_bending_have_none_and_a_straight_rod_bears_none(tmp_path):
     found = run_text(tmp_path, rod(scene=BESIDE, output=RESTING))
     assert "bending_moment" in found.lines["rod"]
@@ -197,6 +198,7 @@ def test_of_finer_and_coarser_runs_all_are_kept(tmp_path):
     np.testing.assert_allclose(moment[:, 0], 0.5 * 9.81 * LENGTH**2 / 2.0, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_an_exported_grid_has_them_and_nan_along_other_lines(tmp_path):
     found = run_text(tmp_path, rod(scene=BESIDE, segments=6, output=RESTING))
     export_result(tmp_path / "result.h5", "vtkhdf", tmp_path / "bent.vtkhdf", 0)

@@ -59,7 +59,11 @@ def lowered(time, times=TIMES, speeds=SPEEDS):
 
 @pytest.mark.parametrize(
     ("times", "speeds"),
-    [(TIMES, SPEEDS), ([0.3, 1.0, 5.0, 5.2], [0.0, -2.5, -2.5, 0.0]), ([0.0], [0.4])],
+    [
+        (TIMES, SPEEDS),
+        pytest.param([0.3, 1.0, 5.0, 5.2], [0.0, -2.5, -2.5, 0.0], marks=pytest.mark.slow),
+        pytest.param([0.0], [0.4], marks=pytest.mark.slow),
+    ],
     ids=["lowered", "hauled in", "from the start"],
 )
 def test_a_load_bounces_on_a_spring_that_grows(tmp_path, times, speeds):
@@ -122,7 +126,12 @@ def test_a_rope_alone_is_as_light_as_its_drum_lets_it_fall(tmp_path, side):
 
 
 @pytest.mark.parametrize(
-    "body", ["motion.heave = { amplitude = 0.4, period = 3 }", "free"], ids=["moved", "free"]
+    "body",
+    [
+        "motion.heave = { amplitude = 0.4, period = 3 }",
+        pytest.param("free", marks=pytest.mark.slow),
+    ],
+    ids=["moved", "free"],
 )
 def test_a_drum_may_stand_on_a_body_that_moves(tmp_path, body):
     # one that is moved up and down, and one of 5 t on a spring that the load pulls down
@@ -228,6 +237,7 @@ def test_the_account_closes_where_a_line_is_hauled_in_aslant(tmp_path, solver):
     assert ran["payout"][0, -1] == pytest.approx(36.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_hauling_in_takes_the_step_of_the_shortest(tmp_path):
     # 20 m to 5 m: segments a quarter as long have a quarter of the step, and no more than that
     hauled = "time = [0, 1], speed = [0, -2.7]"
@@ -244,6 +254,7 @@ SHORT = LOAD.replace("duration = 6", "duration = 4").replace("mass = 0.01", "mas
 SPEED = "lines.wire.start.drum.schedule.speed.1"
 
 
+@pytest.mark.slow
 def test_speeds_may_be_swept_in_one_program(tmp_path):
     speeds = [0.5, 1.0, 1.5]
     study = study_of(tmp_path, SHORT, f"{SPEED}={speeds}")
@@ -340,6 +351,7 @@ def test_a_line_may_part_across_from_its_drum(tmp_path):
     assert ran["end_tension"][0, late] == pytest.approx(drag * ran["payout"][0, late], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_scene_of_a_crane_comes_to_its_closed_form(tmp_path):
     scene = Path(__file__).parents[2] / "configs" / "lowering.toml"
     ran = run_scenes(tmp_path, load_study(scene))

@@ -260,6 +260,7 @@ end = {{ held = {{ pretension = {pull}, direction = [1, 0, {up}] }} }}
 FALLS = '[events.go]\nbreaks = "rope.end"\ntime = "0.1 s"\n'
 
 
+@pytest.mark.slow
 def test_a_rope_that_is_let_go_falls_into_water_and_its_account_closes(tmp_path):
     output = 'duration = "3 s"\nevery = "50 ms"'
     law = f'law = "linear"\nEA = {EA}\ntension_only = true'

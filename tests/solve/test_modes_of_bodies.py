@@ -179,6 +179,7 @@ def test_a_platform_on_four_wires(tmp_path):
     assert np.all(np.max(ways, axis=1) > 0.999)
 
 
+@pytest.mark.slow
 def test_nothing_resists_a_body_that_turns_on_its_line(tmp_path):
     text = (
         f"gravity = {G}\ndimensions = 3\n"
@@ -197,6 +198,7 @@ def test_nothing_resists_a_body_that_turns_on_its_line(tmp_path):
 # --- bodies that float ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_floating_box(tmp_path):
     length, breadth, height, heavy = 8.0, 3.0, 2.0, 20e3
     text = (
@@ -355,6 +357,7 @@ end = "free"
 """
 
 
+@pytest.mark.slow
 def test_a_current_couples_ways_one_way(tmp_path):
     # yaw changes the drag along x and y, and these change no moment: K is triangular, its own numbers
     # the springs', but for what the current turns the ship with

@@ -108,6 +108,7 @@ def test_added_mass_is_carried_across_rods(tmp_path):
     assert found.frequency == pytest.approx([in_hertz(moment / inertia)], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_hanging_chain_in_the_limit_of_many_rods(tmp_path):
     known = exact.hanging_chain_frequencies(10.0, 4, G)
     text = scene(line("chain", 10.0, 2.0, ORIGIN, '"free"'))

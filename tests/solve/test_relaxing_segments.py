@@ -165,6 +165,7 @@ def test_the_largest_stable_step(tmp_path, stiff, time):
     assert growth(1.01 * bound) > 1.0
 
 
+@pytest.mark.slow
 def test_single_precision_holds_as_long(tmp_path):
     # a step is a ten-thousandth of a hundredth of the time: what it relaxes has no digit of its own
     motion = (

@@ -121,6 +121,7 @@ every = "10 ms"
 """
 
 
+@pytest.mark.slow
 def test_rods_that_give_way_hang_and_swing_as_springs(tmp_path):
     # half the wire hangs at its lower end
     carried = 100.0 + 0.05
@@ -135,6 +136,7 @@ def test_rods_that_give_way_hang_and_swing_as_springs(tmp_path):
     assert found.frequency[0] == pytest.approx(np.sqrt(1e4 / moving) / (2 * np.pi), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_rods_in_a_current_stay_where_they_rest(tmp_path):
     # statics and dynamics take the same drag, each rod's with its own tangent: what no force of the
     # residual moves does not move, however few rods there are

@@ -57,6 +57,7 @@ def exact(t):
     return rest + (-BELOW - rest) * np.cos(rate * t) + SPEED / rate * np.sin(rate * t)
 
 
+@pytest.mark.slow
 def test_a_bob_goes_on_bobbing(tmp_path):
     swing = np.ptp(exact(np.linspace(0.0, 0.7, 701)))
     off = []

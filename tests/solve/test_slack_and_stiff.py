@@ -152,6 +152,7 @@ def tensions(found, name):
     return np.asarray(line.law.tension(line.reference_strain))
 
 
+@pytest.mark.slow
 def test_chains_between_slack_and_taut_on_a_flat_bed(tmp_path):
     # hanging straight down from both ends with length left over, or led up from the bed at a slope
     found, slack = at_rest(tmp_path, CHAIN), 0

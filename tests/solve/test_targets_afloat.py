@@ -48,6 +48,7 @@ def test_a_tension(tmp_path):
     assert lengths == pytest.approx([x / (1.0 + 6e4 / STIFF), LENGTH], rel=1e-10)
 
 
+@pytest.mark.slow
 def test_a_place_and_a_tension(tmp_path):
     goals = target("here", "left", "box", x=10.2) + target(
         "tight", "right", "right.start", tension=5e4

@@ -146,6 +146,7 @@ def test_a_taut_upright_line_swings_as_a_string_under_morisons_forces(tmp_path, 
     np.testing.assert_allclose(way, middle, atol=0.01 * np.abs(middle).max())
 
 
+@pytest.mark.slow
 def test_along_a_level_line_the_tension_falls_by_what_pushes_it(tmp_path):
     half, height, diameter = 25.0, 3.0, 0.5
     line = f"""
@@ -233,6 +234,7 @@ def test_waves_across_a_plane_move_its_line_out_of_it(tmp_path):
     assert np.all(turned[:, 0] == 0.0)
 
 
+@pytest.mark.slow
 def test_at_rest_no_wave_has_come_and_each_run_of_a_sweep_has_its_own(tmp_path):
     soft = 'law = "linear"\nEA = 1e5'
     sweep = '[sweep]\n"sea.height" = [1.0, 2.0]\n'

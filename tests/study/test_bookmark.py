@@ -208,6 +208,7 @@ def test_a_disk_without_room_for_notes_ends_no_run(tmp_path, monkeypatch):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["r.h5", "scene.toml"]
 
 
+@pytest.mark.slow
 def test_a_command_that_was_killed_goes_on(tmp_path):
     (tmp_path / "rope.toml").write_text(nylon_rope(100, "120 ms"))  # ROPE, for longer
     command = ["-c", START, "run", "rope.toml", "-o", "cut.h5"]

@@ -49,6 +49,7 @@ def is_at_work(process):
     return any(opened.path.endswith(".h5.partial") for opened in process.open_files())
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing_but_time(tmp_path):
     scene = good_scenes.write(tmp_path, DRY)
     # one core, as each worker has: on more of them a batch is shared out and its lanes round otherwise

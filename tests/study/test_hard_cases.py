@@ -159,6 +159,7 @@ def without(path, *tables):
     return "\n[".join(b for b in blocks if b.partition("]")[0] not in tables)
 
 
+@pytest.mark.slow
 def test_a_stiff_line_beside_a_soft_one():
     found = ran("stiff-and-soft", 20)
     assert found.outcome.status is Status.OK
@@ -232,6 +233,7 @@ def test_a_piece_is_a_line_that_breaks_at_its_end():
     np.testing.assert_allclose(a, b, rtol=0, atol=1e-6 * 111.0)
 
 
+@pytest.mark.slow
 def test_a_break_while_the_line_still_rings():
     found = ran("ringing", 100)
     close(found, "ringing", 1e-3)
@@ -268,6 +270,7 @@ def test_a_law_with_a_dead_band():
     assert found.outcome.energy_closure < 2e-3
 
 
+@pytest.mark.slow
 def test_single_precision_with_1600_segments():
     found = ran("single-precision", 1600)
     # a millisecond is thirty segments long: speed and arrival to (1/30)^2 of themselves and less
@@ -330,6 +333,7 @@ def rod_error(segments):
     return values["tip history, % off"]
 
 
+@pytest.mark.slow
 def test_a_stiff_rod_without_tension():
     # frequencies are right to some (1/N)^2, and in 4 s the first mode turns by 14 rad
     assert rod_error(20) < 100.0 * 14.0 * 2.0 / 20**2

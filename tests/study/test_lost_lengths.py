@@ -59,6 +59,7 @@ def test_a_step_too_long_for_rods_is_told_as_that(tmp_path):
     assert np.isnan([outcome.stop_time, outcome.stop_distance]).all()
 
 
+@pytest.mark.slow
 def test_a_step_that_rods_bear_is_not(tmp_path):
     ran = run_text(tmp_path, HUNG, "solver.step=1 ms")
     (outcome,) = ran.outcomes

@@ -267,6 +267,7 @@ def test_a_full_folder_is_left_alone(scene, tmp_path):
     assert [p.name for p in (tmp_path / "s").iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.slow
 def test_a_study_goes_on_after_kill_9(scene, whole, tmp_path, monkeypatch):
     # as many devices as this process has: lanes of batches of other sizes may round otherwise
     name = "--xla_force_host_platform_device_count"

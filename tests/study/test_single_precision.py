@@ -97,6 +97,7 @@ HAULED_IN = TAUT.replace(
 ).replace('amplitude = ["0.2 m", 0, 0]\nperiod = "2 s"', 'velocity = ["5 mm/s", 0, 0]')
 
 
+@pytest.mark.slow
 def test_a_winch_costs_single_precision_no_digits(tmp_path):
     # hauled in at an even 5 mm/s, 15 kg of line have the winch's tension all along. A digit of the
     # whole length, 5e-8 of it, is 3 N in every segment, in every step another: 50 N and more together

@@ -85,6 +85,7 @@ def test_a_study_says_it_too(tmp_path, linear):
     assert alone == said
 
 
+@pytest.mark.slow
 def test_a_study_says_no_more_of_another_law(tmp_path):
     text = LINE[: LINE.index("[materials")] + NYLON + LINE[LINE.index("[lines") :]
     text += SWEEP.format([10])

@@ -35,6 +35,7 @@ def test_every_status_has_a_meaning_and_advice():
     assert all(ADVICE[s] for s in Status if s is not Status.OK)
 
 
+@pytest.mark.slow
 def test_a_law_that_stiffens_beyond_its_bound(tmp_path):
     # T' = 1 MN + 12 GN e^2; the end is pulled 24 m away in 400 ms, to 25 % strain, where waves run
     # at sqrt(751 MN / 1 kg/m) = 27 km/s, while the step was chosen for 5 %: 5.6 km/s

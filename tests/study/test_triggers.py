@@ -189,6 +189,7 @@ class TestWhatFollows:
 
 
 class TestRunsOfABatch:
+    @pytest.mark.slow
     def test_each_at_its_own_time_or_never(self, together, alone):
         at_once, later, *_, never = together.outcomes
         assert at_once.recoils["rope.start"]["break_start"] == 0.0

@@ -305,6 +305,7 @@ def test_a_top_speed_needs_steps_that_keep_it(tmp_path, solver, refused):
         load_study(tmp_path / "scene.toml")
 
 
+@pytest.mark.slow
 def test_a_place_of_a_rope_that_is_paid_out_has_the_speed_of_the_rope(tmp_path):
     # nodes move along the rope as it grows longer; the rope 2 m from where it is held only stretches
     text = WINCH.replace("amplitude = 0.05", "amplitude = 2").replace("period = 1.5", "period = 6")

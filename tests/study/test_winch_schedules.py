@@ -62,6 +62,7 @@ def drum(drive, time):
     return found.y
 
 
+@pytest.mark.slow
 def test_a_drum_hauls_and_gives_as_its_tension_changes(tmp_path):
     ran = run_text(tmp_path, hauled())
     assert ran.statuses == ["OK"]
@@ -75,6 +76,7 @@ def test_a_drum_hauls_and_gives_as_its_tension_changes(tmp_path):
     assert "lost_control" in ran.energy
 
 
+@pytest.mark.slow
 def test_a_drive_that_watches_the_tension_follows_what_it_is_to_be(tmp_path):
     gain, again = 3.0, 0.8
     ran = run_text(tmp_path, hauled(f"control = {{ gain = {gain}, integral_time = {again} }}"))

@@ -80,6 +80,7 @@ def test_one_number_of_cases_is_drawn_along_it(tmp_path, names):
     assert drawn.get_xdata().tolist() == [61.0, 65.0]
 
 
+@pytest.mark.slow
 def test_runs_that_went_wrong_are_counted(tmp_path):
     # of 61 m and more a thousandth of stretch is enough, of 58 m it is not
     text = SCENE.replace('law = "linear"', 'law = "linear"\nmax_strain = 1e-3')
