@@ -274,7 +274,7 @@ def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:
     ]
     below = float(sag(line.position[None])[0])
     if np.isfinite(below):
-        rows.append(("sag", "largest sag of a node", below, "m"))
+        rows.append(("sag", "sag below the chord", below, "m"))
     rows.append(("strain", "largest strain", 100.0 * float(line.strain.max()), "%"))
     return [
         {**shown_number(f"{name}/{key}", words, value, unit), "group": name}

@@ -293,7 +293,7 @@ _BOOKS = ("energy_closure", "solver_step", "solver_steps", "static_imbalance")  
 _MEGA = 1e7  # N; below, the field says kN
 _DERIVED = {
     "length": ("length as stretched", "m"),
-    "sag": ("largest sag of a node", "m"),
+    "sag": ("sag below the chord", "m"),
     "peak_speed": ("fastest node", "m/s"),
 }
 

@@ -86,7 +86,7 @@ def _is_lowered(name: str, values: Array) -> bool:
     start = np.abs(_finite(values[:, :1]))
     known = np.where(np.isfinite(values), values, values[:, :1])
     changes = np.max(np.abs(known - values[:, :1]), axis=1, initial=0.0, keepdims=True)
-    return bool(np.all(np.nan_to_num(changes) < STEADY * start))
+    return bool(np.all(np.nan_to_num(changes) <= STEADY * start))
 
 
 def _moving(terms: dict[str, Array]) -> dict[str, Array]:

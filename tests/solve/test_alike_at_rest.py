@@ -80,6 +80,7 @@ def test_what_is_done_to_all_is_done_to_each(untied):
 
 
 @pytest.mark.parametrize("tied", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
 def test_forces_on_the_net_are_those_of_the_lines(request, tmp_path, tied):
     if tied:
         model = equilibrium_of(lines(tmp_path, "tied-1", "tied-2"))[0].model

@@ -90,6 +90,7 @@ def test_until_it_breaks_it_moves_as_one_that_does_not(tmp_path, cuts, more):
 
 
 @pytest.mark.parametrize("time", [0.004, pytest.param(0, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_the_account_closes_over_the_break(tmp_path, time):
     closures = []
     for courant in (0.5, 0.25):

@@ -230,6 +230,7 @@ every = 0.1
         pytest.param('method = "dopri8"', marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_the_account_closes_where_a_line_is_hauled_in_aslant(tmp_path, solver):
     ran = run_text(tmp_path, TOWED + f"[solver]\n{solver}\n")
     assert ran.statuses == ["OK"]

@@ -92,6 +92,7 @@ def test_a_body_between_two_lines(tmp_path):
     assert found.frequency[across[0]] == pytest.approx(found.frequency.min(), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_wrong_mass_is_found(tmp_path):
     found = modes_of(tmp_path, between(32, 1.01 * MASS), count=10)
     omega = 2.0 * np.pi * lowest_across_and_along(found)

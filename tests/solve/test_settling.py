@@ -326,6 +326,7 @@ control = { force = ["2 kN", 0, 0], turn_stiffness = [0, 0, SPRING] }
 
 
 @pytest.mark.parametrize("spring", [2e3, pytest.param(50e3, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_ship_under_thrust_rests_where_its_forces_balance(tmp_path, spring):
     def left(q):
         x, y, yaw = q

@@ -224,6 +224,7 @@ def test_other_methods_swing_alike(tmp_path, solver):
     np.testing.assert_allclose(other["position"], plain["position"], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_waves_across_a_plane_move_its_line_out_of_it(tmp_path):
     soft = 'law = "linear"\nEA = 1e5'
     along = run_text(tmp_path, hanging(soft))

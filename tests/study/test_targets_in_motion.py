@@ -32,6 +32,7 @@ def exact_length():
 
 
 @pytest.mark.parametrize("broken", ["rope.end", pytest.param("rope@20 m", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_it_parts_as_one_of_that_length(tmp_path, broken):
     found = run_text(tmp_path, rope(broken=broken))
     assert found.statuses == ["OK"]

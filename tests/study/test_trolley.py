@@ -107,6 +107,7 @@ def test_the_spline_is_exact_where_it_must_be():
         (1.0, 1e-6),
     ],
 )
+@pytest.mark.slow
 def test_a_loaded_line_under_a_winch_hangs_in_its_exact_shape(tmp_path, place, depth):
     # two inextensible arcs of a catenary that meet under a sheave, w per stretched length; H and the
     # slope at the start from the height of the far post and the tension that the winch keeps there
