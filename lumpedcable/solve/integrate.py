@@ -16,13 +16,16 @@ from jaxtyping import Array, Float, Int, PyTree
 from lumpedcable.model.attached import moved_ends, on_paths, start_velocities
 from lumpedcable.model.balance import reactions_at_rest
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.ends import end_name
 from lumpedcable.model.energy import empty_body_work, empty_work
 from lumpedcable.model.hauled import steered
 from lumpedcable.model.model import Model
 from lumpedcable.model.motion import carries
 from lumpedcable.model.state import State
+from lumpedcable.physics.linear import pick
 from lumpedcable.physics.motion import velocity_of
 from lumpedcable.physics.precision import cast
+from lumpedcable.physics.tension import strain_at
 from lumpedcable.solve.constrained import Constrained
 from lumpedcable.solve.jerk import jerked
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
@@ -113,22 +116,32 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
     standing = upright(model, y)
     ends = tips(model, zero, y, plan.tips)
     largest = so_far(model, first.largest, {}, plan.borne) | watched(seen)
-    largest |= _rests(model, plan.recoils)
-    first = first._replace(largest=largest, upright=standing, tips=ends)
+    resting = _rests(model, plan.recoils)
+    first = first._replace(largest=largest, upright=standing, tips=ends, rests=resting)
     trip = trips(model, y)
     return Progress(y, solver_state, seen, going, moving, y.tension, never, standing, trip), first
 
 
-def _rests(model: Model, recoils: tuple[Recoil, ...]) -> dict[str, Float[Array, ""]]:
-    """Tensions (N) at rest of recoiling ends of lines with loads, by "rest " and the end's number.
+def _rests(model: Model, recoils: tuple[Recoil, ...]) -> dict[str, Float[Array, " 2"]]:
+    """Strains (-) and tensions (N) at rest of recoiling ends of lines with loads, by end.
 
-    Those of lines without are the ones of their last segments.
+    Between the middle of the last segment and the end lies half a segment's weight. What the law cannot
+    tell of the end, as of a slack one, is that of the middle. Without loads both are the same.
     """
     found = {}
-    for index, (name, node) in enumerate(recoils):
+    for name, node in recoils:
         line = model.lines[name]
-        if line.loads and not line.inextensible:
-            found[f"rest {index}"] = tension_at(line, node, model)
+        if not line.loads or line.inextensible:
+            continue
+        tension = tension_at(line, node, model)
+        strain = strain_at(line.law, tension, line.max_strain)
+        middle = pick(line.reference_strain, line.segment(node))
+        inside = line.law.tension(middle)
+        close = float(jnp.finfo(tension.dtype).eps) ** 0.5 * jnp.abs(tension)
+        known = jnp.abs(line.law.tension(strain) - tension) <= close
+        known &= jnp.abs(inside - tension) > close
+        both = jnp.stack([strain, tension]), jnp.stack([middle, inside])
+        found[end_name(name, node)] = jnp.where(known, *both)
     return found
 
 

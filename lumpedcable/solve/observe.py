@@ -83,7 +83,8 @@ class Sample(NamedTuple):
     tells of each line, and what `watched` adds; `bodies` the coordinates q and their rates of each body,
     (2, m); `measures` the numbers that the scene asks for, NaN while they do not count; `stuck` is as of
     a run; `upright` the least |cos(pitch)| so far of bodies that turn in space; `tips` how far ends have
-    moved (m) and their velocities (m/s); `run_out` by trolley whether its line has come to an end.
+    moved (m) and their velocities (m/s); `run_out` by trolley whether its line has come to an end;
+    `rests` strain (-) and tension (N) at rest of recoiling ends, of the first sample alone.
     """
 
     fields: dict[str, dict[str, Array]]
@@ -101,6 +102,7 @@ class Sample(NamedTuple):
     upright: dict[str, Float[Array, ""]] = {}  # noqa: RUF012 (a default that nobody changes)
     tips: dict[str, Float[Array, "2 d"]] = {}  # noqa: RUF012
     run_out: dict[str, Bool[Array, ""]] = {}  # noqa: RUF012
+    rests: dict[str, Float[Array, " 2"]] = {}  # noqa: RUF012
 
 
 def end_tension(

@@ -50,7 +50,7 @@ class Account:
         self.peaks: dict[str, NDArray[np.float64]] = {}
         # by event that begins at a tension, when it did in each run (s), inf where it has not
         self.starts: dict[str, NDArray[np.float64]] = {}
-        # by "rest " and number of a recoiling end, its tension at rest (N), of lines with weight
+        # strain (-) and tension (N) at rest of recoiling ends of lines with loads, (runs, 2)
         self.rests: dict[str, NDArray[np.float64]] = {}
         self._start: dict[str, NDArray[np.float64]] | None = None
 
@@ -75,10 +75,8 @@ class Account:
             self.signs[sign][:, times] = shown
         for kind, kept in self._tables.items():
             for name, values in getattr(samples, kind).items():
-                if name.startswith("rest "):
-                    self.rests[name] = np.asarray(values, float)[:, 0]
-                    continue
                 kept.setdefault(name, np.full(shape, np.nan))[:, times] = values
+        self.rests |= {name: np.asarray(x, float)[:, 0] for name, x in samples.rests.items()}
         self.reached = first + count - 1
 
     def finish(self, run: Progress, ready: Ready) -> None:

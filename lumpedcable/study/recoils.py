@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 import jax
@@ -31,11 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["recoiled"]
 
-Law = Callable[["NDArray[np.float64]"], "NDArray[np.float64]"]
-"""Tension (N) of each run's material at its strain (-)."""
-SECANTS = 6  # most steps to the strain that goes with a tension
-SMALL = 1e-4  # share of a strain over which a slope is taken, and a strain that is small
-AGREE = 1e-9  # to what share two tensions are the same
 Numbers = dict[str, "NDArray[np.float64]"]
 """Numbers of an end by their names, each of shape (runs,)."""
 
@@ -83,35 +76,13 @@ def _broken(ended: Ended, index: int) -> _Broken:
     recoil, lived = part.plan.recoils[index], len(part.runs)
     line = jax.tree.map(lambda x: np.asarray(x)[:lived], ended.ready.model.lines[recoil.line])
     strain = at_end(line, np.asarray(line.reference_strain, float), recoil.node)
-    law = partial(tensions_of, study, part, source_of(part.structure.scene, recoil.line))
-    tension = ended.account.rests.get(f"rest {index}")
-    strain, tension = (
-        (strain, law(strain)) if tension is None else _carried_on(law, strain, tension)
-    )
+    rest = ended.account.rests.get(recoil_name(recoil))
+    if rest is None:
+        tension = tensions_of(study, part, source_of(part.structure.scene, recoil.line), strain)
+    else:
+        strain, tension = rest.T
     begins = begins_of(part, ended.starts, recoil)
     return _Broken(ended, index, recoil, line, strain, tension, begins)
-
-
-def _carried_on(
-    law: Law, strain: NDArray[np.float64], tension: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Strain (-) and tension (N) at an end at rest, from those in the middle of its last segment.
-
-    Half a segment's weight lies between the two. Secants lead to the strain at which the law gives the
-    tension there; what they do not find stays as it is in the middle.
-    """
-    middle = law(strain)
-    at, found = strain, middle
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for _ in range(SECANTS):
-            if not np.any(np.abs(found - tension) > AGREE * np.abs(tension)):
-                break
-            small = SMALL * np.maximum(np.abs(at), SMALL)
-            slope = (law(at + small) - law(at - small)) / (2.0 * small)
-            at = at + (tension - found) / slope
-            found = law(at)
-        whole = np.abs(found - tension) <= AGREE * np.abs(tension)
-    return np.where(whole, at, strain), np.where(whole, tension, middle)
 
 
 def _measured(broken: _Broken) -> Numbers:

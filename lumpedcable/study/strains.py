@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from lumpedcable.study.contents import Contents
     from lumpedcable.study.part import Part
 
-Curve = Callable[[Scene, str], "Callable[[ArrayLike], NDArray[np.float64]]"]
+Law = Callable[["ArrayLike"], "NDArray[np.float64]"]
+Curve = Callable[[Scene, str], Law]
 
 __all__ = ["Strained", "strain_under", "strained"]
 
@@ -100,18 +101,19 @@ def strained(
             line = source_of(scene, names[int(whose[run, top])])
             most, first = scene.materials[scene.lines[line].material].max_strain, beyond[run]
             when = int(first.argmax())
-            strains: list[float | None] = [float(share[run, k]) * most for k in (when, top)]
-            if what == "pull":
-                law = curve(scene, line)
-                strains = [strain_under(law, float(share[run, k]), most) for k in (when, top)]
-            if strains[-1] is not None:
-                found.say(int(run), when, line, (strains[0] or strains[-1], strains[-1]), most)
+            law = curve(scene, line) if what == "pull" else None
+            if (largest := _strain(law, float(share[run, top]), most)) is not None:
+                then = _strain(law, float(share[run, when]), most) or largest
+                found.say(int(run), when, line, (then, largest), most)
     return found
 
 
-def strain_under(
-    law: Callable[[ArrayLike], NDArray[np.float64]], share: float, most: float
-) -> float | None:
+def _strain(law: Law | None, share: float, most: float) -> float | None:
+    """So many times `most`; with a law, the strain at which it gives so many times its tension there."""
+    return share * most if law is None else strain_under(law, share, most)
+
+
+def strain_under(law: Law, share: float, most: float) -> float | None:
     """The strain above `most` at which a law gives so many times its tension at `most`.
 
     None where it gives that much below already, or nowhere.

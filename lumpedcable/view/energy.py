@@ -34,7 +34,7 @@ def energy_figure(result: ResultFile, group: Group) -> Figure:
     names = [name for name in result.energy_terms if name != RESIDUAL]
     every = {name: result.energy(name) for name in names}
     lowered = [name for name, values in every.items() if _is_lowered(name, values)]
-    whole = _moving(every | {name: every[name] - every[name][:, :1] for name in lowered})
+    whole = _moving(every | {name: _from_start(every[name]) for name in lowered})
     # by what any run of the file shows, so that a term looks the same in all its figures
     hidden = _too_small(whole)
     shown = [name for name in whole if name not in hidden]
@@ -81,12 +81,14 @@ def _is_lowered(name: str, values: Array) -> bool:
     """
     if name == "gravitational":
         return True
-    if name.startswith(("work_", "lost_", "kinetic")) or not values.size:
+    if name.startswith(("work_", "lost_", "kinetic")):
         return False
-    start = np.abs(_finite(values[:, :1]))
-    known = np.where(np.isfinite(values), values, values[:, :1])
-    changes = np.max(np.abs(known - values[:, :1]), axis=1, initial=0.0, keepdims=True)
-    return bool(np.all(np.nan_to_num(changes) <= STEADY * start))
+    change = np.abs(_finite(_from_start(values)))
+    return bool(np.all(change <= STEADY * np.abs(_finite(values[:, :1]))))
+
+
+def _from_start(values: Array) -> Array:
+    return values - values[:, :1]
 
 
 def _moving(terms: dict[str, Array]) -> dict[str, Array]:

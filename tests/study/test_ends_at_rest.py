@@ -4,36 +4,28 @@ import re
 
 import numpy as np
 import pytest
-from engine_runs import run_text
+from engine_runs import fixed, line_text, run_text
 
 from lumpedcable.results import open_result
 from lumpedcable.view.sampling import RecoilingEnd
 
-ROPE = """
+HEAVY = """
 gravity = "9.81 m/s2"
 
 [materials.rope]
 law = "linear"
 EA = "50 kN"
 
-[lines.rope]
-material = "rope"
-length = "10 m"
-segments = {segments}
-mass = "0.5 kg/m"
-start = {{ fixed = [0, 0, 0] }}
-end = "weight.top"
-
 [bodies.weight]
 mass = "50 kg"
-position = [0, 0, "{depth} m"]
+position = [0, 0, -10.1]
 free = ["z"]
 inertia = [1, 1, 1]
-points = {{ top = [0, 0, 0] }}
+points = { top = [0, 0, 0] }
 settle = true
 
 [events.parts]
-breaks = "rope.{end}"
+breaks = "rope.end"
 time = "1 ms"
 
 [output]
@@ -51,8 +43,12 @@ every = "5 ms"
     ],
 )
 def test_half_a_segment_of_weight_is_not_left_out(tmp_path, end, below, segments):
-    text = ROPE.format(segments=segments, end=end, depth=-10.1)
-    found = run_text(tmp_path, text).outcomes[0].recoils[f"rope.{end}"]
+    rope = line_text("rope", "rope", 10, segments, 0.5, fixed(0, 0, 0), '"weight.top"')
+    found = (
+        run_text(tmp_path, HEAVY + rope, f"events.parts.breaks=rope.{end}")
+        .outcomes[0]
+        .recoils[f"rope.{end}"]
+    )
     force = (50.0 + below) * 9.81
     assert found["static_tension"] == pytest.approx(force, rel=1e-8)
     assert found["static_strain"] == pytest.approx(force / 50e3, rel=1e-8)
@@ -63,14 +59,6 @@ FAST = """
 law = "linear"
 EA = "100 kN"
 max_strain = 0.04
-
-[lines.rope]
-material = "rope"
-length = "10 m"
-segments = 8
-mass = "0.5 kg/m"
-start = { fixed = [0, 0, 0] }
-end = { motion = { position = [10, 0, 0], velocity = ["2 m/s", 0, 0], ramp = "0.2 s" } }
 
 [events.parts]
 breaks = "rope@5 m"
@@ -85,7 +73,9 @@ every = "10 ms"
 
 def test_what_a_run_does_after_its_end_is_not_told_as_its_own(tmp_path):
     """Its break at 5 kN, a strain of 0.05, comes when its law is no longer used as it is."""
-    outcome = run_text(tmp_path, FAST).outcomes[0]
+    pulled = '{ motion = { position = [10, 0, 0], velocity = [2, 0, 0], ramp = "0.2 s" } }'
+    rope = line_text("rope", "rope", 10, 8, 0.5, fixed(0, 0, 0), pulled)
+    outcome = run_text(tmp_path, FAST + rope).outcomes[0]
     assert outcome.status.name == "STRAIN_EXCEEDED"
     assert not outcome.recoils
     told = re.search(r"at (\S+) ms: .* a strain of (\S+), and (\S+) later on", outcome.message)

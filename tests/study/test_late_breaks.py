@@ -18,7 +18,6 @@ HAULED = (
 SMALL = (
     "rope.segments=10", "output.duration=120 ms", "break.time=2 ms", "solver.step=0.5 ms",
 )  # fmt: skip
-NUMBERS = ("peak_end_speed", "reach", "end_displacement")
 
 
 @pytest.fixture(scope="module")

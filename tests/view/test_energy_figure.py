@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text
+from engine_runs import fixed, line_text, run_text
 
 from lumpedcable.view import figures_of
 
@@ -12,14 +12,6 @@ gravity = "9.81 m/s2"
 [materials.rope]
 law = "linear"
 EA = "50 kN"
-
-[lines.rope]
-material = "rope"
-length = "2 m"
-segments = 1
-mass = "0.5 kg/m"
-start = {{ fixed = [0, 0, "{top} m"] }}
-end = {{ fixed = [0, 0, "{bottom} m"] }}
 
 [events.parts]
 breaks = "rope.end"
@@ -35,7 +27,8 @@ every = "10 ms"
 
 
 def _pictures(folder, top):
-    run_text(folder, FALLS.format(top=top, bottom=top - 2.1))
+    ends = fixed(0, 0, top), fixed(0, 0, top - 2.1)
+    run_text(folder, FALLS + line_text("rope", "rope", 2, 1, 0.5, *ends))
     return figures_of(folder / "result.h5")
 
 
