@@ -227,6 +227,7 @@ def test_an_interrupted_run_keeps_what_it_has(tmp_path, how, word, code):
         pytest.param(12.0, id="stepping", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_a_run_of_a_single_long_interval_can_be_interrupted(tmp_path, wait, monkeypatch):
     monkeypatch.setenv("LUMPEDCABLE_CACHE", "off")
     good_scenes.write(tmp_path, SMALL)

@@ -181,7 +181,7 @@ def test_what_nobody_can_read_is_told(tmp_path, command, code, told):
 # --- a device ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("asked", ["cuda", "abacus"])
+@pytest.mark.parametrize("asked", ["cuda", pytest.param("abacus", marks=pytest.mark.slow)])
 def test_a_platform_that_is_not_there_is_told(tmp_path, monkeypatch, asked):
     good_scenes.write(tmp_path, SMALL)
     monkeypatch.setenv("JAX_PLATFORMS", asked)

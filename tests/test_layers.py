@@ -1,6 +1,7 @@
 """The house keeps its shape: imports point one way, and only what computes loads jax."""
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -63,8 +64,13 @@ def name_of(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+@functools.cache  # several tests look at all of them
 def imports(source, module, is_package):
-    """Yield (module, names, at the top) of every import, wherever it stands, made absolute."""
+    """(module, names, at the top) of every import, wherever it stands, made absolute."""
+    return list(_imports(source, module, is_package))
+
+
+def _imports(source, module, is_package):
     tree = ast.parse(source)
     inside = {
         id(node)

@@ -161,6 +161,7 @@ def pulls(folder, text, motion, step, *overrides, every=0.01):
     return found
 
 
+@pytest.mark.slow
 def test_a_segment_that_is_pulled_to_and_fro_answers_with_the_modulus(tmp_path):
     # 0.1 m on 30, six a second: the modulus is what is in phase and what is ahead
     omega, apart = 6.0, []

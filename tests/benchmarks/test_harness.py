@@ -30,6 +30,7 @@ def points():
     return found
 
 
+@pytest.mark.slow
 def test_every_point_carries_what_it_needs(points):
     assert len(points) == 3
     for p in points:

@@ -89,6 +89,7 @@ def test_loops_and_holds_tell_what_the_page_says():
         assert float(row[3]) * unit == pytest.approx(ours[3], rel=5e-2)
 
 
+@pytest.mark.slow
 def test_one_loop_and_one_hold_tell_two_branches_from_one(file_of):
     found = lc.fit(file_of("[choices.one]"))
     assert found.converged

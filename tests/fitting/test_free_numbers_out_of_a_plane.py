@@ -138,6 +138,7 @@ def write_tensions(folder):
     (folder / "a.csv").write_text(f"t,T\n0.01,{float(T)!r}\n0.02,{float(T)!r}\n")
 
 
+@pytest.mark.slow
 def test_a_fit_moves_the_end_of_a_line_aslant(tmp_path):
     write_tensions(tmp_path)
     spec, arrays = arrays_of(fit_of(tmp_path, FIT, STRING).problem)

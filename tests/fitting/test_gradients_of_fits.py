@@ -222,6 +222,7 @@ def histories(folder, text, what, keys):
         *(pytest.param(c, marks=pytest.mark.slow) for c in CASES if c != "break, shock"),
     ],
 )
+@pytest.mark.slow
 def test_derivatives_are_those_of_differences(tmp_path, case):
     text, what, keys = CASES[case]
     f, values = histories(tmp_path, text, what, keys)

@@ -80,6 +80,7 @@ def test_several_starts_lie_evenly_over_the_decades_between_bounds(tmp_path):
     assert len(set(np.floor(8.0 * (logs - 0.02) / 0.96))) == 7
 
 
+@pytest.mark.slow
 def test_slopes_of_the_deviations_are_those_of_differences(tmp_path):
     spec, arrays = arrays_of(cycles_of(tmp_path, TRUTH).problem)
 

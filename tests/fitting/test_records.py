@@ -57,6 +57,7 @@ def fitted(tmp_path_factory):
     return fit_problem(fit_of(folder, FREE + records, text).problem), runs
 
 
+@pytest.mark.slow
 def test_what_is_compared_is_what_a_run_gives(fitted):
     found, runs = fitted
     told = [column for name in ("low", "high") for column in runs[name][1:]]
@@ -133,6 +134,7 @@ def test_shares_of_the_exact_speed_by_the_command(tmp_path):
     ("blocks", "every"),
     [(True, "1 ms"), (True, "60 ms"), pytest.param(False, "2 ms", marks=pytest.mark.slow)],
 )
+@pytest.mark.slow
 def test_shares_of_the_exact_speed_in_reverse(monkeypatch, tmp_path, blocks, every):
     if blocks:
         keep_blocks_alone(monkeypatch)

@@ -41,6 +41,7 @@ def test_it_knows_what_it_is_of(speed):
     assert repr(speed) == f"Response(last velocity at rope.end (m/s) by {', '.join(KEYS)})"
 
 
+@pytest.mark.slow
 def test_values_and_derivatives_in_both_modes_are_those_of_the_exact_wave(speed):
     value, back = jax.value_and_grad(speed)(speed.values)
     assert float(speed(speed.values)) == pytest.approx(float(value), rel=1e-12)
@@ -59,6 +60,7 @@ def test_many_at_once(speed):
     np.testing.assert_allclose(found, exact(many.T), rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_its_history_is_that_of_a_run(scene, speed):
     ran = lc.run(scene, SHORT)
     end = ran.line("rope").velocity[0, :, -1, 0]

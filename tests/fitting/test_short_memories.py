@@ -39,6 +39,7 @@ def test_a_response_by_rk4_takes_the_steps_of_a_run(tmp_path):
     assert float(found(found.values)) == pytest.approx(ran["start_tension"][0, -1], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_time_too_short_for_those_steps_is_no_number(tmp_path):
     (tmp_path / "scene.toml").write_text(LINE)
     found = lc.response(tmp_path / "scene.toml", KEYS, "last tension at rope.start")

@@ -78,6 +78,7 @@ def test_rotation_about_the_vertical(tmp_path, level, angle):
     assert close(ran["tension"], level["tension"], 90e3) < 1e-9
 
 
+@pytest.mark.slow
 def test_rotation_of_a_straight_line_in_space(tmp_path):
     # without weight a line is one-dimensional whichever way it points
     bare = scene().replace('gravity = "9.81 m/s2"', "")
@@ -119,6 +120,7 @@ def test_a_plane_computed_in_space(tmp_path, level):
 
 
 @pytest.mark.parametrize("dt", [pytest.param(None, marks=pytest.mark.slow), 2e-4])
+@pytest.mark.slow
 def test_galilean_invariance(tmp_path, dt):
     # seen from a frame that moves at -V, line and water both move at V faster: same accelerations
     still = scene_of(tmp_path, scene(current=(0.5, 0.3, 0)))

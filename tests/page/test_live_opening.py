@@ -128,6 +128,7 @@ def test_what_no_stage_has_opens_with_itself(tmp_path, old, new):
     assert highline_of(load_study(wrote(tmp_path, text)).scene).stage is None
 
 
+@pytest.mark.slow
 def test_cargo_between_two_lines_hangs_where_the_engine_has_it(tmp_path):
     path = wrote(tmp_path, HIGHLINE)
     _, numbers = opened(path)

@@ -155,6 +155,7 @@ def test_a_line_that_breaks_is_cut_where_its_length_says(tmp_path):
 
 
 @pytest.mark.parametrize("time", [0.0, pytest.param(1e-12, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_stiff_lines_from_far_too_short_ones_are_found(time):
     study = load_study(CONFIGS / "highline" / "erection.toml")
     lines = Resting(study).solve({"lines.highline.payout.time": time}).lines

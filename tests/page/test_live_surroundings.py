@@ -124,6 +124,7 @@ every = 1
 
 
 @pytest.mark.parametrize("eye", [[0.5, 0, 0.5], [0, 0.5, 0.5]])
+@pytest.mark.slow
 def test_a_body_is_drawn_as_it_has_turned_to_rest(tmp_path, eye):
     path = tmp_path / "box.toml"
     path.write_text(HANGING.replace("[0.5, 0, 0.5]", str(eye)))

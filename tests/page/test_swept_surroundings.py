@@ -55,6 +55,7 @@ def file(tmp_path_factory):
     return folder / "swept.h5"
 
 
+@pytest.mark.slow
 def test_a_page_has_those_of_every_run(file):
     head = recorded(file)
     around = [(one["surface"], one["bed"]) for one in head["surroundings"]]

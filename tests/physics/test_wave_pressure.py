@@ -74,7 +74,7 @@ def test_in_long_waves_it_is_lifted_and_carried_as_the_water_itself():
 
 
 @pytest.mark.parametrize("heading", HEADINGS)
-@pytest.mark.parametrize("depth", [None, 12.0])
+@pytest.mark.parametrize("depth", [pytest.param(None, marks=pytest.mark.slow), 12.0])
 def test_they_have_their_derivatives(depth, heading):
     def response(x):
         sea = SeaState.of(

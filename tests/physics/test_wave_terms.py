@@ -28,6 +28,7 @@ def terms(
     return found.correction, found.viscosity
 
 
+@pytest.mark.slow
 def test_nothing_happens_where_a_line_stretches_evenly():
     correction, viscous = terms(np.full(N, 9e3), np.full(N, 3.0))
     np.testing.assert_array_equal(viscous, 0.0)
@@ -80,6 +81,7 @@ def test_a_step_at_courant_one_needs_no_correction():
     np.testing.assert_allclose(viscous, 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_viscosity_resists():
     # it has the sign of the strain rate: it can only take energy
     rng = np.random.default_rng(3)
@@ -249,6 +251,7 @@ class TestBoundary:
             assert (bound < free) == (dt == DT)
 
 
+@pytest.mark.slow
 def test_the_derivative_of_the_viscosity_is_its_differences():
     # phi is, one after the other: 1, the mean of the two ratios, that again, 1, the mean, twice the
     # right one, 0, 0, 0, twice the left one; each branch has a derivative of its own

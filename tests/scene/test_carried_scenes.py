@@ -144,6 +144,7 @@ end = {{ winch = {{ at = [5, 0, 0], tension = "40 kN" }} }}
 @pytest.mark.parametrize(
     "place", [*(pytest.param(x, marks=pytest.mark.slow) for x in (0.1, 0.15)), 4.9]
 )
+@pytest.mark.slow
 def test_from_a_segment_on_the_line_hangs_as_it_should(tmp_path, place):
     found, coordinates = equilibrium_of(scene_of(tmp_path, SPAN.format(place=place)))
     at = coordinates.expand(np.asarray(found.model.bodies["cargo"].reference)[:2], 0, place=True)

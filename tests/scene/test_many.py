@@ -44,6 +44,7 @@ def alone(runs: Runs) -> dict[int, str]:
 
 LONG = (
     "adjustment",
+    "moored-barge",
     "restraint",
     "restraint-two-anchors",
     "transfer-sea",

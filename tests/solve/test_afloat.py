@@ -121,6 +121,7 @@ def test_a_box_rolls_and_pitches_as_its_metacentre_has_it(tmp_path, way):
     np.testing.assert_allclose(ran.bodies["buoy"]["attitude"][0, :, way], exact, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_a_box_heaves_with_what_it_takes_along_of_the_water(tmp_path):
     # as much as belongs to the share of it that is wet, MASS / (RHO V) of C RHO V at rest
     body = AFLOAT + f'position = [0, 0, {FLOATING + 0.005}]\nadded_mass = [0, 0, 0.8]\nfree = ["z"]'

@@ -71,6 +71,7 @@ def motion(ran):
 
 
 @pytest.mark.parametrize("damping", [pytest.param(0.0, marks=pytest.mark.slow), 2e3])
+@pytest.mark.slow
 def test_a_box_that_falls_on_an_edge_tumbles_as_its_equations_say(tmp_path, damping):
     more = f"damping = {damping}" if damping else ""
     text = box("position = [0, 0, -1]\nattitude = [0, 0.3, 0]", "1 s", more)
@@ -155,6 +156,7 @@ def test_a_clump_between_two_lines_lies_as_deep_on_any_mesh(tmp_path, segments):
     assert -10.0 - z[0] == pytest.approx(depth, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_one_that_sinks_through_a_bed_that_does_not_bear_it_is_told(tmp_path):
     (tmp_path / "scene.toml").write_text(
         box("position = [0, 0, -1]").replace(f"bearing = {BEARING}", "")

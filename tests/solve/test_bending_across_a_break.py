@@ -101,6 +101,7 @@ def test_the_account_closes_over_the_break(tmp_path, time):
     assert closures[1] == pytest.approx(closures[0] / 4.0, rel=0.2)  # of second order in the step
 
 
+@pytest.mark.slow
 def test_after_the_break_its_parts_are_free(tmp_path):
     ran = run_text(tmp_path, sagging(1.0))
     free = ran.time > 0.0342

@@ -54,6 +54,7 @@ def weights(position, mass):
 @pytest.mark.parametrize(
     "direction", [pytest.param((0.0, 0.0, -1.0), marks=pytest.mark.slow), (0.3, 0.8, -0.52)]
 )
+@pytest.mark.slow
 def test_moments_are_in_balance_with_all_that_pulls_beyond_them(tmp_path, direction):
     way = np.array(direction) / np.linalg.norm(direction)
     end = f"{{ held = {{ pretension = 40.0, direction = {way.tolist()} }} }}"
@@ -101,6 +102,7 @@ LET_GO = '[events.tip]\nbreaks = "rod.end"\ntime = "5 ms"\n'
 BENT = "{ held = { pretension = 20, direction = [0, 0.6, -0.8] } }"
 
 
+@pytest.mark.slow
 def test_moments_of_a_moving_rod_are_EI_times_the_curvature_of_its_shape(tmp_path):
     found = run_text(tmp_path, rod(**LIGHT, end=BENT, scene=LET_GO, output=MOVING))
     assert found.statuses == ["OK"]

@@ -82,6 +82,7 @@ def test_a_rod_on_a_spring_moves_as_its_equations_say(tmp_path):
     assert ran.outcomes[0].energy_closure < 1e-8
 
 
+@pytest.mark.slow
 def test_leapfrog_is_of_second_order_with_a_body(tmp_path):
     errors = []
     for step in ("1 ms", "0.5 ms", "0.25 ms"):

@@ -45,6 +45,7 @@ def moved(folder, current, speed):
     return ran, box["position"][0] - current * np.outer(ran.time, [1, 0, 0]), box["attitude"][0]
 
 
+@pytest.mark.slow
 def test_only_what_it_does_in_the_water_counts(tmp_path):
     _, place, attitude = moved(tmp_path, 0, 1)
     # by hand: (A_y - A_x) u^2 sin 5 deg cos 5 deg over the inertia, 4 t (16 + 1) m2 / 12

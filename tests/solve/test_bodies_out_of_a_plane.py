@@ -48,6 +48,7 @@ def floating(folder, ship, current="", hull=""):
     return ran.time, *(ran.bodies["ship"][kind][0] for kind in ("position", "attitude"))
 
 
+@pytest.mark.slow
 def test_a_thrust_to_the_side_pushes_a_ship_to_the_side(tmp_path):
     t, place, _ = floating(tmp_path, 'control.force = [0, "20 kN", 0]')
     assert place[:, 1] == pytest.approx(20e3 / MASS * t**2 / 2, abs=2e-4 * 20e3 / MASS * 8)

@@ -70,6 +70,7 @@ def shape_of(tmp_path, velocity, segments):
 
 
 @pytest.mark.parametrize("turning", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
 def test_a_string_hangs_in_it_as_its_equations_have_it(tmp_path, turning):
     velocity = TURNING if turning else TURNING * [1.0, 0.0, 0.0]
     sol = string(velocity)

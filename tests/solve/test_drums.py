@@ -133,6 +133,7 @@ def test_a_rope_alone_is_as_light_as_its_drum_lets_it_fall(tmp_path, side):
     ],
     ids=["moved", "free"],
 )
+@pytest.mark.slow
 def test_a_drum_may_stand_on_a_body_that_moves(tmp_path, body):
     # one that is moved up and down, and one of 5 t on a spring that the load pulls down
     amplitude, period, kilograms, spring = 0.4, 3.0, 5e3, 4e6

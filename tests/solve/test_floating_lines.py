@@ -58,6 +58,7 @@ def bow(length):
 
 
 @pytest.mark.parametrize("length", [110, pytest.param(120, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_slack_hose_on_the_water_bows_with_the_current(tmp_path, length):
     # it has more length than way on the surface, on which nothing pushes it together
     found, coordinates = equilibrium_of(scene_of(tmp_path, HOSE.format(length=length)))

@@ -92,6 +92,7 @@ end = {{ fixed = [50, 0, -25.4] }}
 """
 
 
+@pytest.mark.slow
 def test_a_line_from_a_deck_into_water_hangs_as_its_equations_have_it(tmp_path):
     sol = string(70.0, (0.0, 15.2), np.array([50.0, -25.4]), 15.0)
     errors = []

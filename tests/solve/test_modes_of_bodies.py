@@ -117,6 +117,7 @@ def test_many_segments_go_by_way_of_the_inverse(tmp_path):
 ROPE, ARM, HEAVY, TURNING = 3.0, 0.8, 200.0, 90.0  # m, m, kg, kg m2
 
 
+@pytest.mark.slow
 def test_a_body_on_a_rope_is_a_double_pendulum(tmp_path):
     light = 0.5  # kg/m: half of the rope's mass is at the eye
     text = (

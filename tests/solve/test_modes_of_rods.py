@@ -63,6 +63,7 @@ def test_a_compound_pendulum(tmp_path):
     assert found.transverse == pytest.approx([1.0])
 
 
+@pytest.mark.slow
 def test_a_double_pendulum(tmp_path):
     found = modes_of(tmp_path, scene(DOUBLE, WEIGHTS, head="dimensions = 3"))
     assert found.frequency == pytest.approx(np.repeat(double_pendulum(), 2), rel=1e-7)
@@ -95,6 +96,7 @@ def test_it_swings_in_time_as_its_modes_say(tmp_path):
         assert left_over(wrong) > 5.0 * left_over(found)
 
 
+@pytest.mark.slow
 def test_added_mass_is_carried_across_rods(tmp_path):
     # light rods without buoyancy to speak of: of a rod, a third of what moves with it
     water = "dimensions = 2\n[water]\ndensity = 1000"
@@ -177,6 +179,7 @@ def four_bars():
     return in_hertz(G * curve / np.sum(lengths * ends / 3.0))
 
 
+@pytest.mark.slow
 def test_three_rods_between_two_points(tmp_path):
     lines = line("a", 1.0, 2.0, ORIGIN, '"b.start"')
     lines += line("b", 1.4, 2.0, '"a.end"', '"c.start"')

@@ -70,6 +70,7 @@ def shaken(tmp_path_factory):
     return shake(tmp_path_factory.mktemp("shaken"), 2.5e-4)
 
 
+@pytest.mark.slow
 def test_small_waves_run_at_the_speed_of_sound(shaken):
     # c = sqrt(EA / m) = 1000 m/s per unstretched length: seen 50 m away 50 ms later, and
     # coming back upside down from the wall after 150 ms

@@ -148,6 +148,7 @@ BREAK = '[events.break]\nbreaks = "rope.end"\nstart = 1\ntime = 2\n'
         pytest.param("tsit5", "rope@10 m", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, method, place):
     # slack at the start, stretched by 0.016 m when it breaks, EA 0.016/20 = 0.8 kN, and slowly: half
     # of it is left halfway, give or take the wave of the pull, m c v / 2 = 10 N
@@ -161,6 +162,7 @@ def test_what_decays_is_what_the_end_carried_when_the_break_began(tmp_path, meth
     np.testing.assert_allclose(tension[times.index(3.0)], 0.0, atol=20.0)
 
 
+@pytest.mark.slow
 def test_a_moved_end_costs_single_precision_no_digits(tmp_path):
     # 20 m have digits of 2 um, 0.4 N of a segment's tension; the way of 60 mm has them of 4 nm, 1 mN
     text = MOVED + '[solver]\nmethod = "rk4"\n'

@@ -33,6 +33,7 @@ def test_times_shorter_than_steps(tmp_path, method):
 @pytest.mark.parametrize(
     "pretension", [180e3, *(pytest.param(F, marks=pytest.mark.slow) for F in (45e3, 450e3))]
 )
+@pytest.mark.slow
 def test_branches_that_do_not_relax_yet_are_part_of_the_law(tmp_path, pretension):
     # within a thousandth of their time the law is T(e) + EA (e - e0), cut at 0, and behind the simple
     # wave of a break in 5 ms, before the wall or a shock knows of it, the end has the integral of c de

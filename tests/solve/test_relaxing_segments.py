@@ -50,6 +50,7 @@ def pulled(t, stiff, time):
     return stiff * SWING / LONG * x / (1.0 + x**2) * swung
 
 
+@pytest.mark.slow
 def test_a_segment_that_is_shaken(tmp_path):
     text = shaken(HOOKE, 12.0)
     errors = []
@@ -116,6 +117,7 @@ FOLDS = [
 
 
 @pytest.mark.parametrize(("mean", "swing", "branches"), FOLDS)
+@pytest.mark.slow
 def test_a_rope_that_folds(tmp_path, mean, swing, branches):
     law = f'law = "tanh"\n{KEYS}\ntension_only = true'
     text = shaken(law, mean, swing=swing, branches=branches)

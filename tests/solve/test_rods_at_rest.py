@@ -80,6 +80,7 @@ def test_its_derivatives_are_those_of_rods(tmp_path):
     assert slopes(jnp.asarray(1001.066)) == pytest.approx([slope, slope], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_it_vibrates_as_what_does_not_stretch(tmp_path):
     # Irvine & Caughey (1974): f = c/L first, and c u/(pi L) with tan(u) = u of the first shape that
     # is the same on both sides; c^2 = H/m

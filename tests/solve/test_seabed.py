@@ -173,6 +173,7 @@ def test_derivatives_on_the_bed(tmp_path, key, change):
 # --- motion --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_taut_line_on_the_bed_is_a_string_on_springs(tmp_path):
     # omega^2 = k / m + (n pi / L)^2 T / m up and down; along the bed it is a free rod
     length, EA, m, k = 100.0, 1e6, 5.0, 2e3
@@ -290,6 +291,7 @@ def test_without_a_bed_there_is_none(tmp_path):
     assert found.model.lines["chain"].resistances == ()
 
 
+@pytest.mark.slow
 def test_what_the_bed_bears_beside_a_line_does_not_pull_at_it(tmp_path):
     # a clump sinks, since nothing but the end of a slack line holds it up, so that the line begins
     # aslant; its own weight lies on the bed

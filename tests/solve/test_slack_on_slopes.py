@@ -76,6 +76,7 @@ def tensions_at_rest(folder, text):
         (113, 0.05, 100, "1 MPa"),
     ],
 )
+@pytest.mark.slow
 def test_a_slack_line_lies_along_a_slope(tmp_path, length, slope, segments, stiffness):
     profile = f"profile = {{ x = [0, 100], depth = [0, {100 * slope}] }}"
     text = SCENE.format(length=length, segments=segments, stiffness=stiffness, profile=profile)

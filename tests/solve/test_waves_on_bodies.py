@@ -55,6 +55,7 @@ def path(time, start, force, masses):
 
 
 @pytest.mark.parametrize("added", ["", "added_mass = [0.5, 0.5, 1.2]"])
+@pytest.mark.slow
 def test_what_weighs_as_the_water_goes_with_it(tmp_path, added):
     body = f"mass = {RHO * VOLUME}\nvolume = {VOLUME}\nposition = [1, 0, -4]\nfree = ['x', 'z']\n"
     ran, place = moved(tmp_path, body + added)

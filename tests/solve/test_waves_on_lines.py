@@ -74,6 +74,7 @@ SLOW = pytest.mark.slow
     "direction",
     ["0.6, 0, 0.8", *(pytest.param(way, marks=SLOW) for way in ("1, 0, 0", "0, 0, -1"))],
 )
+@pytest.mark.slow
 def test_what_weighs_as_the_water_goes_with_it_however_it_lies(tmp_path, direction):
     line = DRIFTER.format(mass=RHO * np.pi * 0.1**2 / 4.0, direction=direction)
     soft = 'law = "linear"\nEA = 1000'

@@ -71,13 +71,13 @@ def of_segments(text, segments):
     return text.replace("segments = 8", f"segments = {segments}").replace("SEGMENTS", str(segments))
 
 
+SELDOM = ("adaptive", "float32", "floating body", "parts in the middle")
+
+
 @ALONE
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(n, marks=pytest.mark.slow) if n in ("adaptive", "float32") else n
-        for n in SCENES
-    ],
+    [pytest.param(n, marks=pytest.mark.slow) if n in SELDOM else n for n in SCENES],
 )
 def test_what_is_compiled_ahead_is_what_is_called(caplog, tmp_path, monkeypatch, name):
     ours, foreseen = run.foresee, []

@@ -64,6 +64,7 @@ def variants():
 
 
 @pytest.mark.parametrize(("scene", "slack"), list(variants()))
+@pytest.mark.slow
 def test_it_stays_at_rest(tmp_path, scene, slack):
     parts, place = scene
     text = WIRE.format(cut="tension_only = true" if slack else "") + parts

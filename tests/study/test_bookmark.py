@@ -84,8 +84,14 @@ def gone_on(study, target):
     ("text", "changes", "share"),
     [
         pytest.param(ROPE, (), 0.4, id="one"),
-        pytest.param(ROPE, ("output.keep=summaries",), 0.4, id="summaries"),
-        pytest.param(ROPE, ("output.keep=histories", "solver.dtype=float32"), 0.4, id="float32"),
+        pytest.param(ROPE, ("output.keep=summaries",), 0.4, id="summaries", marks=pytest.mark.slow),
+        pytest.param(
+            ROPE,
+            ("output.keep=histories", "solver.dtype=float32"),
+            0.4,
+            id="float32",
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             ROPE,
             ("output.fields_every=4 ms",),
@@ -96,7 +102,7 @@ def gone_on(study, target):
         pytest.param(
             ROPE, ("solver.method=tsit5",), 0.4, id="steps of its own", marks=pytest.mark.slow
         ),
-        pytest.param(PULLED, (), 0.9, id="a tension that was reached"),
+        pytest.param(PULLED, (), 0.9, id="a tension that was reached", marks=pytest.mark.slow),
         pytest.param(PULLED, (), 0.1, id="a tension that is still to come", marks=pytest.mark.slow),
         # the last run needs shorter steps than the others, so that it is a part of its own
         pytest.param(ROPE + SWEEP, (), 0.3, id="the first part", marks=pytest.mark.slow),

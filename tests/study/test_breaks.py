@@ -31,6 +31,7 @@ def ran(tmp_path_factory):
 
 
 class TestAlongTheLine:
+    @pytest.mark.slow
     def test_two_pieces_of_the_right_length(self, ran):
         assert list(ran.lines) == ["rope-1", "rope-2"]
         assert ran["rope-1.tension"].shape[-1] + ran["rope-2.tension"].shape[-1] == 400
@@ -374,6 +375,7 @@ class TestLoadedBeforeItBreaks:
     PULLED = 'end = { motion = { position = [100.1, 0, 0], velocity = [1, 0, 0], ramp = "0.4 s" } }'
     CHANGES = ("events.break.start=1 s", "events.break.time=20 ms", "output.duration=1.15 s")
 
+    @pytest.mark.slow
     def test_the_break_is_felt_by_what_the_line_carries_then(self, tmp_path):
         held = 'end = { held = { pretension = "50 kN", direction = [1, 0, 0] } }'
         assert held in HOOKE

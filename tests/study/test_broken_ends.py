@@ -136,6 +136,7 @@ def test_a_force_that_takes_the_whole_line_along_is_told(tmp_path):
     assert PULLED in outcome.message
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_where_it_breaks_has_no_numbers_of_its_end(tmp_path):
     # stretched by 15 % of at most 10 % from the start on; what only begins to move has a speed of 0
     held = 'held = { pretension = "50 kN", direction = [1, 0, 0] }'

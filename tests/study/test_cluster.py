@@ -181,6 +181,7 @@ for address in sys.argv[1:]:
         pytest.param([b"HTTP/1.1 400 Bad Request\r\n\r\n"], id="http", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_a_port_of_something_else_is_told_in_time(answers):
     # each in a process of its own, which can be given up: a client that failed may disturb the next
     with ExitStack() as ended:

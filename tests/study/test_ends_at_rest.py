@@ -71,6 +71,7 @@ every = "10 ms"
 """
 
 
+@pytest.mark.slow
 def test_what_a_run_does_after_its_end_is_not_told_as_its_own(tmp_path):
     """Its break at 5 kN, a strain of 0.05, comes when its law is no longer used as it is."""
     pulled = '{ motion = { position = [10, 0, 0], velocity = [2, 0, 0], ramp = "0.2 s" } }'

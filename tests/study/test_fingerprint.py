@@ -40,6 +40,7 @@ def structures() -> tuple[Structure, Plan]:
     return structure, plan_of(scene, structure.layout)
 
 
+@pytest.mark.slow
 def test_another_process_tells_the_same():
     """Texts are hashed otherwise in each process, so that sets have another order."""
     words = ("heave", "surge", "sway", "roll", "pitch", "yaw")

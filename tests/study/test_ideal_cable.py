@@ -57,6 +57,7 @@ def test_statics_finds_the_sag(tmp_path):
             assert z == pytest.approx(case.height(), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_swing_under_a_trolley_is_that_of_the_corrected_equations(tmp_path):
     # Gao et al. 2022, eq. 17-18 in the coordinates of the centre of gravity, the sign of x corrected
     depth, inertia, m, g, T = 1.35, 1000.0, 1000.0, 9.81, 40e3
@@ -142,6 +143,7 @@ def cases(tmp_path_factory):
 CLASS_5_AT_60 = 4  # which of them
 
 
+@pytest.mark.slow
 def test_a_transfer_between_moving_ships_meets_its_equation(cases):
     outcomes, target = cases
     seen = slice(0, 560)  # until hauling slows down

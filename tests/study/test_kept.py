@@ -236,6 +236,7 @@ compiled.rest_of = compiled.begin = compiled.advance = followed
     "overrides",
     [pytest.param((), marks=pytest.mark.slow), ("pretension=[30 kN, 40 kN, 50 kN, 60 kN]",)],
 )
+@pytest.mark.slow
 def test_a_second_process_follows_nothing_and_finds_the_same(tmp_path, overrides):
     """One run, and four that are shared out to the cores."""
     (tmp_path / "scene.toml").write_text(TINY)

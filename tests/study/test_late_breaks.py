@@ -31,6 +31,7 @@ def ran(tmp_path_factory):
     return run_text(tmp_path_factory.mktemp("late"), HAULED + sweep, *SMALL)
 
 
+@pytest.mark.slow
 def test_numbers_of_an_end_count_from_its_break(ran):
     found = ran.outcomes[1].recoils["rope.end"]
     place, speed = ran["position"][1, :, -1, 0], np.abs(ran["velocity"][1, :, -1, 0])
@@ -109,6 +110,7 @@ waves = "plain"
     assert np.mean(speed) == pytest.approx(50.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_an_end_feels_no_break_before_its_waves_can_be_there(tmp_path):
     # the start is shaken: what it carries falls by 15 % in the 10 ms after the break, 100 m away
     moves = "{ motion = { position = [0, 0, 0], amplitude = [0.05, 0, 0], period = '40 ms' } }"
@@ -127,6 +129,7 @@ def test_the_foot_that_a_chain_has_ahead_of_a_front_is_felt(tmp_path):
     assert felt == pytest.approx((100 - 2.8 * 12.5 ** (1 / 3)) * 1e-3, abs=0.5e-3)
 
 
+@pytest.mark.slow
 def test_one_segment_has_no_far_end_and_two_have_that_of_their_chain(tmp_path):
     options = (
         "rope.segments=1",

@@ -79,6 +79,7 @@ def test_others_of_the_batch_go_on_and_each_ends_as_it_does_alone(tmp_path):
     assert both.outcomes[1].status_time == alone.outcomes[0].status_time
 
 
+@pytest.mark.slow
 def test_ends_that_are_moved_too_far_apart_are_named(tmp_path):
     """No step helps there: 10 m of rods whose ends are 9.8 m apart and go at 0.2 m/s."""
     head, rest = HUNG.split("start = {")

@@ -38,6 +38,7 @@ quantities = ["velocity", "energy"]
 
 
 @pytest.mark.parametrize("waves", ["corrected", pytest.param("viscous", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_damping_and_viscosity_together_are_stable(tmp_path, waves):
     # the end goes at T / sqrt(EA m) once the break and k / EA, at most 2 ms, are long past
     ran = run_text(tmp_path, LINE.format(waves=waves))

@@ -96,6 +96,7 @@ def test_it_is_the_largest_of_all_outputs_if_every_step_is_one(tmp_path, more):
     np.testing.assert_array_equal(every, top)
 
 
+@pytest.mark.slow
 def test_of_a_line_with_weight_it_is_that_of_its_ends(tmp_path):
     # the middles of five segments bear a fifth less than the supports that they hang at
     text = """

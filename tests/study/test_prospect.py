@@ -32,6 +32,7 @@ def lines_of(*changes: str, scene: Path = SNAPBACK, most: int = 1000) -> list[st
         pytest.param(("solver.method=rk4",), marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_steps_are_those_that_are_taken(tmp_path, changes):
     study = load_study(SNAPBACK, [*QUICK, *TWO, *changes])
     found = prospect_of(study, 1000)

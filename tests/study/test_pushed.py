@@ -33,6 +33,7 @@ end = { fixed = [END, 0, 0] }
         pytest.param(11.1, "", "ok", marks=pytest.mark.slow),
     ],
 )  # fmt: skip
+@pytest.mark.slow
 def test_a_line_that_rests_pushed_together_is_told(tmp_path, end, more, words):
     (outcome,) = run_text(tmp_path, LAID.replace("END", str(end)).replace("MORE", more)).outcomes
     assert outcome.status.name == "OK"

@@ -92,6 +92,7 @@ def test_a_ship_is_at_its_position_without_speed(tmp_path, at_rest, motion):
 
 
 @pytest.mark.parametrize("motion", EACH)
+@pytest.mark.slow
 def test_a_run_starts_where_the_motion_is_at_t_0(tmp_path, at_rest, motion):
     (place, speed, _), _, _ = seen(tmp_path, motion, LASTS)
     study = scene_of(tmp_path, motion, LASTS)
@@ -149,6 +150,7 @@ def test_an_end_that_is_moved_rests_too(tmp_path, at_rest, path):
     assert numbers["end_tension"] == pytest.approx(at_rest[1]["end_tension"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_body_that_is_let_go_with_a_velocity_rests_too(tmp_path):
     def free(speed):
         body = (
@@ -167,6 +169,7 @@ def test_a_body_that_is_let_go_with_a_velocity_rests_too(tmp_path):
 
 
 @pytest.mark.parametrize("times", ["", LASTS], ids=["at rest", "a run"])
+@pytest.mark.slow
 def test_pictures_have_the_ship_where_the_line_ends(tmp_path, times):
     study = scene_of(tmp_path, RAO, times)
     line = Resting(study).solve({}).lines["leg"].position[-1]

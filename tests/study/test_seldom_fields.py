@@ -86,6 +86,7 @@ def seldom(both):
     return both[1]
 
 
+@pytest.mark.slow
 def test_fields_of_a_batch_are_some_of_those_that_there_are(whole, both):
     found, _ = both
     assert found["tension"].shape == (3, 6, 10)

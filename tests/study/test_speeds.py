@@ -62,6 +62,7 @@ def linear(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("run", "told"), [(2, True), (8, False)])
+@pytest.mark.slow
 def test_too_few_segments_are_told_by_the_speed(linear, run, told):
     table, said = linear
     exact = 45e3 / np.sqrt(1.5e6 * 2.238)  # T / sqrt(EA m)

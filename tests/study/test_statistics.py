@@ -92,6 +92,7 @@ def phase_of(folder):
         pytest.param("std gauge", HEIGHT / 4.0, [0.0, 0.0], marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_they_are_numbers_that_have_derivatives(tmp_path, of, value, slopes):
     path = tmp_path / "scene.toml"
     path.write_text(SCENE[: SCENE.index("[sweep]")] + SCENE[SCENE.index("[output]") :])

@@ -58,6 +58,7 @@ def test_a_light_line_hangs_as_the_ideal_one(tmp_path, place):
     ("segments", "place", "cargo", "tension"),
     [(15, 30.0, 2000, 80e3), pytest.param(20, 29.2, 5000, 40e3, marks=pytest.mark.slow)],
 )
+@pytest.mark.slow
 def test_a_line_that_cannot_push_is_found_from_between_two_nodes(
     tmp_path, segments, place, cargo, tension
 ):

@@ -204,6 +204,7 @@ HANGS = "gravity = 9.81\n" + "\n".join(
 )
 
 
+@pytest.mark.slow
 def test_of_inextensible_lines_too(tmp_path):
     _, (outcome,) = run(tmp_path, HANGS)
     assert outcome.utilisation == pytest.approx(10 * 9.81 / 50, rel=1e-6)

@@ -49,6 +49,7 @@ def test_it_parts_as_one_of_that_length(tmp_path, broken):
     assert found.places[last][..., -1] == pytest.approx(length, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_its_numbers_have_the_exact_ones_beside_them(tmp_path):
     (tmp_path / "scene.toml").write_text(rope())
     ran = lc.run(tmp_path / "scene.toml", {"targets.tight.tension": [90e3, PULL]})

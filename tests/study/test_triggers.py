@@ -72,6 +72,7 @@ def alone(tmp_path_factory):
 class TestTheInstant:
     """Of a line that is pulled from rest: d'Alembert's tension at its fixed end is exact."""
 
+    @pytest.mark.slow
     def test_is_that_of_the_exact_tension(self, together):
         for level, own, wall in zip(
             LEVELS[1:4], together.outcomes[1:4], together["rope.start_tension"][1:4], strict=True

@@ -106,6 +106,7 @@ def exactly(time, gain=GAIN, integral=TIME, damping=DAMPING, inertia=INERTIA, to
                      rtol=1e-9, atol=1e-11, max_step=step).y  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_shaken_winch_obeys_its_control_law(folder):
     run = ran(folder)
     assert run.outcome.status.name == "OK"
@@ -274,6 +275,7 @@ every = "9 ms"
 
 
 @pytest.mark.parametrize("damping", [pytest.param(0.0, marks=pytest.mark.slow), 20.0, 200.0])
+@pytest.mark.slow
 def test_a_line_that_is_hauled_in_outruns_its_step_and_says_so(tmp_path, damping):
     text = HAULED.replace("damping = 0\n", f"damping = {damping}\n" if damping else "")
     outcome = Ran(tmp_path, text).outcome

@@ -107,6 +107,7 @@ def test_derivatives_know_of_kinks_that_steps_end_on(tmp_path):
 
 
 @pytest.mark.parametrize("method", ["rk4", pytest.param("tsit5", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_other_methods_do_the_same(tmp_path, method):
     ran = run_text(tmp_path, hauled() + f'[solver]\nmethod = "{method}"\n')
     assert ran.statuses == ["OK"]

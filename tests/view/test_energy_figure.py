@@ -42,6 +42,7 @@ def _curves(pictures):
     return {line.get_color() + str(line.get_linestyle()): line.get_ydata() for line in ax.lines}
 
 
+@pytest.mark.slow
 def test_heights_count_from_the_start(pictures):
     low, high = map(_curves, pictures)
     assert low.keys() == high.keys()

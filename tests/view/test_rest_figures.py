@@ -72,6 +72,7 @@ def test_the_table_names_cases(tmp_path):
 
 
 @pytest.mark.parametrize("names", [True, False])
+@pytest.mark.slow
 def test_one_number_of_cases_is_drawn_along_it(tmp_path, names):
     cases = CASES if names else CASES.replace('name = "taut"\n', "").replace('name = "slack"\n', "")
     run_text(tmp_path, SCENE + cases)

@@ -161,6 +161,7 @@ def test_draws_are_put_into_bins(tmp_path):
     assert np.corrcoef(cells.ravel(), (middle[None] + middle[:, None]).ravel())[0, 1] > 0.97
 
 
+@pytest.mark.slow
 def test_few_values_make_no_map_and_maps_are_files(tmp_path):
     two = study(tmp_path / "two.h5", np.array([1e3, 2e3]), np.array([1.0, 2.0]), np.zeros(2))
     with open_result(two) as result:
