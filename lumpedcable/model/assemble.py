@@ -48,6 +48,7 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import post_of
 from lumpedcable.scene.environment import PowerCurrent as PowerPart
 from lumpedcable.scene.environment import TableCurrent as TablePart
+from lumpedcable.scene.joints import rigid_joints
 from lumpedcable.scene.lines import (
     HeldForce,
     MovingEnd,
@@ -188,7 +189,10 @@ def _loads(
             coordinates.vector(clamp) if mine and (clamp := clamp_of(end)) is not None else None
             for end, mine in zip((part.start, part.end), outer, strict=True)
         ]
-        if segments > 1 or not all(outer) or any(clamp is not None for clamp in clamps):
+        goes_on = not all(outer) or name in {
+            n for pair in rigid_joints(scene.lines) for n, _ in pair
+        }
+        if segments > 1 or goes_on or any(clamp is not None for clamp in clamps):
             loads.append(Bending(number(part.bending.EI), *clamps))
     if bed is not None:
         loads.append(bed)
@@ -272,7 +276,12 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
         make_couplings(scene, lines, coordinates),
         make_measures(scene, layout, coordinates),
     )
-    return Model(lines, ends, tuple(junctions), up, base, bodies, couplings, measures)
+    rigid = tuple(
+        (layout.end_of(*one), layout.end_of(*other)) for one, other in rigid_joints(scene.lines)
+    )
+    return Model(
+        lines, ends, tuple(junctions), up, base, bodies, couplings, measures, rigid_joints=rigid
+    )
 
 
 def _numbered(end: End, nth: dict[int, int]) -> End:

@@ -12,6 +12,7 @@ from lumpedcable.model.numbers import number, vector
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import ANGLES, WAYS, Body
 from lumpedcable.scene.carried import CarriedBody, post_of
+from lumpedcable.scene.joints import rigid_joints
 from lumpedcable.scene.lines import (
     HarmonicMotion,
     JoinedEnd,
@@ -152,6 +153,7 @@ class _Needs:
         found._surroundings(scene)
         for name in scene.lines:
             found._line(scene, name, slack)
+        found.folds |= any(rigid_joints(scene.lines))  # what goes on straight may lead back
         for body in scene.bodies.values():
             found._body(scene, body)
         return found
@@ -289,7 +291,7 @@ def _places_of(end) -> list[np.ndarray]:
         return [np.asarray(place)]
     if isinstance(post := post_of(end), tuple):
         return [np.asarray(post)]
-    if isinstance(end, JoinedEnd):
+    if isinstance(end, JoinedEnd) and end.at is not None:
         return [np.asarray(end.at)]
     if isinstance(end, MovingEnd):
         if isinstance(end.motion, RecordedMotion):
@@ -306,12 +308,10 @@ def _on_body(scene: Scene, end) -> list[np.ndarray]:
 def _directions_of(end) -> list[np.ndarray]:
     if (force := held_force(end)) is not None:
         return [np.asarray(force.direction)]
-    if (clamp := clamp_of(end)) is not None:
-        return [np.asarray(clamp)]
+    ways = [clamp_of(end)]
     if isinstance(end, MovingEnd) and isinstance(end.motion, HarmonicMotion):
-        both = (end.motion.velocity, end.motion.amplitude)
-        return [np.asarray(v) for v in both if v is not None]
-    return []
+        ways += [end.motion.velocity, end.motion.amplitude]
+    return [np.asarray(v) for v in ways if v is not None]
 
 
 def _reaches(body: MovedBody) -> list[np.ndarray]:

@@ -116,7 +116,7 @@ class Found(dict[str, Evaluation]):
 
     `drawn` is that pull (N), `payouts` what comes of it with the winch's control; `held` the friction
     on bodies on the bed (N), once a kick has found it; `passed` the force on the paid-out length (N) of
-    what resists along the line, by winch and kind of work. `splices` are what bends over cuts of lines.
+    what resists along the line, by winch and kind of work. `splices` are what bends over joints.
     """
 
     splices: tuple[Splice, ...] = ()

@@ -151,8 +151,9 @@ def powers(
             power["stepping"] = _stepping(line, e, before[name], after[name], dt)
         result[name] = {kind: power[kind] for kind in kinds}
     for splice in found.splices:
-        part = next(iter(splice.forces))
-        result[part]["ends"] = result[part]["ends"] + splice.power
+        if splice.power is not None:
+            part = next(iter(splice.forces))
+            result[part]["ends"] = result[part]["ends"] + splice.power
     for name, node, end in attached_ends(model):
         if end.release is None:
             continue

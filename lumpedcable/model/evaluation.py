@@ -37,12 +37,12 @@ class Evaluation(NamedTuple):
 
 
 class Splice(NamedTuple):
-    """What bends over the node at which a line is cut, at one instant.
+    """What bends over the node at which two lines, or the two parts of one, meet, at one instant.
 
-    `forces` are those on the nodes of the parts before and after the cut (N), by their names. `stored`
-    is the energy that is left (J), and `power` what the break does to it (W), at most 0.
+    `forces` are those on the nodes of either (N), by their names. `stored` is the energy that is left
+    (J), and `power` what a break does to it (W), at most 0; None where none is to come.
     """
 
     forces: dict[str, Float[Array, "d nodes"]]
     stored: Float[Array, ""]
-    power: Float[Array, ""]
+    power: Float[Array, ""] | None

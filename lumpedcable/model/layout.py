@@ -74,6 +74,11 @@ class Layout:
         """The pieces of one of the scene's lines, from its start to its end."""
         return tuple(piece for piece in self.pieces if piece.line == line)
 
+    def end_of(self, line: str, side: str) -> End:
+        """The end of a piece that is the "start" or "end" of one of the scene's lines."""
+        node = 0 if side == "start" else -1
+        return self.of_line(line)[node].name, node
+
     def joint_of(self, piece: str, node: int) -> int | None:
         """Index of the joint at an end, None where there is none."""
         for index, joint in enumerate(self.joints):

@@ -14,9 +14,11 @@ from lumpedcable.model.riders import Coupled
 from lumpedcable.model.state import Seen
 from lumpedcable.physics.relaxation import Memory
 
-__all__ = ["AbstractMeasured", "Model", "Vectors"]
+__all__ = ["AbstractMeasured", "LineEnd", "Model", "Vectors"]
 
 Vectors = dict[str, Float[Array, "d nodes"]]
+LineEnd = tuple[str, int]
+"""An end of a line: its name, and 0 for its start or -1 for its end."""
 
 
 class AbstractMeasured(eqx.Module):
@@ -33,7 +35,7 @@ class Model(eqx.Module):
     `up` (d,) is the vertical unit vector in the scene's own coordinates and `base` the height of
     their origin (m): heights are base + up . x. They serve currents, None where there is none.
     `couplings` are bodies that run on cables, `measures` the numbers that the scene asks for. `cuts` are
-    the ends before and after the seam of a line that has one.
+    the ends before and after the seam of a line that has one. At `rigid_joints` two lines bend as one.
     """
 
     lines: dict[str, Line]
@@ -45,6 +47,7 @@ class Model(eqx.Module):
     couplings: tuple[Coupled, ...] = ()
     measures: dict[str, AbstractMeasured] = eqx.field(default_factory=dict)
     cuts: dict[str, tuple[Joined, Joined]] = eqx.field(default_factory=dict)
+    rigid_joints: tuple[tuple[LineEnd, LineEnd], ...] = eqx.field(static=True, default=())
 
     @property
     def rigid(self) -> bool:

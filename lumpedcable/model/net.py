@@ -100,9 +100,13 @@ def _narrow_order(model: Model, index: dict[str, np.ndarray], count: int) -> tup
             if places.size > reach:
                 rows += [places[:-reach], places[reach:]]
                 columns += [places[reach:], places[:-reach]]
-    for before, after, *_ in spliced(model):
-        rows += [index[before][-2:-1], index[after][1:2]]
-        columns += [index[after][1:2], index[before][-2:-1]]
+    for each in spliced(model):
+        # a node next to the joint moves with both nodes of the other line there
+        one, other = (
+            index[name][:2] if node == 0 else index[name][-2:] for name, node in each.ends
+        )
+        rows += [np.repeat(one, 2), np.repeat(other, 2)]
+        columns += [np.tile(other, 2), np.tile(one, 2)]
     row, column = np.concatenate(rows), np.concatenate(columns)
     graph = coo_matrix((np.ones(row.size), (row, column)), shape=(count, count)).tocsr()
     place = np.empty(count, int)

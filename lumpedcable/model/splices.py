@@ -1,12 +1,15 @@
-"""Lines with bending that are to break along their length: their parts bend as one until they do.
+"""Nodes at which the bending of one line goes on in another.
 
-The two parts of a line meet at a joint, where they share a node. What bends over that node belongs to
-neither; while the line breaks there it fades like the force does.
+They are the rigid joints of a scene, and the cuts of lines with bending that are to break along their
+length, whose parts bend as one until they do. What bends over such a node belongs to neither line; where
+one of them breaks away there, it fades like the force does.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,23 +18,46 @@ from jaxtyping import Array, Float
 from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import Release
 from lumpedcable.model.evaluation import Splice
-from lumpedcable.model.model import Model
-from lumpedcable.physics.bending import Bending, bent, moment_across
+from lumpedcable.model.model import LineEnd, Model
+from lumpedcable.physics.bending import Side, bent, moment_across
 from lumpedcable.physics.load import Shape
 
-__all__ = ["add_splices", "moments", "spliced", "splices"]
+__all__ = ["Spliced", "add_splices", "meeting", "moments", "spliced", "splices"]
 
 
-def spliced(model: Model) -> Iterator[tuple[str, str, Bending, Release]]:
-    """The parts before and after each cut of a line with bending, its bending, and its break."""
-    for index, junction in enumerate(model.junctions):
-        if not junction.cut:
-            continue
-        part, release = {node: name for name, node in junction.members}, model.parting(index)
-        for load in model.lines[part[0]].loads:
-            if isinstance(load, Bending):
-                assert release is not None  # a line is cut where it breaks
-                yield part[-1], part[0], load, release
+class Spliced(NamedTuple):
+    """Two ends over which lines bend as one, and the breaks that end it."""
+
+    ends: tuple[LineEnd, LineEnd]
+    releases: tuple[Release, ...]
+
+    def held(self, t: Float[Array, ""]) -> Float[Array, ""]:
+        """The share (-) of the bending that is left at t (s)."""
+        return math.prod((release.held(t) for release in self.releases), start=jnp.ones(()))
+
+
+def spliced(model: Model) -> Iterator[Spliced]:
+    """Where lines of a model bend as one."""
+    cuts = [tuple(sorted(j.members, key=_after)) for j in model.junctions if j.cut]
+    for one, other in (*cuts, *model.rigid_joints):
+        names = one[0], other[0]
+        if all(n in model.lines and model.lines[n].bending is not None for n in names):
+            ends = (model.end(*one), model.end(*other))
+            yield Spliced((one, other), tuple(e.release for e in ends if e.release is not None))
+
+
+def _after(end: LineEnd) -> bool:
+    return end[1] == 0
+
+
+def meeting(model: Model, found: Spliced, shapes: Mapping[str, Shape]) -> tuple[Side, Side]:
+    """The two lines where they bend as one."""
+    sides = []
+    for name, node in found.ends:
+        bending = model.lines[name].bending
+        assert bending is not None
+        sides.append(Side(bending.EI, shapes[name], node))
+    return sides[0], sides[1]
 
 
 def splices(
@@ -40,20 +66,22 @@ def splices(
     shapes: Mapping[str, Shape],
     dt: Float[Array, ""] | None = None,
 ) -> tuple[Splice, ...]:
-    """What bends over the cuts of a model at t (s), of a kick of dt (s) there if steps are fixed."""
+    """What bends over the joints of a model at t (s), of a kick of dt (s) there if steps are fixed."""
     found = []
-    for before, after, bending, release in spliced(model):
-        energy, (last, first) = bent(bending.EI, shapes[before], shapes[after])
-        held = release.held(t).astype(energy.dtype)
-        inner = shapes[before].tangent.shape[1] - 1, shapes[after].tangent.shape[1] - 1
-        forces = {
-            before: jnp.pad(held * last, ((0, 0), (inner[0], 0))),
-            after: jnp.pad(held * first, ((0, 0), (0, inner[1]))),
-        }
-        left, rate = _fading(release, t, dt)
-        found.append(
-            Splice(forces, left.astype(held.dtype) * energy, rate.astype(held.dtype) * energy)
-        )
+    for each in spliced(model):
+        energy, couples = bent(*meeting(model, each, shapes))
+        power = None
+        if each.releases:
+            held = each.held(t).astype(energy.dtype)
+            couples = tuple(held * couple for couple in couples)
+            left, rate = (x.astype(energy.dtype) for x in _fading(each, t, dt))
+            energy, power = left * energy, rate * energy
+        forces = {}
+        for (name, node), couple in zip(each.ends, couples, strict=True):
+            others = shapes[name].tangent.shape[1] - 1
+            force = jnp.pad(couple, ((0, 0), (0, others) if node == 0 else (others, 0)))
+            forces[name] = force
+        found.append(Splice(forces, energy, power))
     return tuple(found)
 
 
@@ -62,22 +90,24 @@ def moments(
 ) -> dict[str, Float[Array, " nodes"]]:
     """Sizes of the bending moments (N m) at the nodes of each line that bends, at t (s).
 
-    Where a line is to break, of both parts what is left of the moment over the node that they share.
+    Where a line breaks away from another that it bends with, of both what is left of the moment over
+    the node that they share.
     """
     found = {
         name: line.bending.moment(shapes[name])
         for name, line in model.lines.items()
         if line.bending is not None
     }
-    for before, after, bending, release in spliced(model):
-        whole = moment_across(bending.EI, shapes[before], shapes[after])
-        left = release.held(t).astype(whole.dtype) * whole
-        found[before] = found[before].at[-1].set(left)
-        found[after] = found[after].at[0].set(left)
+    for each in spliced(model):
+        left = moment_across(*meeting(model, each, shapes))
+        if each.releases:
+            left = each.held(t).astype(left.dtype) * left
+        for name, node in each.ends:
+            found[name] = found[name].at[node].set(left)
     return found
 
 
-def _fading(release: Release, t: Float[Array, ""], dt: Float[Array, ""] | None):
+def _fading(each: Spliced, t: Float[Array, ""], dt: Float[Array, ""] | None):
     """The share of the energy that is left (-) and its rate (1/s).
 
     Kicks exchange energy with the motion by the trapezoidal rule, sum (h_n + h_n+1) (E_n+1 - E_n) / 2
@@ -86,15 +116,15 @@ def _fading(release: Release, t: Float[Array, ""], dt: Float[Array, ""] | None):
     last one is done at t: the rest is there, and the account closes whatever the share does.
     """
     if dt is None:
-        return jax.jvp(release.held, (t,), (jnp.ones_like(t),))
-    before, now, after = (release.held(t + step) for step in (-dt, 0.0, dt))
+        return jax.jvp(each.held, (t,), (jnp.ones_like(t),))
+    before, now, after = (each.held(t + step) for step in (-dt, 0.0, dt))
     return 0.25 * (before + 2.0 * now + after), (after - before) / (2.0 * dt)
 
 
 def add_splices(
     model: Model, t: Float[Array, ""], found: Found, dt: Float[Array, ""] | None
 ) -> None:
-    """Work out what bends over the cuts of a model at t (s), and add it to the forces of the lines."""
+    """Work out what bends over the joints of a model at t (s), and add it to the forces of the lines."""
     shapes = {name: e.line.shape for name, e in found.items()}
     found.splices = splices(model, t, shapes, dt)
     for splice in found.splices:

@@ -1,6 +1,6 @@
 """Bending stiffness of a line without torsion."""
 
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -9,7 +9,7 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import AbstractLoad, Shape, between_nodes
 from lumpedcable.physics.vectors import dot, size
 
-__all__ = ["Bending", "bent", "moment_across"]
+__all__ = ["Bending", "Side", "bent", "moment_across", "upright"]
 
 
 class Bending(AbstractLoad):
@@ -88,31 +88,60 @@ class Bending(AbstractLoad):
         return 16.0 * self.EI / (mass * segment_length**4)
 
 
-def bent(
-    EI: Float[Array, ""], before: Shape, after: Shape
-) -> tuple[Float[Array, ""], tuple[Float[Array, "d 2"], Float[Array, "d 2"]]]:
-    """Bending at the node where one line ends and the next one starts, as at an inner node of a line.
+class Side(NamedTuple):
+    """A line that bends over the node at its start (`node` 0) or end (-1): its EI (N m2), its shape."""
 
-    It gives the energy (J), and the forces (N) on the last two nodes of the one before and on the first
-    two of the one after: a couple on either.
+    EI: Float[Array, ""]
+    shape: Shape
+    node: int
+
+    @property
+    def out(self) -> Float[Array, " d"]:
+        """The direction in which the line leaves the node (-)."""
+        tangent = pick(self.shape.tangent, self.node)
+        return tangent if self.node == 0 else -tangent
+
+
+def bent(one: Side, other: Side) -> tuple[Float[Array, ""], tuple[Float[Array, "d 2"], ...]]:
+    """Bending at a node where two lines meet, as at an inner node of a line.
+
+    With EI constant along either half of the node's length, s_1 and s_2, the moment turns the one by
+    M s_1 / EI_1 and the other by M s_2 / EI_2, so that
+
+        E = k (1 - u . w)  (J),  1 / k = s_1 / EI_1 + s_2 / EI_2  (1/(N m)),
+
+    u the direction into the node along the one and w that out of it along the other.
+
+    Returns:
+        The energy (J), and the forces (N) on the node and on the next one, of either line in the order
+        of its nodes: a couple.
     """
-    pull, u, w = _meeting(EI, before, after)
-    last = _shear(u, pull * w, pick(before.length, -1))
-    first = _shear(w, pull * u, pick(after.length, 0))
-    last, first = (jnp.stack([shear, -shear], axis=1) for shear in (last, first))
-    return pull * (1.0 - dot(u, w)), (last, first)
+    pull, u, w = _meeting(one, other)
+    couples = []
+    # each is turned so that it goes on straight from where the other comes
+    for side, way, towards in ((one, -u, -w), (other, w, u)):
+        shear = _shear(way, pull * towards, pick(side.shape.length, side.node))
+        order = (shear, -shear) if side.node == 0 else (-shear, shear)
+        couples.append(jnp.stack(order, axis=1))
+    return pull * (1.0 - dot(u, w)), tuple(couples)
 
 
-def moment_across(EI: Float[Array, ""], before: Shape, after: Shape) -> Float[Array, ""]:
+def moment_across(one: Side, other: Side) -> Float[Array, ""]:
     """Size of the bending moment (N m) at the node of `bent`."""
-    pull, u, w = _meeting(EI, before, after)
+    pull, u, w = _meeting(one, other)
     return pull * _turn(u, w)
 
 
-def _meeting(EI: Float[Array, ""], before: Shape, after: Shape):
-    """EI / s (N m) where one line ends and the next one starts, and the directions that meet there."""
-    pull = EI / (pick(before.node_length, -1) + pick(after.node_length, 0))
-    return pull, pick(before.tangent, -1), pick(after.tangent, 0)
+def upright(one: Side, other: Side) -> Float[Array, ""]:
+    """k u . w (N m) of `bent`: what resists a small turn, below 0 where that goes on by itself."""
+    pull, u, w = _meeting(one, other)
+    return pull * dot(u, w)
+
+
+def _meeting(one: Side, other: Side):
+    """k (N m) of `bent`, the direction into the node along the one, and out of it along the other."""
+    soft = sum(pick(side.shape.node_length, side.node) / side.EI for side in (one, other))
+    return 1.0 / soft, -one.out, other.out
 
 
 def _turn(u: Float[Array, "d *n"], w: Float[Array, "d *n"]) -> Float[Array, "*n"]:

@@ -19,6 +19,7 @@ from lumpedcable.scene.effect_checks import effect_problems
 from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.event_checks import event_problems
 from lumpedcable.scene.events import Event
+from lumpedcable.scene.joints import rigid_joint_problems
 from lumpedcable.scene.lines import (
     HeldForce,
     JoinedEnd,
@@ -167,6 +168,7 @@ def problems(draft: Draft) -> Iterator[Problem]:
     yield from rod_problems(draft.lines, draft.bodies, draft.materials, fluid)
     yield from record_problems(draft.lines, draft.bodies, duration)
     yield from joined_problems(draft.lines)
+    yield from rigid_joint_problems(draft.lines)
     yield from settling_problems(draft.bodies, draft.lines, draft.materials)
     seabed = draft.others.get("seabed")
     if isinstance(seabed, Seabed) and next(inside(seabed, (), draft.sound), None) is None:

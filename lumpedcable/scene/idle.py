@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.joints import rigid_joints
 from lumpedcable.scene.lines import tie_of
 from lumpedcable.scene.part import SIDES
 from lumpedcable.scene.scene import Scene
@@ -28,9 +29,18 @@ def idle_parts(scene: Scene) -> Iterator[str]:
 
 def _hinges(scene: Scene) -> Iterator[str]:
     """Yield in words the joints at which the bending of one line does not reach the other."""
+    rigid = [{*pair} for pair in rigid_joints(scene.lines)]
     for name, line in scene.lines.items():
         for side in SIDES:
             tie = tie_of(getattr(line, side)) or ""
-            other = scene.lines.get(tie.rpartition(".")[0])
-            if other is not None and line.bending is not None and other.bending is not None:
-                yield f"lines.{name}.{side} is a hinge: what bends does not bend over a joint"
+            other, _, other_side = tie.rpartition(".")
+            bend = line.bending is not None and other in scene.lines
+            if (
+                bend
+                and scene.lines[other].bending is not None
+                and not any({(name, side), (other, other_side)} & pair for pair in rigid)
+            ):
+                yield (
+                    f"lines.{name}.{side} is a hinge: what bends does not bend over it, as it does over "
+                    f'{{ joined = "{tie}", rigid = true }}'
+                )

@@ -169,19 +169,23 @@ Motion = Annotated[
 
 
 class MovingEnd(Part):
-    """An end that is moved along a given path."""
+    """An end that is moved along a given path; with a direction, of a line with bending, clamped."""
 
     motion: Motion
     """The path in time."""
+    direction: Direction | None = None
+    """Direction that the line keeps there, from its start towards its end. Absent: free to turn."""
 
 
 class JoinedEnd(Part):
-    """An end joined to another line's, held at a place while the start state is found."""
+    """An end joined to another line's, as by a hinge or rigidly."""
 
     joined: Text
     """The end of another line, "LINE.start" or "LINE.end"."""
-    at: Position
-    """Where both are at the start in m; from then on nothing holds them there."""
+    rigid: bool = False
+    """Whether the two lines go on straight into each other, so that what bends bends over the joint."""
+    at: Position | None = None
+    """Where both are at the start in m; from then on nothing holds them there. Absent: it is found."""
 
 
 def tie_of(end: Any) -> str | None:
@@ -222,7 +226,7 @@ def held_force(end: Any) -> HeldForce | None:
 
 def clamp_of(end: Any) -> tuple[float, float, float] | None:
     """Return the direction out of which a line with bending leaves an end, None where it may turn."""
-    return end.direction if isinstance(end, FixedEnd) else None
+    return end.direction if isinstance(end, FixedEnd | MovingEnd) else None
 
 
 ENDS: dict[str, type[Part]] = {
@@ -247,7 +251,7 @@ def _pick_end(value: Any) -> str:
         return next((kind for kind, cls in ENDS.items() if isinstance(value, cls)), "name")
     if isinstance(value, dict):
         kinds = [kind for kind in ENDS if kind in value]
-        if len(kinds) == 1 and (len(value) == 1 or kinds[0] in ("fixed", "joined")):
+        if len(kinds) == 1 and (len(value) == 1 or kinds[0] in ("fixed", "motion", "joined")):
             return kinds[0]
     hint = did_you_mean_key(value, ENDS) if isinstance(value, dict) else ""
     raise fault(f"expected {_END}, found {found(value)}{hint}")

@@ -118,7 +118,7 @@ def joined_problems(lines: Lines) -> Iterator[Problem]:
         met |= dict.fromkeys(together, together)
     told: set[str] = set()
     for name, end in ends.items():
-        if not isinstance(end, JoinedEnd):
+        if not isinstance(end, JoinedEnd) or end.at is None:
             continue
         told.add(name)
         for other in sorted(met[name] & ends.keys() - {name}):

@@ -10,7 +10,8 @@ from jaxtyping import Array, Bool, Float
 
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
-from lumpedcable.physics.bending import Bending
+from lumpedcable.model.splices import Spliced, meeting, spliced
+from lumpedcable.physics.bending import Bending, upright
 from lumpedcable.physics.linear import differences
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seabed import AbstractSeabed
@@ -149,7 +150,23 @@ def folded(model: Model) -> Bool[Array, ""]:
             found |= jnp.any((turn < 0.0) & strut)
         if line.bending is not None:
             found |= _opens(line, line.bending, shape, jnp.maximum(tension, 0.0), turn)
+    for each in spliced(model):
+        found |= _joint_opens(model, each)
     return found
+
+
+def _joint_opens(model: Model, each: Spliced) -> Bool[Array, ""]:
+    """Whether two lines that bend as one open at a touch where they meet, as `_opens` has it."""
+    lines = {name: (model.lines[name], node) for name, node in each.ends}
+    shapes = {name: line.shape(jnp.zeros_like(line.reference)) for name, (line, _) in lines.items()}
+    sides = meeting(model, each, shapes)
+    pulls = [
+        jnp.maximum(line.law.tension(shapes[name].strain)[node], 0.0)
+        for name, (line, node) in lines.items()
+    ]
+    most = jnp.maximum(*pulls)
+    length = jnp.maximum(*(side.shape.length[side.node] for side in sides))
+    return -upright(*sides) > most * length + jnp.sqrt(jnp.minimum(sides[0].EI, sides[1].EI) * most)
 
 
 def _opens(

@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.assemble import assemble, make_line, segment_lengths
+from lumpedcable.model.assemble import assemble
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import winch_of
 from lumpedcable.model.ends import Driven, Joined, Junction, Loaded
@@ -34,6 +34,7 @@ from lumpedcable.solve.resting import (
 )
 from lumpedcable.solve.statics import Equilibrium, held_position
 from lumpedcable.solve.stiffening import stiffening
+from lumpedcable.solve.wholes import wholes_of
 
 __all__ = ["at_places", "start_of"]
 
@@ -54,9 +55,9 @@ def start_of(
     """The scene's model at static equilibrium before anything breaks or moves.
 
     `places` are coordinates (m, rad) of rigid bodies that are elsewhere than the scene puts them.
-    Each line of the scene, cut or not, is first laid out by itself between its two ends; then
-    Newton's method on all of them together finishes the work. Lines on winches and bodies on cables are
-    found apart from the others, none of which they touch.
+    Each line of the scene, cut or not, is first laid out by itself between its two ends, those that are
+    joined rigidly as one; then Newton's method on all of them together finishes the work. Lines on
+    winches and bodies on cables are found apart from the others, none of which they touch.
     """
     model = at_places(assemble(scene, layout, coordinates), places)
     joints = _joint_places(scene, layout, model, coordinates)
@@ -65,30 +66,23 @@ def start_of(
     joints = _laid_on_bed(scene, layout, model, joints, set(given))
     joints = _hung_over_bed(scene, layout, model, joints, set(given))
     lines, wholes, paths, spans = dict(model.lines), {}, {}, {}
-    for name in scene.lines:
-        pieces = layout.of_line(name)
-        if not pieces or winch_of(model, name) is not None:
+    laid = wholes_of(scene, layout, model, set(given))
+    for name, whole in laid.items():
+        if winch_of(model, name) is not None:
             continue  # laid out with what runs on it
-        lengths = [
-            jnp.broadcast_to(segment_lengths(scene, piece), (piece.segments,)) for piece in pieces
-        ]
-        wholes[name] = make_line(
-            scene, name, jnp.concatenate(lengths), sum(p.segments for p in pieces), coordinates
-        )
-        outer = ((pieces[0].name, 0), (pieces[-1].name, -1))
-        start, end = (_place(model, side, joints) for side in outer)
+        wholes[name] = whole.line(scene, coordinates)
+        start, end = (_place(model, side, joints) for side in whole.outer)
         if start is not None and end is not None:
             spans[name] = start, end
         else:
-            paths[name] = _lay_out(wholes[name], model, outer, start, end)
+            paths[name] = _lay_out(wholes[name], model, whole.outer, start, end)
     for names in alike({name: wholes[name] for name in spans}):
         ends = (jnp.stack(side) for side in zip(*(spans[name] for name in names), strict=True))
         found = done_alike(_laid_between, [wholes[name] for name in names], *ends)
         paths |= zip(names, found, strict=True)
     for name, path in paths.items():
-        for piece in layout.of_line(name):
-            nodes = path[:, piece.first : piece.first + piece.segments + 1]
-            lines[piece.name] = placed(lines[piece.name], nodes)
+        for piece, nodes in laid[name].shared(path):
+            lines[piece] = placed(lines[piece], nodes)
     model = eqx.tree_at(lambda m: m.lines, model, lines)
     tolerance = jnp.asarray(scene.statics.tolerance, float)
     most = scene.statics.max_iterations
@@ -140,7 +134,7 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
             (line.end, (pieces[-1].name, -1)),
         ):
             kind = model.end(piece, node)
-            if isinstance(end, JoinedEnd) and isinstance(kind, Joined):
+            if isinstance(end, JoinedEnd) and end.at is not None and isinstance(kind, Joined):
                 given[kind.junction] = coordinates.point(end.at)
     return given
 

@@ -82,7 +82,7 @@ def forces_at_rest(
 
     Lines that are alike are gone through as one.
     """
-    parted = {name for before, after, *_ in spliced(model) for name in (before, after)}
+    bent = {name for each in spliced(model) for name, _ in each.ends}
     total, shapes = jnp.zeros_like(moved), {}
     for names in alike(model.lines):
         index = np.stack([net.index[name] for name in names])
@@ -90,7 +90,7 @@ def forces_at_rest(
         forces = done_alike(partial(_at_rest, model), lines, jnp.swapaxes(moved[index], 1, 2))
         total = total.at[index].add(jnp.swapaxes(forces.force, 1, 2))
         for k, name in enumerate(names):
-            if name in parted:
+            if name in bent:
                 shapes[name] = jax.tree.map(itemgetter(k), forces.shape)
     t = jnp.full((), -jnp.inf)
     for name, node, end in model.outer_ends():

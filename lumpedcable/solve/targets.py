@@ -332,7 +332,7 @@ def _miss(
         share = sag_of(model.lines[target.of].reference, up) / wanted
         return 0.5 * (share * jnp.abs(share) - 1.0)  # what is bent up is not what hangs down
     if target.measure == "tension":
-        line, node = _end(layout, target.of)
+        line, node = layout.end_of(*target.of.rsplit(".", 1))
         return (tension_at(model.lines[line], node, model) - wanted) / wanted
     place = _place(layout, model, target.of)
     axis = "xyz".index(target.measure)
@@ -343,19 +343,13 @@ def _miss(
 def _place(layout: Layout, model: Model, name: str) -> Float[Array, " d"]:
     """Where a body or the end of a line is (m, the scene's own coordinates)."""
     if "." in name:
-        line, node = _end(layout, name)
+        line, node = layout.end_of(*name.rsplit(".", 1))
         return model.lines[line].reference[:, node]
     if name in model.bodies:
         return model.bodies[name].reference[: model.lines[next(iter(model.lines))].dimensions]
     members = next(joint.members for joint in layout.joints if joint.body == name)
     line, node = members[0]
     return model.lines[line].reference[:, node]
-
-
-def _end(layout: Layout, name: str) -> tuple[str, int]:
-    """The line of the model at an end of the scene's, "LINE.start", which may part along itself."""
-    line, _, side = name.rpartition(".")
-    return layout.of_line(line)[NODES[side]].name, NODES[side]
 
 
 def sag_of(nodes: Float[Array, "d nodes"], up: Float[Array, " d"]) -> Float[Array, ""]:

@@ -114,7 +114,7 @@ def _outline(scene: Scene, name: str) -> np.ndarray:
 def _held(scene: Scene, model: Model, net: Net) -> float:
     """Net force (N) on joints that are held at a place while the start is found; 0 where they stay."""
     ends = (end for line in scene.lines.values() for end in (line.start, line.end))
-    if not any(isinstance(end, JoinedEnd) for end in ends):
+    if not any(isinstance(end, JoinedEnd) and end.at is not None for end in ends):
         return 0.0
     still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
     force = static_residual(model, still, net)

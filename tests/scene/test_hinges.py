@@ -1,8 +1,9 @@
-"""Who joins two lines that bend is told that the joint is a hinge."""
+"""Joints of lines that bend: hinges are told, and rigid ones must be of two ends that can bend."""
 
 import pytest
 from engine_runs import line_text, scene_of
 
+from lumpedcable.scene import SceneError
 from lumpedcable.scene.idle import idle_parts
 
 PIPES = """
@@ -15,13 +16,66 @@ duration = "1 s"
 every = "0.5 s"
 """
 BENDS = 'bending = { EI = "300 N m2" }'
+WALL = "{ fixed = [0, 0, 0] }"
+CLAMP = "{ fixed = [0, 0, 0], direction = [1, 0, 0] }"
+HINGE = '"a.end"'
+RIGID = '{ joined = "a.end", rigid = true }'
 
 
-@pytest.mark.parametrize(("b", "said"), [(BENDS, 1), ("", 0)])
-def test_a_joint_of_two_that_bend_is_a_hinge(tmp_path, b, said):
-    clamped = "{ fixed = [0, 0, 0], direction = [1, 0, 0] }"
-    first = line_text("a", "steel", 2, 4, 2, clamped, '"free"', BENDS)
-    second = line_text("b", "steel", 2, 4, 2, '"a.end"', '"free"', b)
-    words = list(idle_parts(scene_of(tmp_path, PIPES + first + second)))
+def pipes(start=HINGE, a=BENDS, b=BENDS, wall=CLAMP, end='"free"', more=""):
+    first = line_text("a", "steel", 2, 4, 2, wall, end, a)
+    return PIPES + first + line_text("b", "steel", 2, 4, 2, start, '"free"', b) + more
+
+
+@pytest.mark.parametrize(
+    ("start", "b", "said"), [(HINGE, BENDS, 1), (HINGE, "", 0), (RIGID, BENDS, 0)]
+)
+def test_a_joint_of_two_that_bend_is_a_hinge(tmp_path, start, b, said):
+    words = list(idle_parts(scene_of(tmp_path, pipes(start, b=b))))
     assert len(words) == said
     assert all(w.startswith("lines.b.start is a hinge") for w in words)
+    assert all('{ joined = "a.end", rigid = true }' in w for w in words)
+
+
+@pytest.mark.parametrize(
+    ("changes", "where", "said"),
+    [
+        ({"b": ""}, "lines.b.start.rigid", 'bending on both lines, found none on "b"'),
+        (
+            {"a": "", "wall": WALL},
+            "lines.b.start.rigid",
+            'bending on both lines, found none on "a"',
+        ),
+        (
+            {"start": '{ joined = "a.start", rigid = true }'},
+            "lines.b.start.rigid",
+            'an end that is free to turn, found "a.start", which keeps a direction',
+        ),
+        (
+            {"more": line_text("c", "steel", 2, 4, 2, RIGID, '"free"', BENDS)},
+            "lines.c.start.rigid",
+            'an end of one rigid joint, found "a.end", which has one with "b.start"',
+        ),
+        (
+            {"end": '{ joined = "b.start", rigid = true }'},
+            "lines.b.start.rigid",
+            'an end of one rigid joint, found "b.start", which has one with "a.end"',
+        ),
+        (
+            {"start": '{ joined = "c.end", rigid = true }'},
+            "lines.b.start.joined",
+            "the end of another line",
+        ),
+        ({"start": '{ joined = "a.end", stiff = true }'}, "lines.b.start.stiff", "rigid"),
+    ],
+)
+def test_mistakes_of_rigid_joints_are_told(tmp_path, changes, where, said):
+    with pytest.raises(SceneError) as told:
+        scene_of(tmp_path, pipes(**{"start": RIGID, **changes}))
+    lines = [line for line in str(told.value).splitlines() if where in line]
+    assert any(said in line for line in lines), str(told.value)
+
+
+@pytest.mark.parametrize("start", ['{ joined = "a.end" }', '{ joined = "a.end", rigid = false }'])
+def test_a_joined_end_needs_no_place(tmp_path, start):
+    assert scene_of(tmp_path, pipes(start)).lines["b"].start.at is None
