@@ -49,7 +49,10 @@ def end_tension_figure(result: ResultFile, group: Group) -> Figure:
         for name, index, tension in curves:
             look = {
                 "color": style.COLOURS[index % len(style.COLOURS)],
-                "linestyle": style.DASHES[0 if name.endswith(".start") else 1],
+                # of lines that share a colour the later one has other dashes
+                "linestyle": style.DASHES[
+                    (2 * (index // len(style.COLOURS)) + name.endswith(".end")) % len(style.DASHES)
+                ],
             }
             ax.plot(clock.shown, tension * factor, **look)
             entries[name] = Line2D([], [], label=name, **look)

@@ -3,7 +3,7 @@
 
 // digits after the point for about four in all at the largest magnitude
 export function places(top) {
-  if (!(top > 0)) return 0;
+  if (!(top >= 5e-7)) return 0; // of less no digit would show
   return Math.min(Math.max(3 - Math.floor(Math.log10(top)), 0), 6);
 }
 
