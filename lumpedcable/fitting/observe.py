@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,14 +11,18 @@ from jaxtyping import Array, Float
 from numpy.typing import NDArray
 
 from lumpedcable.model.assemble import segment_lengths
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import reel_of, winch_name
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
-from lumpedcable.model.places import segment_sizes
+from lumpedcable.model.places import PlaceMeasured, segment_sizes
+from lumpedcable.model.state import Seen
 from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import tie_of
+from lumpedcable.scene.measures import PlaceKind
 from lumpedcable.scene.part import SIDES, did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.solve.observe import Sample
@@ -44,6 +48,9 @@ PEAK = "peak"  # the largest tension of a rod so far, of every step
 MOST_OUTPUTS = 20_000  # of a grid that meets all times of a record
 ON_GRID = 1e-6  # of its spacing by which a time may miss a point of the grid
 _PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
+
+
+Weights = Float[Array, " points"]
 
 
 class Watched(NamedTuple):
@@ -106,8 +113,8 @@ def watched(
         return Watched(quantity, piece.name, node, axis), 0.0
     if line in (target.line for target in scene.targets.values()):
         raise ValueError(
-            f'expected an end of "{line}", whose length a target finds, found "{at}": a measure with '
-            f'`at = "{at}"` looks there'
+            f'expected an end of "{line}", whose length a target finds, found "{at}": a measure, '
+            f'{"tension" if force else quantity} = "{at}", looks there'
         )
     try:
         place = parse_quantity(distance, "m")
@@ -136,15 +143,25 @@ def watched(
 
 
 def weights_of(
-    model: Model, what: Watched, place: Float[Array, ""]
-) -> Float[Array, " points"] | None:
+    model: Model, coordinates: Coordinates, what: Watched, place: Float[Array, ""]
+) -> Weights | PlaceMeasured | None:
     """Weights of nodes (of a tension: segments) in what is at `place` (m); None at ends, of bodies.
 
     Linear between the two neighbours. As the place is a distance along the line, they are others
-    where a line gets longer, and derivatives by its length know of it.
+    where a line gets longer, and derivatives by its length know of it. Where it is paid out in the run
+    they are others at each time: then it is looked at as by a measure of the place.
     """
     if what.node is not None or what.body or what.quantity in (MEASURE, STOP, PEAK):
         return None
+    if reel_of(model, what.piece) is not None:
+        along = origin = None
+        if what.component is not None:
+            along = jnp.asarray(coordinates.axes)[what.component]
+            if what.quantity == "position":
+                origin = jnp.asarray(coordinates.origin)[what.component]
+        return PlaceMeasured(
+            cast(PlaceKind, what.quantity), (what.piece,), None, place, along, origin
+        )
     own = segment_sizes(model.lines[what.piece])
     ends = jnp.cumsum(own)
     starts = ends - own
@@ -179,7 +196,7 @@ def look(
     coordinates: Coordinates,
     seen: Sample,
     what: Watched,
-    weights: Float[Array, " points"] | None,
+    weights: Weights | PlaceMeasured | None,
 ) -> Float[Array, ""]:
     """The value (SI) of an observed quantity at one output time, from what is sampled there.
 
@@ -188,6 +205,8 @@ def look(
     """
     if what.quantity == MEASURE:
         return seen.measures[what.piece]
+    if isinstance(weights, PlaceMeasured):
+        return weights.value(model, jnp.zeros(()), _seen_of(model, seen, what.piece))
     if what.quantity == "tension":
         if what.node is not None:
             return seen.ends[what.piece][what.node]
@@ -200,6 +219,16 @@ def look(
     if what.quantity == "position":
         value = value + jnp.asarray(coordinates.origin)[what.component]
     return value
+
+
+def _seen_of(model: Model, seen: Sample, line: str) -> Seen:
+    """What a measure of a place is taken of, of a line that is paid out and of what pays it out."""
+    name = winch_name(line)
+    q, rate = seen.bodies[name]
+    own, key = seen.fields[line], body_key(name)
+    moved = {line: own["position"], key: q - model.bodies[name].reference}
+    rates = {line: own["velocity"], key: rate}
+    return Seen(moved, rates, {line: own["tension"]}, seen.ends)
 
 
 def _of_line(model: Model, seen: Sample, what: Watched, weights) -> Float[Array, " d"]:

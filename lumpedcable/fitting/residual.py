@@ -19,6 +19,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.physics.precision import cast
 from lumpedcable.physics.strain_history import relaxing_tension
 from lumpedcable.solve.bound import step_bound
+from lumpedcable.solve.constrained import rod_gains
 from lumpedcable.solve.integrate import begin, interval
 from lumpedcable.solve.observe import Sample, sample
 from lumpedcable.solve.plan import Numbers, Progress
@@ -191,7 +192,10 @@ def history(
     dt = None if plan.adaptive else numbers.every / numbers.steps
     shown = (*SIGNS, Status.STRAIN_EXCEEDED) if spec.strained else SIGNS
 
-    watched = [(what, weights_of(model, what, places[k])) for k, what in enumerate(spec.watched)]
+    watched = [
+        (what, weights_of(model, coordinates, what, places[k]))
+        for k, what in enumerate(spec.watched)
+    ]
 
     def pick(run: Progress, s: Sample, what: Watched, weights):
         if what.quantity == STOP:
@@ -211,7 +215,8 @@ def history(
 
     def look_at(run: Progress, k):
         t = time_of(model, plan, run, (own(k) + 1) * numbers.every)
-        return seen(run, sample(model, t, run.y, plan.quantities, dt, run.stuck))
+        gains = rod_gains(run.solver_state, run.y)
+        return seen(run, sample(model, t, run.y, plan.quantities, dt, run.stuck, gains))
 
     begun, first = begin(model, plan, numbers)
 

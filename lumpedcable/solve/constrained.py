@@ -50,7 +50,7 @@ from lumpedcable.solve.matrices import eliminated
 from lumpedcable.solve.rods import Push, hub_gain, pinned_of, system_of
 from lumpedcable.solve.stretch import giving_way
 
-__all__ = ["Constrained", "RodHalfStep"]
+__all__ = ["Constrained", "RodHalfStep", "rod_gains"]
 
 # from the accelerations of the step before; more where there is no step before, and where places of
 # lines stick and slide
@@ -136,6 +136,13 @@ class Constrained(diffrax.AbstractSolver):
     def func(self, terms, t0, y0, args):
         """Rates at an instant: what a solver of diffrax may be asked for; no step uses it."""
         raise NotImplementedError("rods have no rates without a step")
+
+
+def rod_gains(state: Any, y: State) -> dict[str, Float[Array, "d nodes"]]:
+    """Accelerations (m/s2) of the nodes of rods at a state, by line; {} of what is not made of rods."""
+    if not isinstance(state, RodHalfStep):
+        return {}
+    return {name: 2.0 * (state.velocity[name] - y.velocity[name]) / state.dt for name in y.tension}
 
 
 def lengths_lost(model: Model, displacement, length: dict[str, Array]) -> Bool[Array, ""]:

@@ -26,7 +26,7 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.motion import velocity_of
 from lumpedcable.physics.precision import cast
 from lumpedcable.physics.tension import strain_at
-from lumpedcable.solve.constrained import Constrained
+from lumpedcable.solve.constrained import Constrained, rod_gains
 from lumpedcable.solve.jerk import jerked
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
@@ -111,7 +111,8 @@ def begin(model: Model, plan: Plan, numbers: Numbers) -> tuple[Progress, Sample]
         solver_state = solver.init(CableTerm(zero), zero, dt, y, model)
     seen = watches(model, y, plan.recoils)
     never, going = jnp.zeros((), bool), jnp.zeros((), jnp.int32)
-    first = sample(model, zero, y, plan.quantities, None if plan.adaptive else dt, going)
+    own = None if plan.adaptive else dt
+    first = sample(model, zero, y, plan.quantities, own, going, rod_gains(solver_state, y))
     moving = jnp.asarray(jnp.nan, jnp.float64)  # a type as later, lest the program compile twice
     standing = upright(model, y)
     ends = tips(model, zero, y, plan.tips)
@@ -311,7 +312,8 @@ def advance(
         if isinstance(run.solver_state, HalfStep):
             whole = model.with_low(run.solver_state.low)
         now = time_of(model, plan, run, t)
-        found = sample(whole, now, run.y, plan.quantities, dt, run.stuck)
+        gains = rod_gains(run.solver_state, run.y)
+        found = sample(whole, now, run.y, plan.quantities, dt, run.stuck, gains)
         largest = so_far(model, found.largest, peaks_of(plan, run), plan.borne)
         largest |= watched(run.seen)
         more = {"largest": largest, "upright": run.upright}

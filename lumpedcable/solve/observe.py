@@ -10,9 +10,7 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Joined, end_name
 from lumpedcable.model.energy import WORKS, energies
-from lumpedcable.model.evaluation import Evaluation
 from lumpedcable.model.forces import evaluate, node_frame
-from lumpedcable.model.inertia import Frame, end_drag
 from lumpedcable.model.layout import part_names
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
@@ -21,12 +19,12 @@ from lumpedcable.model.splices import moments
 from lumpedcable.model.state import Seen, State
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
-from lumpedcable.physics.seabed import AbstractSeabed
 from lumpedcable.physics.seam import EXTRA
 from lumpedcable.physics.tips import AFTER, BEFORE
-from lumpedcable.physics.vectors import dot, size
+from lumpedcable.physics.vectors import dot
 from lumpedcable.physics.waves import Boundary
 from lumpedcable.solve.bound import courant_number
+from lumpedcable.solve.end_forces import end_node_drag, own_loads, resisted
 from lumpedcable.solve.largest import reversals, stretches, tensions_of
 from lumpedcable.solve.run_out import run_out
 
@@ -133,7 +131,7 @@ def end_tension(
 
     if shape is not None and (line.loads or drag is not None):
         # on the end node: f l / 2
-        pull = inwards(_own_loads(line, shape, line.node(node), drag), shape)
+        pull = inwards(own_loads(line, shape, line.node(node), drag), shape)
     here = pick(tension, segment)
     if line.segments == 1:
         found = here + pull
@@ -149,25 +147,6 @@ def end_tension(
     return known if met.loaded is True else jnp.where(met.loaded, known, found)
 
 
-def _own_loads(
-    line: Line, shape: Shape, node, drag: Float[Array, " d"] | None
-) -> Float[Array, " d"]:
-    """The loads and the drag (N) on a node; the bed bears no more than what presses the line on it."""
-    total = jnp.zeros_like(shape.position[:, 0]) if drag is None else drag
-    borne = None
-    for load in line.loads:
-        force = pick(load.force(shape), node)
-        if isinstance(load, AbstractSeabed):
-            borne = force
-        else:
-            total = total + force
-    if borne is None:
-        return total
-    most = size(borne)
-    across = borne / jnp.where(most > 0.0, most, 1.0)
-    return total + across * jnp.clip(-dot(total, across), 0.0, most)
-
-
 def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array, ""]:
     """Tension (N) at the start (0) or end (-1) of a line at rest, as results show it.
 
@@ -176,28 +155,8 @@ def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array
     still = jnp.zeros_like(line.reference)
     shape, drag = line.shape(still), None
     if model is not None and line.current is not None:  # in still water nothing drags at rest
-        drag = _drag(line, node_frame(model, line, shape), node, still)
+        drag = end_node_drag(line, node_frame(model, line, shape), node, still)
     return end_tension(line, line.law.tension(shape.strain), node, shape, drag)
-
-
-def _drag(line: Line, nodes: Frame, node: int, velocity: Float[Array, "d nodes"]):
-    """Drag (N) on the node of an end, None without drag."""
-    if nodes.drag_t is None:
-        return None  # not even the velocity is picked
-    return end_drag(nodes, line.node(node), pick(velocity, line.node(node)))
-
-
-def _resisted(line: Line, found: Evaluation, node: int, velocity: Float[Array, "d nodes"]):
-    """Drag, the push of water in waves and the inertia of substance that a drum accelerates (N).
-
-    On the node of an end; None without any of them.
-    """
-    total = _drag(line, found.nodes, node, velocity)
-    for along in (found.push, found.hastened):
-        if along is not None:
-            own = pick(along, line.node(node))
-            total = own if total is None else total + own
-    return total
 
 
 def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch, ...]:
@@ -293,8 +252,9 @@ def sample(
     quantities: tuple[str, ...],
     dt: Float[Array, ""] | None,
     stuck: Int[Array, ""],
+    gains: dict[str, Float[Array, "d nodes"]],
 ) -> Sample:
-    """Everything that is kept of one output time."""
+    """Everything that is kept of one output time; `gains` are accelerations (m/s2) of lines of rods."""
     model = model.remembering(y.memory)
     found = evaluate(model, t, y.displacement, y.velocity, y.reaction, dt)
     fields, ends, whole_ends, tensions = {}, {}, {}, {}
@@ -319,7 +279,14 @@ def sample(
             every["bending_moment"] = bent.get(name, jnp.zeros_like(place[name][0]))
         kept = {key: value for key, value in every.items() if key in quantities}
         at_ends = [
-            end_tension(line, whole, node, e.shape, _resisted(line, found[name], node, own), met)
+            end_tension(
+                line,
+                whole,
+                node,
+                e.shape,
+                resisted(line, found[name], node, own, gains.get(name)),
+                met,
+            )
             for node, met in zip(line.ends, found[name].boundaries, strict=True)
         ]
         most_at_ends[name] = jnp.max(jnp.stack(at_ends))
