@@ -106,7 +106,7 @@ class Fit(Drawn):
     @property
     def remarks(self) -> list[str]:
         """What the data say and do not say, in words."""
-        from lumpedcable.fitting.report import remarks_of
+        from lumpedcable.fitting.remarks import remarks_of
 
         return remarks_of(self._fitted)
 

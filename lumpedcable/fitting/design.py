@@ -11,7 +11,7 @@ import numpy as np
 from lumpedcable.fitting.parameters import numbers_of
 from lumpedcable.fitting.scalar import Scalar, read_scalar
 from lumpedcable.fitting.sensitivity import scalar_slopes
-from lumpedcable.scene import Study
+from lumpedcable.scene import Study, format_quantity
 from lumpedcable.scene.units import UnitError, parse_quantity
 from lumpedcable.status import MEANING, Status
 
@@ -126,7 +126,11 @@ def least_design(
             return Design(key, names[0].kind.unit, limits, tuple(trials), decides)
         low, high = sorted((number / STRIDE, number * STRIDE))  # below 0 the other way round
         number = float(np.clip(after, low, high))
-    raise ValueError(f"{key}: expected an end of the search within {MOST_TRIALS} runs, found none")
+    last = trials[-1]
+    raise ValueError(
+        f"{key}: expected an end of the search within {MOST_TRIALS} runs, found none: it went to "
+        f"{format_quantity(last.number, names[0].kind.unit)}, where a limit is still not met"
+    )
 
 
 def _number(study: Study, key: str):

@@ -19,7 +19,7 @@ from lumpedcable.fitting.transforms import to_unbounded
 from lumpedcable.fitting.uncertainty import Profile, reach_of
 from lumpedcable.status import Status
 
-__all__ = ["flagged", "profile_of", "untold", "with_profiles"]
+__all__ = ["departing", "flagged", "profile_of", "untold", "with_profiles"]
 
 Array = NDArray[np.float64]
 
@@ -45,6 +45,8 @@ LEAST_NOISE = 1e-12
 BETTER = 1e-3
 """Fall of the loss on the way, over the loss or the square of the noise if that is more, that shows
 that the fit was not the best: less is rounding, or changes no interval."""
+RUGGED = 1.5
+"""Width of a profile, over that of the interval by the standard deviation, that is worth a word."""
 WIDE = 100.0
 """Width of an interval, over the number or its start, from which the data do not tell the number."""
 
@@ -88,6 +90,27 @@ def untold(fitted: Fitted) -> set[int]:
         if wide and k not in failed and not fitted.at_bound[k]:
             found.add(k)
     return found
+
+
+def departing(fitted: Fitted) -> tuple[int, float] | None:
+    """The number whose profile is widest beside its standard deviation, and how many times as wide.
+
+    None where none is `RUGGED` times as wide, or where all numbers have profiles. Of those alone that
+    the data tell, between bounds and runs that fail.
+    """
+    sure, method = fitted.certainty, fitted.problem.method
+    if len(fitted.profiles) == len(fitted.values):
+        return None
+    reach = reach_of(fitted.problem.known_noise, method.confidence, sure.free)
+    vague, found = untold(fitted), []
+    for one in fitted.profiles:
+        k = one.parameter
+        std = sure.std[k]
+        told = 0.0 < std < np.inf and k not in vague and not fitted.at_bound[k]
+        share = (one.high - one.low) / (2.0 * reach * std) if told else 0.0
+        if RUGGED < share < np.inf:
+            found.append((k, float(share)))
+    return max(found, key=lambda each: each[1], default=None)
 
 
 class _Side(NamedTuple):

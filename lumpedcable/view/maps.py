@@ -12,11 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogFormatter
 from numpy.typing import NDArray
 
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import Axis, ResultFile
+from lumpedcable.results.sound import WELL
 from lumpedcable.view import style
 from lumpedcable.view.groups import ends_note, file_tag
 
@@ -39,6 +41,14 @@ SHOWN = {
     "stop_time": "largest",
     "stop_distance": "largest",
 }
+
+
+NONE = {
+    "stop_time": "did not stop",
+    "stop_distance": "did not stop",
+    "front_arrival": "saw no front",
+}
+"""What runs did that went well and have no such number."""
 
 
 class Along(NamedTuple):
@@ -79,7 +89,8 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], wh
     values = result.summary()[end][quantity]
     unit = str(told.get("units", "1"))
     factor, shown = scale(style.largest(values), "" if unit == "1" else unit)
-    pairs = list(combinations(axes, 2))[:MOST_PANELS]
+    every = list(combinations(axes, 2))
+    pairs = every[:MOST_PANELS]
     title = str(result.attributes.get("title", ""))
     whose = "" if end == "run" else f"{end}: "
     heading = "\n".join(filter(None, [title, f"{whose}{told.get('long_name', quantity)}"]))
@@ -87,8 +98,12 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], wh
     tables = [_table(_along(a), _along(b), values * factor, which) for a, b in pairs]
     known = np.concatenate([table[np.isfinite(table)] for table in tables])
     colours = Normalize(float(known.min()), float(known.max()))
-    for ax, (a, b), table in zip(panels, pairs, tables, strict=True):
+    well = np.array([end in WELL for end in result.status])
+    without = np.where(well & np.isnan(values), 1.0, np.nan)
+    lacking = [_table(_along(a), _along(b), without, "largest") > 0 for a, b in pairs]
+    for ax, (a, b), table, none in zip(panels, pairs, tables, lacking, strict=True):
         _draw(ax, _along(a), _along(b), table, colours)
+        _hatch(ax, _along(a), _along(b), none & np.isfinite(table))
     bar = figure.colorbar(
         ScalarMappable(colours, "viridis"), ax=panels, aspect=30, pad=0.01, fraction=0.05
     )
@@ -96,6 +111,11 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], wh
     bar.set_label(style.with_unit(words, shown))
     note = f"Each cell: the {which} of the runs in it, over all other swept numbers."
     note += _of_white(result, pairs, tables)
+    if any((none & np.isfinite(table)).any() for none, table in zip(lacking, tables, strict=True)):
+        count, why = int(np.nansum(without)), NONE.get(quantity, "have no such number")
+        note += f" Hatched: with runs that {why} as well, {count} of {result.runs} in all."
+    if len(every) > len(pairs):
+        note += f" The first {len(pairs)} of {len(every)} pairs."
     ends = ends_note(result, range(result.runs), "what they came to before counts")
     style.foot(figure, f"{note} {ends}".strip())
     return figure
@@ -169,6 +189,13 @@ def _draw(ax: Axes, x: Along, y: Along, table: Array, colours: Normalize) -> Non
             formatter = _FewFormatter if along is x else _PlainFormatter  # side by side: no room
             axis.set_major_formatter(formatter())
             axis.set_minor_formatter(formatter())
+
+
+def _hatch(ax: Axes, x: Along, y: Along, cells: NDArray[np.bool_]) -> None:
+    look: dict[str, Any] = {"fill": False, "hatch": "////", "edgecolor": "white", "linewidth": 0.0}
+    for j, i in np.argwhere(cells):
+        left, right, low, high = map(float, (*x.edges[i : i + 2], *y.edges[j : j + 2]))
+        ax.add_patch(Rectangle((left, low), right - left, high - low, **look))
 
 
 class _PlainFormatter(LogFormatter):

@@ -11,7 +11,8 @@ from rich.console import Console
 
 from lumpedcable.fitting.columns import read_data
 from lumpedcable.fitting.language import Column
-from lumpedcable.fitting.report import _choices, remarks_of
+from lumpedcable.fitting.remarks import remarks_of
+from lumpedcable.fitting.report import _choices
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.status import Status
 

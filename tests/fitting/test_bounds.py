@@ -10,7 +10,8 @@ from fit_files import BENCH, SCENE, fit_of, write_bench
 from scipy.optimize import brentq, minimize
 
 from lumpedcable.fitting.profile import flagged, with_profiles
-from lumpedcable.fitting.report import contents_of, remarks_of
+from lumpedcable.fitting.remarks import remarks_of
+from lumpedcable.fitting.report import contents_of
 from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.uncertainty import Profile, certainty_of

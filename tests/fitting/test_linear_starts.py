@@ -6,7 +6,8 @@ from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, free, write_
 from nylon_line import tension
 
 from lumpedcable.fitting.linear import linear_start, start_faults
-from lumpedcable.fitting.report import print_ropes, remarks_of
+from lumpedcable.fitting.remarks import remarks_of
+from lumpedcable.fitting.report import print_ropes
 from lumpedcable.fitting.run import fit_problem
 
 KNOWN = 'noise = "1 %"\n'

@@ -8,7 +8,8 @@ from fit_files import BENCH, NAMES, SCENE, TRUTH, bench_of, fit_of, free, write_
 from scipy.optimize import brentq, least_squares
 
 from lumpedcable.fitting.profile import flagged, profile_of, untold, with_profiles
-from lumpedcable.fitting.report import contents_of, remarks_of
+from lumpedcable.fitting.remarks import remarks_of
+from lumpedcable.fitting.report import contents_of
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.write import pictures_of
 from lumpedcable.view import plot_fit

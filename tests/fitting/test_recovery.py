@@ -14,7 +14,8 @@ from nylon_line import tension
 
 from benchmarks.fitting import begun
 from lumpedcable.fitting.arrays import arrays_of
-from lumpedcable.fitting.report import remarks_of, status_of
+from lumpedcable.fitting.remarks import remarks_of
+from lumpedcable.fitting.report import status_of
 from lumpedcable.fitting.residual import group_start, predict
 from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.run import fit_problem

@@ -199,3 +199,30 @@ def test_how_far_a_body_came_is_a_map_of_enough_draws(tmp_path):
     ((_, _, cells, _),) = maps(path)["map_stop_distance"]
     assert np.nanmax(cells) == pytest.approx(np.max(speed**2 / friction))
     assert cells.shape == (4, 4)  # two draws or more a cell, on average
+
+
+def test_cells_with_runs_without_a_number_are_hatched(tmp_path):
+    """The largest of the others says nothing of a run that did not come so far."""
+    grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
+    path = study(tmp_path / "a.h5", *grid)
+    with h5py.File(path, "r+") as file:
+        file["summary/rope.end/front_arrival"][5] = np.nan  # of 1 kN, 10 ms and the drag of 1
+    with open_result(path) as result:
+        figures = {name: draw() for name, draw in map_figures(result)}
+    marked = [
+        [(*patch.get_xy(), patch.get_hatch()) for patch in ax.patches]
+        for ax in figures["map_front_arrival"].axes[:3]
+    ]
+    edge = np.log(1e1), np.log(1e2)
+    ((x, y, hatch),) = marked[0]
+    assert (x, hatch) == (0.5, "////")
+    assert y == pytest.approx(np.exp(sum(edge) / 2 - (edge[1] - edge[0])), rel=1e-9)
+    assert [len(each) for each in marked] == [1, 1, 1]
+    assert "Hatched: with runs that saw no front as well, 1 of 36 in all." in words(
+        figures["map_front_arrival"]
+    )
+    assert not any(ax.patches for ax in figures["map_peak_end_speed"].axes[:3])
+
+
+def words(figure):
+    return " ".join(text.get_text().replace("\n", " ") for text in figure.texts)
