@@ -159,6 +159,25 @@ def test_what_another_stage_showed_does_not_stay_while_one_is_worked_out(browser
         assert page.locator("td.value").count() == 0
 
 
+def test_a_stage_does_not_wait_for_an_answer_about_another(browser, url):
+    held = []
+    with live(browser, url) as page:
+
+        def answer(route):
+            if '"scene"' in route.request.post_data:
+                held.append(route)  # as while its first shape is compiled
+            else:
+                route.continue_()
+
+        page.route("**/solve", answer)
+        page.get_by_label("Stage").select_option("scene")
+        page.wait_for_function("() => document.documentElement.dataset.asking === 'yes'")
+        page.get_by_label("Stage").select_option("adjustment")
+        page.wait_for_selector("[data-key][data-si]", timeout=10_000)
+        assert page.evaluate("() => document.documentElement.dataset.asking") == "no"
+        assert len(held) == 1
+
+
 def test_the_unit_of_an_axis_keeps_off_its_numbers(browser, url, tmp_path):
     with live(browser, url) as page:
         page.get_by_label("Stage").select_option("adjustment")

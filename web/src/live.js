@@ -114,6 +114,7 @@ class Live {
   async ask() {
     if (this.asking) {
       this.again = true;
+      if (this.asked !== this.model) this.pending.abort(); // nobody waits for it any more
       return;
     }
     this.asking = true;
@@ -121,10 +122,13 @@ class Live {
     try {
       do {
         this.again = false;
-        const model = this.model, begun = performance.now();
+        const model = this.asked = this.model, begun = performance.now();
+        this.pending = new AbortController();
         const patience = setTimeout(() => this.say("Working: the first shape takes some seconds to prepare."), 900);
-        const reply = await this.post("solve").finally(() => clearTimeout(patience));
-        if (model !== this.model) this.again = true;
+        const reply = await this.post("solve", this.pending.signal)
+          .catch((error) => { if (error.name !== "AbortError") throw error; })
+          .finally(() => clearTimeout(patience));
+        if (model !== this.model || !reply) this.again = true;
         else this.take(reply, performance.now() - begun);
       } while (this.again);
     } catch (error) {
@@ -135,11 +139,11 @@ class Live {
     }
   }
 
-  async post(what) {
+  async post(what, signal) {
     const changed = Object.fromEntries(this.model.controls
       .map((c) => [c.key, this.values.get(this.model.key)[c.key]])
       .filter(([key, value]) => value !== this.model.controls.find((c) => c.key === key).value));
-    const answer = await fetch(what, { method: "POST", headers: { "Content-Type": "application/json" },
+    const answer = await fetch(what, { method: "POST", signal, headers: { "Content-Type": "application/json" },
       body: JSON.stringify({ model: this.model.key, values: changed }) });
     return answer.json();
   }
