@@ -74,10 +74,14 @@ class Layout:
         """The pieces of one of the scene's lines, from its start to its end."""
         return tuple(piece for piece in self.pieces if piece.line == line)
 
+    def ends_of(self, line: str) -> tuple[End, End]:
+        """The ends of pieces that are the start and the end of one of the scene's lines."""
+        pieces = self.of_line(line)
+        return (pieces[0].name, 0), (pieces[-1].name, -1)
+
     def end_of(self, line: str, side: str) -> End:
         """The end of a piece that is the "start" or "end" of one of the scene's lines."""
-        node = 0 if side == "start" else -1
-        return self.of_line(line)[node].name, node
+        return self.ends_of(line)[0 if side == "start" else 1]
 
     def joint_of(self, piece: str, node: int) -> int | None:
         """Index of the joint at an end, None where there is none."""

@@ -129,10 +129,7 @@ def _given_places(scene: Scene, layout: Layout, model: Model, coordinates: Coord
         pieces = layout.of_line(name)
         if not pieces:
             continue  # an ideal line
-        for end, (piece, node) in (
-            (line.start, (pieces[0].name, 0)),
-            (line.end, (pieces[-1].name, -1)),
-        ):
+        for end, (piece, node) in zip((line.start, line.end), layout.ends_of(name), strict=True):
             kind = model.end(piece, node)
             if isinstance(end, JoinedEnd) and end.at is not None and isinstance(kind, Joined):
                 given[kind.junction] = coordinates.point(end.at)
@@ -215,8 +212,7 @@ def _beyond(scene: Scene, layout: Layout, model: Model, joints, junction: Juncti
     for name, node in junction.members:
         line = next(p.line for p in layout.pieces if p.name == name)
         lengths.append(jnp.asarray(scene.lines[line].length, float))
-        pieces = layout.of_line(line)
-        other = (pieces[-1].name, -1) if node == 0 else (pieces[0].name, 0)
+        other = layout.ends_of(line)[1 if node == 0 else 0]
         far.append(_place(model, other, joints))
     return far, lengths
 
@@ -334,7 +330,7 @@ def _joint_places(
         pieces = layout.of_line(name)
         if not pieces:
             continue  # an ideal line
-        ends = ((pieces[0].name, 0), (pieces[-1].name, -1))
+        ends = layout.ends_of(name)
         stiffness = 1.0 / jnp.asarray(scene.lines[name].unstretched, float)
         kinds = [model.end(*end) for end in ends]
         for this, other, far in ((0, 1, ends[1]), (1, 0, ends[0])):

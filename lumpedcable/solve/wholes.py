@@ -27,17 +27,12 @@ class Whole:
     """Lines of a scene that are laid out as one, from one end to the other.
 
     `lines` are the pieces of each, from its start to its end, and `forward` says whether it leads on in
-    that direction.
+    that direction; `outer` are the two ends of the whole.
     """
 
     lines: tuple[tuple[Piece, ...], ...]
     forward: tuple[bool, ...]
-
-    @property
-    def outer(self) -> tuple[LineEnd, LineEnd]:
-        """The two ends of the whole."""
-        first, last = _ends(self.lines[0]), _ends(self.lines[-1])
-        return first[0 if self.forward[0] else 1], last[1 if self.forward[-1] else 0]
+    outer: tuple[LineEnd, LineEnd]
 
     def shared(self, path: Float[Array, "d nodes"]) -> Iterator[tuple[str, Float[Array, "d n"]]]:
         """What each piece has of the nodes (m) of the whole."""
@@ -106,7 +101,7 @@ def wholes_of(
 
     def beyond(name: str, node: int) -> Iterator[tuple[str, int]]:
         """The lines that follow out of an end, and the ends by which each is entered."""
-        while (end := beside.get(_ends(layout.of_line(name))[node])) is not None:
+        while (end := beside.get(layout.ends_of(name)[node])) is not None:
             name, node = line_of[end[0]], -1 - end[1]
             if name in taken:
                 return
@@ -121,12 +116,10 @@ def wholes_of(
         before = [(other, node == -1) for other, node in beyond(name, 0)]
         after = [(other, node == 0) for other, node in beyond(name, -1)]
         names, forward = zip(*before[::-1], (name, True), *after, strict=True)
-        found[names[0]] = Whole(tuple(layout.of_line(n) for n in names), forward)
+        first, last = layout.ends_of(names[0]), layout.ends_of(names[-1])
+        outer = first[0 if forward[0] else 1], last[1 if forward[-1] else 0]
+        found[names[0]] = Whole(tuple(layout.of_line(n) for n in names), forward, outer)
     return found
-
-
-def _ends(pieces: tuple[Piece, ...]) -> tuple[LineEnd, LineEnd]:
-    return (pieces[0].name, 0), (pieces[-1].name, -1)
 
 
 def _line(scene: Scene, coordinates: Coordinates, pieces: tuple[Piece, ...]) -> Line:
