@@ -142,7 +142,12 @@ def rod_gains(state: Any, y: State) -> dict[str, Float[Array, "d nodes"]]:
     """Accelerations (m/s2) of the nodes of rods at a state, by line; {} of what is not made of rods."""
     if not isinstance(state, RodHalfStep):
         return {}
-    return {name: 2.0 * (state.velocity[name] - y.velocity[name]) / state.dt for name in y.tension}
+    moves = state.dt > 0.0  # a scene at rest has no steps
+    half = jnp.where(moves, 0.5 * state.dt, 1.0)
+    return {
+        name: jnp.where(moves, state.velocity[name] - y.velocity[name], 0.0) / half
+        for name in y.tension
+    }
 
 
 def lengths_lost(model: Model, displacement, length: dict[str, Array]) -> Bool[Array, ""]:

@@ -54,3 +54,12 @@ def test_a_rod_that_is_heaved_pulls_with_its_mass(tmp_path, segments):
     np.testing.assert_allclose(
         ran["start_tension"][0, steady], wanted[steady], atol=1e-4 * np.abs(wanted).max()
     )
+
+
+def test_rods_at_rest_pull_with_their_weight(tmp_path):
+    """A scene without a duration has no steps, and none of their accelerations."""
+    text = WIRE[: WIRE.index("duration")].format(gravity=f"gravity = {G}", step=1e-3)
+    text += line_text("rod", "wire", LENGTH, 4, ROD / LENGTH, fixed(0, 0, 0), '"free"')
+    ran = run_text(tmp_path, text)
+    assert ran.statuses == ["OK"]
+    assert ran["start_tension"][0, 0] == pytest.approx(ROD * G, rel=1e-9)
