@@ -16,7 +16,7 @@ from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import reel_of, winch_name
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model
-from lumpedcable.model.places import PlaceMeasured, segment_sizes
+from lumpedcable.model.places import PlaceMeasured, along_axis, segment_sizes
 from lumpedcable.model.state import Seen
 from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene, format_quantity
@@ -154,14 +154,9 @@ def weights_of(
     if what.node is not None or what.body or what.quantity in (MEASURE, STOP, PEAK):
         return None
     if reel_of(model, what.piece) is not None:
-        along = origin = None
-        if what.component is not None:
-            along = jnp.asarray(coordinates.axes)[what.component]
-            if what.quantity == "position":
-                origin = jnp.asarray(coordinates.origin)[what.component]
-        return PlaceMeasured(
-            cast(PlaceKind, what.quantity), (what.piece,), None, place, along, origin
-        )
+        kind = cast(PlaceKind, what.quantity)
+        seen_along = along_axis(coordinates, kind, what.component)
+        return PlaceMeasured(kind, (what.piece,), None, place, *seen_along)
     own = segment_sizes(model.lines[what.piece])
     ends = jnp.cumsum(own)
     starts = ends - own

@@ -11,18 +11,16 @@ from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import Release, end_name, solve_small
 from lumpedcable.model.grip import joint_held_back
 from lumpedcable.model.inertia import end_matrices
-from lumpedcable.model.model import Model, Vectors
+from lumpedcable.model.model import LineEnd, Model, Vectors
 from lumpedcable.physics.linear import pick
 
 __all__ = ["junction_gain"]
-
-Side = tuple[str, int]
 
 
 def junction_gain(
     model: Model, index: int, t: Float[Array, ""], found: Found, before: Vectors,
     dt: Float[Array, ""] | None,
-) -> tuple[dict[Side, tuple[Any, Array]], dict[str, tuple[Release, Array]]]:  # fmt: skip
+) -> tuple[dict[LineEnd, tuple[Any, Array]], dict[str, tuple[Release, Array]]]:  # fmt: skip
     """Common acceleration (m/s2) of a junction's members, and what each breakable one carries.
 
     (sum M + dt/2 D) a = sum F - D (v - w), D = k |v| lagging by half a step of length dt (s), if any.

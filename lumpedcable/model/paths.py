@@ -7,11 +7,10 @@ a body to the next, make one path. Along it everything couples to its neighbours
 from dataclasses import dataclass, field
 
 from lumpedcable.model.ends import Attached, Joined, end_name
-from lumpedcable.model.model import Model
+from lumpedcable.model.model import LineEnd, Model
 
 __all__ = ["AFTER", "BEFORE", "Leg", "Path", "paths_of"]
 
-Side = tuple[str, int]
 BEFORE, AFTER = 0, 1  # sides of a place: that of the rod before it, and of the rod after it
 
 
@@ -33,10 +32,10 @@ class Path:
     places: int
     bodies: dict[int, str] = field(hash=False)
     junctions: dict[int, int] = field(hash=False)
-    points: dict[tuple[int, int], Side] = field(hash=False)  # by place and side
+    points: dict[tuple[int, int], LineEnd] = field(hash=False)  # by place and side
 
 
-def _knot(model: Model, side: Side):
+def _knot(model: Model, side: LineEnd):
     """What an end is tied to that other ends may be tied to as well, None where nothing is."""
     end = model.end(*side)
     if isinstance(end, Attached):
@@ -46,7 +45,7 @@ def _knot(model: Model, side: Side):
     return None
 
 
-def _other(side: Side) -> Side:
+def _other(side: LineEnd) -> LineEnd:
     return side[0], -1 - side[1]
 
 
@@ -56,7 +55,7 @@ def paths_of(model: Model) -> tuple[Path, ...]:
     Raises:
         ValueError: three ends meet at one place, or a path closes on itself.
     """
-    at: dict[tuple, list[Side]] = {}
+    at: dict[tuple, list[LineEnd]] = {}
     for name in sorted(model.lines):
         for node in (0, -1):
             if (knot := _knot(model, (name, node))) is not None:
@@ -77,14 +76,14 @@ def paths_of(model: Model) -> tuple[Path, ...]:
     return tuple(paths)
 
 
-def _next(at, model: Model, side: Side) -> Side | None:
+def _next(at, model: Model, side: LineEnd) -> LineEnd | None:
     """The end that goes on from an end, None where the path ends."""
     knot = _knot(model, side)
     sides = [] if knot is None else [s for s in at[knot] if s != side]
     return sides[0] if sides else None
 
 
-def _loose_end(model: Model, at, left: set[str]) -> Side:
+def _loose_end(model: Model, at, left: set[str]) -> LineEnd:
     for name in sorted(left):
         for node in (0, -1):
             if _next(at, model, (name, node)) is None:
@@ -94,7 +93,7 @@ def _loose_end(model: Model, at, left: set[str]) -> Side:
     )
 
 
-def _walk(model: Model, at, left: set[str], side: Side) -> Path:
+def _walk(model: Model, at, left: set[str], side: LineEnd) -> Path:
     legs, bodies, junctions, points = [], {}, {}, {}
     place, here = 0, side
     while here is not None:

@@ -18,7 +18,14 @@ from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.scene.measures import LineMeasure, MotionMeasure, PlaceKind
 
-__all__ = ["Later", "PlaceMeasured", "asks_for_moments", "place_measured", "segment_sizes"]
+__all__ = [
+    "Later",
+    "PlaceMeasured",
+    "along_axis",
+    "asks_for_moments",
+    "place_measured",
+    "segment_sizes",
+]
 
 
 class PlaceMeasured(AbstractMeasured):
@@ -177,10 +184,16 @@ def place_measured(layout: Layout, coordinates: Coordinates, part: LineMeasure) 
     pieces = tuple(piece.name for piece in layout.of_line(line))
     which = None if side is None else 0 if side == "start" else -1
     found = None if side is not None else number(place)
-    along = origin = None
-    if isinstance(part, MotionMeasure) and part.component is not None:
-        k = "xyz".index(part.component)
-        along = jnp.asarray(coordinates.axes, float)[k]
-        if part.KIND == "position":
-            origin = number(coordinates.origin[k])
-    return PlaceMeasured(part.KIND, pieces, which, found, along, origin)
+    component = part.component if isinstance(part, MotionMeasure) else None
+    axis = None if component is None else "xyz".index(component)
+    return PlaceMeasured(part.KIND, pieces, which, found, *along_axis(coordinates, part.KIND, axis))
+
+
+def along_axis(
+    coordinates: Coordinates, kind: PlaceKind, axis: int | None
+) -> tuple[Float[Array, " d"] | None, Float[Array, ""] | None]:
+    """`along` and, of a position, `origin` (m) of `PlaceMeasured` for one of x, y, z; None: its size."""
+    if axis is None:
+        return None, None
+    along = jnp.asarray(coordinates.axes, float)[axis]
+    return along, number(coordinates.origin[axis]) if kind == "position" else None

@@ -29,17 +29,13 @@ def idle_parts(scene: Scene) -> Iterator[str]:
 
 def _hinges(scene: Scene) -> Iterator[str]:
     """Yield in words the joints at which the bending of one line does not reach the other."""
-    rigid = [{*pair} for pair in rigid_joints(scene.lines)]
-    for name, line in scene.lines.items():
+    bends = {name: line for name, line in scene.lines.items() if line.bending is not None}
+    rigid = {end for pair in rigid_joints(scene.lines) for end in pair}
+    for name, line in bends.items():
         for side in SIDES:
             tie = tie_of(getattr(line, side)) or ""
             other, _, other_side = tie.rpartition(".")
-            bend = line.bending is not None and other in scene.lines
-            if (
-                bend
-                and scene.lines[other].bending is not None
-                and not any({(name, side), (other, other_side)} & pair for pair in rigid)
-            ):
+            if other in bends and not {(name, side), (other, other_side)} & rigid:
                 yield (
                     f"lines.{name}.{side} is a hinge: what bends does not bend over it, as it does over "
                     f'{{ joined = "{tie}", rigid = true }}'

@@ -8,6 +8,7 @@ from typing import Any
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.environment import Fluid
+from lumpedcable.scene.joints import Side
 from lumpedcable.scene.lines import JoinedEnd, Line, held_place
 from lumpedcable.scene.part import SIDES, Problem
 from lumpedcable.scene.units import format_quantity
@@ -16,7 +17,6 @@ __all__ = ["hull_problems", "rod_problems"]
 
 SLACK = 1e-3  # share of its length that an inextensible line may seem short of, by rounded numbers
 Lines = Mapping[str, Line | None]
-Side = tuple[str, str]
 OTHER = {"start": "end", "end": "start"}
 
 

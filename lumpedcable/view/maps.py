@@ -100,10 +100,13 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], wh
     colours = Normalize(float(known.min()), float(known.max()))
     well = np.array([end in WELL for end in result.status])
     without = np.where(well & np.isnan(values), 1.0, np.nan)
-    lacking = [_table(_along(a), _along(b), without, "largest") > 0 for a, b in pairs]
-    for ax, (a, b), table, none in zip(panels, pairs, tables, lacking, strict=True):
-        _draw(ax, _along(a), _along(b), table, colours)
-        _hatch(ax, _along(a), _along(b), none & np.isfinite(table))
+    hatched = False
+    for ax, (a, b), table in zip(panels, pairs, tables, strict=True):
+        x, y = _along(a), _along(b)
+        _draw(ax, x, y, table, colours)
+        lacking = np.isfinite(table) & np.isfinite(_table(x, y, without, "largest"))
+        _hatch(ax, x, y, lacking)
+        hatched |= bool(lacking.any())
     bar = figure.colorbar(
         ScalarMappable(colours, "viridis"), ax=panels, aspect=30, pad=0.01, fraction=0.05
     )
@@ -111,7 +114,7 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], wh
     bar.set_label(style.with_unit(words, shown))
     note = f"Each cell: the {which} of the runs in it, over all other swept numbers."
     note += _of_white(result, pairs, tables)
-    if any((none & np.isfinite(table)).any() for none, table in zip(lacking, tables, strict=True)):
+    if hatched:
         count, why = int(np.nansum(without)), NONE.get(quantity, "have no such number")
         note += f" Hatched: with runs that {why} as well, {count} of {result.runs} in all."
     if len(every) > len(pairs):
