@@ -12,19 +12,23 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.splices import Spliced, meeting, spliced
 from lumpedcable.physics.bending import Bending, upright
+from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.linear import differences
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seabed import AbstractSeabed
 from lumpedcable.physics.vectors import dot, size
 from lumpedcable.solve.hanging import nodal_weight, spanning_line
 
-__all__ = ["bent_out", "folded", "opened_out", "pushes_on_bed", "stiffened"]
+__all__ = ["arched", "bent_out", "folded", "opened_out", "pushes_on_bed", "stiffened"]
 
 ASIDE = 0.1
 """Part that a first shape goes aside where it turns, since between opposite directions there is none."""
 
 STRUT = 1e-6
 """Push over the largest tension from which on a segment that is turned back is a strut."""
+
+DRAWN, LONGEST = 256, 8.0
+"""Points of an arch, and its clamps' arms over the line's length at most."""
 
 ROOM, WIDEST = 3.0, 0.6
 """Width of a loop over (EI / w)^(1/3), and at most over the line's length."""
@@ -115,6 +119,40 @@ def stiffened(
     if not from_start:
         straight = path[:, -1:] - clamp[:, None] * (along[-1] - along)
     return jnp.where(turn < 1.0, straight, path)
+
+
+def arched(line: Line, path: Float[Array, "d nodes"]) -> Float[Array, "d nodes"]:
+    """The path, or an arch (m) between two clamps if bending decides its shape, as in `stiffened`.
+
+    The arch is a Bezier curve between the places a, b (m) out of and into the clamps' directions c, d,
+    x(u) = (1 - u)^3 a + 3 (1 - u)^2 u (a + h c) + 3 (1 - u) u^2 (b - h d) + u^3 b, with arms h (m) that
+    give it the line's length, 0 if the places are too far apart. It leaves its clamps forwards, which a
+    line that hangs may not.
+    """
+    bending, start, end = line.bending, line.clamp(0), line.clamp(-1)
+    if bending is None or start is None or end is None or line.dimensions == 1:
+        return path
+    full = jnp.broadcast_to(line.segment_length, (line.segments,))
+    along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(full)])
+    total = along[-1]
+    a, b, c, d = (x[:, None] for x in (path[:, 0], path[:, -1], start, end))
+    u = jnp.linspace(0.0, 1.0, DRAWN)
+
+    def drawn(arm):
+        between = (1.0 - u) ** 2 * (1.0 + 2.0 * u) * a + u**2 * (3.0 - 2.0 * u) * b
+        return between + 3.0 * arm * u * (1.0 - u) * ((1.0 - u) * c - u * d)
+
+    def distances(arm):
+        step = differences(drawn(arm))
+        return jnp.concatenate([jnp.zeros(1), jnp.cumsum(jnp.sqrt(dot(step, step)))])
+
+    arm, _ = bisected(lambda h: distances(h)[-1] < total, jnp.zeros(()), LONGEST * total, 50)
+    reached = distances(arm)
+    at = along / total * reached[-1]
+    arch = jax.vmap(lambda x: jnp.interp(at, reached, x))(drawn(arm))
+    turn = size(jnp.sum(nodal_weight(line), axis=1)) * total**2 / (6.0 * bending.EI)
+    moved = jax.lax.stop_gradient(arch - path)  # ends keep the derivatives of their places
+    return jnp.where(turn < 1.0, path + moved, path)
 
 
 def _across(direction: Float[Array, " d"]) -> Float[Array, " d"]:

@@ -19,7 +19,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
-from lumpedcable.solve.clamps import bent_out, folded, opened_out, stiffened
+from lumpedcable.solve.clamps import arched, bent_out, folded, opened_out, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight
 from lumpedcable.solve.hung import hung_over
 from lumpedcable.solve.resting import (
@@ -249,6 +249,7 @@ def _laid_between(
     """First shape (m) of a line between two places (m)."""
     slope = slope_under(line)
     path = bent_out(line, opened_out(line, start, end), jnp.zeros_like(start), (True, True))
+    path = arched(line, path)
     if slope is not None:
         return lifted(line, slope, path)
     return rested(line, start, end, path)
