@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from lumpedcable.exact import inverse_tension
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import HeldForce
+from lumpedcable.scene.ends import HeldForce
 from lumpedcable.scene.materials import LinearMaterial, TanhMaterial
 
 Array = NDArray[np.float64]

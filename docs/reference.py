@@ -14,6 +14,7 @@ from lumpedcable.fitting import language
 from lumpedcable.scene import (
     bodies,
     carried,
+    ends,
     environment,
     events,
     lines,
@@ -36,6 +37,7 @@ MODULES = (
     carried,
     environment,
     events,
+    ends,
     lines,
     materials,
     measures,

@@ -27,7 +27,8 @@ from lumpedcable.exact import elastic_catenary
 from lumpedcable.physics.sea import GRAVITY, SeaState
 from lumpedcable.results import open_result
 from lumpedcable.scene import HarmonicMotion, LinearMaterial, Scene, load_study
-from lumpedcable.scene.lines import FixedEnd, Line, MovingEnd
+from lumpedcable.scene.ends import FixedEnd, MovingEnd
+from lumpedcable.scene.lines import Line
 from lumpedcable.study.run import run_study
 
 PEERS = Path(__file__).parents[2] / "configs" / "peers"

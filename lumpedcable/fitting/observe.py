@@ -21,7 +21,7 @@ from lumpedcable.model.state import Seen
 from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.lines import tie_of
+from lumpedcable.scene.ends import tie_of
 from lumpedcable.scene.measures import PlaceKind
 from lumpedcable.scene.part import SIDES, did_you_mean
 from lumpedcable.scene.units import UnitError, parse_quantity

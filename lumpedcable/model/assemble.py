@@ -27,9 +27,10 @@ from lumpedcable.model.layout import Joint, Layout, Piece
 from lumpedcable.model.line import Line, node_lengths
 from lumpedcable.model.materials import law_of, relaxation_of, rod_law
 from lumpedcable.model.model import Model
-from lumpedcable.model.moved import path_of
+from lumpedcable.model.moved import aim_of, path_of
 from lumpedcable.model.numbers import if_given, number, vector
 from lumpedcable.model.sea import sea_flow
+from lumpedcable.model.turned import turned
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.fluid import (
     AbstractCurrent,
@@ -46,16 +47,10 @@ from lumpedcable.physics.weight import Weight, buoyancy_per_length
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import post_of
+from lumpedcable.scene.ends import HeldForce, MovingEnd, TiedEnd, clamp_of, held_force, held_place
 from lumpedcable.scene.environment import PowerCurrent as PowerPart
 from lumpedcable.scene.environment import TableCurrent as TablePart
 from lumpedcable.scene.joints import rigid_joints
-from lumpedcable.scene.lines import (
-    HeldForce,
-    MovingEnd,
-    clamp_of,
-    held_force,
-    held_place,
-)
 from lumpedcable.scene.lines import Line as LinePart
 
 __all__ = ["assemble", "make_line", "release_of", "seam_of", "segment_lengths", "wave_scheme"]
@@ -279,9 +274,10 @@ def assemble(scene: Scene, layout: Layout, coordinates: Coordinates) -> Model:
     rigid = tuple(
         (layout.end_of(*one), layout.end_of(*other)) for one, other in rigid_joints(scene.lines)
     )
-    return Model(
+    model = Model(
         lines, ends, tuple(junctions), up, base, bodies, couplings, measures, rigid_joints=rigid
     )
+    return turned(model)
 
 
 def _numbered(end: End, nth: dict[int, int]) -> End:
@@ -321,7 +317,9 @@ def _holder(scene: Scene, layout: Layout, joint: Joint):
 def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coordinates) -> End:
     release = release_of(scene, layout.event_at(piece.name, node))
     joint = layout.joint_of(piece.name, node)
-    own = _own_end(scene, layout, piece.name, node)
+    own = mine = _own_end(scene, layout, piece.name, node)
+    if coordinates.dimensions == 1 or not isinstance(mine, TiedEnd):
+        mine = None  # nothing bends on a line, and what is joined to a clamped end may turn
     if joint is not None:
         own = _holder(scene, layout, layout.joints[joint])
         if own is None:
@@ -329,9 +327,10 @@ def _end(scene: Scene, layout: Layout, piece: Piece, node: int, coordinates: Coo
     if (held := held_force(own)) is not None:
         return Loaded(_force(held, coordinates), release)
     if (tied := body_place(scene, own, coordinates)) is not None:
-        return Attached(*tied, release)
+        aim = None if mine is None else coordinates.vector(mine.direction)
+        return Attached(*tied, release, aim)
     path = path_of(scene, own, coordinates)
-    return Loaded() if path is None else Driven(path, release)
+    return Loaded() if path is None else Driven(path, release, aim_of(scene, mine, coordinates))
 
 
 def _force(held: HeldForce, coordinates: Coordinates) -> Float[Array, " d"]:

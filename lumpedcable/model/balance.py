@@ -44,7 +44,7 @@ def balanced(model: Model) -> Model:
             continue
         t = jnp.full((), BEFORE_ANYTHING)
         start, end, *more = (boundary(model, name, node, t, nothing) for node in line.ends)
-        shape = line.shape(jnp.zeros_like(line.reference))
+        shape = line.shape()
         cut = None if line.seam is None else Cut(line.seam, *more)
         tension = line.law.tension(shape.strain)
         waves = waves.resting(tension, shape.tangent, (start, end), cut)

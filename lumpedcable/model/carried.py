@@ -36,7 +36,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, Contact, DrumEnd, WinchEnd
 from lumpedcable.scene.carried import Winch as WinchPart
-from lumpedcable.scene.lines import joined_to
+from lumpedcable.scene.ends import joined_to
 from lumpedcable.scene.measures import (
     SEA,
     BodyMeasure,

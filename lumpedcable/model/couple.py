@@ -17,6 +17,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.passing import GIVEN, on_payout, passing_kinds
 from lumpedcable.model.reels import AbstractReel, Drum
 from lumpedcable.model.riders import Coupled, Rider
+from lumpedcable.model.turned import clamp_force, clamped_to
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import (
     BodyPost,
@@ -251,20 +252,22 @@ def body_force(
 ) -> Array | None:
     """Generalised force on a body from the cable that it runs on, or on a winch from its line.
 
-    Of a rigid body that of the ideal cables whose posts stand on it, at `displacement`, the start if
-    None. None where there is neither.
+    Of a rigid body that of the ideal cables whose posts stand on it and of the lines that are clamped
+    to it, at `displacement`, the start if None. None where there is neither.
     """
     body = model.bodies[name]
     if isinstance(body, Winch):
         return found.payouts[name]
-    force = None
+    force, u = None, jnp.zeros_like(body.reference)
+    u = u if displacement is None else displacement[body_key(name)]
+    if clamped_to(model, name):
+        shapes = {line: e.line.shape for line, e in found.items()}
+        force = clamp_force(model, name, body.reference + u, shapes)
     for coupled, pull in zip(model.couplings, found.pulls, strict=True):
         law = coupled.law
         ends = (law.start, law.end) if isinstance(law, IdealCable) else ()
         for post, pushed in zip(ends, pull.posts, strict=True):
             if isinstance(post, BodyPost) and post.body == name:
-                u = jnp.zeros_like(body.reference)
-                u = u if displacement is None else displacement[body_key(name)]
                 turn = body.rate(body.reference + u, jnp.zeros_like(u), post.point)[0]
                 force = turn.T @ pushed if force is None else force + turn.T @ pushed
     for coupled, pull in zip(model.couplings, found.pulls, strict=True):

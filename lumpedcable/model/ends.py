@@ -80,10 +80,15 @@ class Loaded(eqx.Module):
 
 
 class Driven(eqx.Module):
-    """An end whose motion is known, until it breaks: then the reaction that it had decays."""
+    """An end whose motion is known, until it breaks: then the reaction that it had decays.
+
+    `aim` is the way of the direction (d,) out of which a line with bending leaves it, None where it is
+    free to turn or that direction stays as it is.
+    """
 
     motion: AbstractMotion
     release: Release | None = None
+    aim: AbstractMotion | None = None
 
 
 class Joined(eqx.Module):
@@ -94,11 +99,16 @@ class Joined(eqx.Module):
 
 
 class Attached(eqx.Module):
-    """An end tied to a point of a body, in the body's own axes (m), until it breaks away."""
+    """An end tied to a point of a body, in the body's own axes (m), until it breaks away.
+
+    `aim` (d,) is the direction in these axes out of which a line with bending leaves it, None where it
+    is free to turn.
+    """
 
     body: str = eqx.field(static=True)
     point: Float[Array, " d"]
     release: Release | None = None
+    aim: Float[Array, " d"] | None = None
 
 
 End = Loaded | Driven | Joined | Attached

@@ -20,6 +20,7 @@ from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.line import Line, strain_rate
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.rods import line_drag, line_energy
+from lumpedcable.model.turned import clamp_power, turned
 from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.bending import Bending
 from lumpedcable.physics.linear import pick
@@ -230,6 +231,8 @@ def _end_power(model: Model, name: str, t, e: Evaluation, v, gain, drag) -> Floa
                 # what still holds it while it breaks is among the known forces
                 push = jnp.where(end.release.begun(t), 0.0, push)
             total = total + jnp.dot(push, v[:, node])
+        given = clamp_power(model, (name, side), end, t, e.line.shape)
+        total = total if given is None else total + given
     return total
 
 
@@ -314,6 +317,7 @@ def energies(
     def add(kind: str, value: Float[Array, ""]):
         total[kind] = total[kind] + value if kind in total else value
 
+    model = turned(model, t, displacement)
     for name in model.lines:
         line = live_line(model, name, displacement, None)
         e = found[name]

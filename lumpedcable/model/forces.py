@@ -12,6 +12,7 @@ from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.passing import drifting, hastened, passed
 from lumpedcable.model.reels import Drum
 from lumpedcable.model.splices import add_splices
+from lumpedcable.model.turned import turned
 from lumpedcable.physics.load import Shape
 
 __all__ = ["evaluate", "node_frame"]
@@ -33,6 +34,7 @@ def evaluate(
     """
     result = Found()
     displacement = follow(model, t, displacement)
+    model = turned(model, t, displacement)
     for name in model.lines:
         line = live_line(model, name, displacement, velocity)
         if dt is not None:

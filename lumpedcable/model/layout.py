@@ -13,7 +13,8 @@ from lumpedcable.model.cuts import cut_at, is_seam
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.lines import Line, held_force, tie_of
+from lumpedcable.scene.ends import held_force, tie_of
+from lumpedcable.scene.lines import Line
 
 __all__ = ["Joint", "Layout", "Piece", "layout_of", "make_layout", "part_names"]
 

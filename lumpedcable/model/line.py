@@ -189,8 +189,10 @@ class Line(eqx.Module):
         """Whether the law is cut at zero tension."""
         return isinstance(self.law, TensionOnly)
 
-    def shape(self, displacement: Float[Array, "d nodes"]) -> Shape:
-        """Tangents, strains and lengths of a displacement (m)."""
+    def shape(self, displacement: Float[Array, "d nodes"] | None = None) -> Shape:
+        """Tangents, strains and lengths of a displacement (m), in the reference if None."""
+        if displacement is None:
+            displacement = jnp.zeros_like(self.reference)
         length = self.segment_length
         step = differences(displacement)
         if self.low is not None:

@@ -16,7 +16,7 @@ from lumpedcable.physics.tension import (
 )
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.lines import held_force
+from lumpedcable.scene.ends import held_force
 from lumpedcable.scene.materials import InextensibleMaterial
 
 __all__ = ["LAWS", "STANDARD_GRAVITY", "law_of", "relaxation_of", "rest_stiffness", "rod_law"]

@@ -7,13 +7,13 @@ import jax.numpy as jnp
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.numbers import if_given, moving, number, vector
-from lumpedcable.model.ships import point_of_body
+from lumpedcable.model.ships import direction_of_body, point_of_body
 from lumpedcable.physics.motion import AbstractMotion, Harmonic, Recorded, Still
 from lumpedcable.scene import Scene
 from lumpedcable.scene.carried import stands_at
-from lumpedcable.scene.lines import MovingEnd, RecordedMotion, held_place
+from lumpedcable.scene.ends import MovingEnd, RecordedMotion, TiedEnd, held_place
 
-__all__ = ["path_of"]
+__all__ = ["aim_of", "path_of"]
 
 
 def path_of(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotion | None:
@@ -31,6 +31,14 @@ def path_of(scene: Scene, place: Any, coordinates: Coordinates) -> AbstractMotio
         return Still(coordinates.point(place))
     carried = scene.point_of(place)
     return None if carried is None else point_of_body(scene, *carried, coordinates)
+
+
+def aim_of(scene: Scene, end: Any, coordinates: Coordinates) -> AbstractMotion | None:
+    """The way of the direction that a line keeps at a point of a moved body; None of other ends."""
+    carried = scene.point_of(end) if isinstance(end, TiedEnd) else None
+    if carried is None:
+        return None
+    return direction_of_body(scene, carried[0], end.direction, coordinates)
 
 
 def _moved(scene: Scene, end: MovingEnd, coordinates: Coordinates) -> AbstractMotion:

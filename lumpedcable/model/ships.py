@@ -9,7 +9,7 @@ from lumpedcable.model.sea import sea_state
 from lumpedcable.physics import ships
 from lumpedcable.physics.motion import Recorded
 from lumpedcable.physics.rigid import rotation
-from lumpedcable.physics.ships import AbstractBodyMotion, PointOfBody, Swing
+from lumpedcable.physics.ships import AbstractBodyMotion, DirectionOfBody, PointOfBody, Swing
 from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.physics.wave_pressure import PressedBox
 from lumpedcable.scene import Scene
@@ -24,7 +24,7 @@ from lumpedcable.scene.motions import (
 )
 from lumpedcable.scene.moved import MovedBody
 
-__all__ = ["motion_of", "point_of_body", "waves_of"]
+__all__ = ["direction_of_body", "motion_of", "point_of_body", "waves_of"]
 
 
 def motion_of(scene: Scene, body: MovedBody) -> AbstractBodyMotion:
@@ -128,3 +128,11 @@ def point_of_body(
         motion_of(scene, body), vector(body.position), vector(point),
         jnp.asarray(coordinates.axes, float), jnp.asarray(coordinates.origin, float),
     )  # fmt: skip
+
+
+def direction_of_body(
+    scene: Scene, body: MovedBody, direction: tuple[float, float, float], coordinates: Coordinates
+) -> DirectionOfBody:
+    """The way of a direction (in the body's axes) of a moved body."""
+    axes = jnp.asarray(coordinates.axes, float)
+    return DirectionOfBody(motion_of(scene, body), vector(direction), axes)

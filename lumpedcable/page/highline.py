@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from lumpedcable.exact import loaded_from_length, stage_shape
 from lumpedcable.exact.stages import STAGES
 from lumpedcable.scene import Body, Line, Scene
-from lumpedcable.scene.lines import held_place
+from lumpedcable.scene.ends import held_place
 
 __all__ = ["SceneHighline", "highline_of"]
 

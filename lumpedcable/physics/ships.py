@@ -13,6 +13,7 @@ from lumpedcable.physics.sea import SeaState
 
 __all__ = [
     "AbstractBodyMotion",
+    "DirectionOfBody",
     "HarmonicBody",
     "HeldBody",
     "PointOfBody",
@@ -177,3 +178,24 @@ class PointOfBody(AbstractMotion):
         place = self.mean + q[:3].astype(self.mean.dtype)
         place = place + rotation(q[3:].astype(self.mean.dtype)) @ self.point
         return self.axes.T @ (place - self.origin)
+
+
+class DirectionOfBody(AbstractMotion):
+    """The way of a direction that is fixed to a moved body: c(t) = R(t) c.
+
+    c (3,) in the body's axes, of length 1; `axes` (3, d) lead to the scene's own coordinates.
+    """
+
+    motion: AbstractBodyMotion
+    direction: Float[Array, " 3"]
+    axes: Float[Array, "3 d"]
+
+    @property
+    def from_rest(self) -> bool:
+        """As the body does."""
+        return self.motion.from_rest
+
+    def position(self, t: Float[Array, ""]) -> Float[Array, " d"]:
+        """c(t) (-)."""
+        angles = self.motion.freedoms(t)[3:].astype(self.direction.dtype)
+        return self.axes.T @ (rotation(angles) @ self.direction)

@@ -6,6 +6,15 @@ Nothing here imports jax.
 """
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.ends import (
+    FixedEnd,
+    HarmonicMotion,
+    HeldEnd,
+    HeldForce,
+    HeldPosition,
+    MovingEnd,
+    RecordedMotion,
+)
 from lumpedcable.scene.environment import (
     Fluid,
     PowerCurrent,
@@ -19,14 +28,7 @@ from lumpedcable.scene.lines import (
     AddedMass,
     Bending,
     Drag,
-    FixedEnd,
-    HarmonicMotion,
-    HeldEnd,
-    HeldForce,
-    HeldPosition,
     Line,
-    MovingEnd,
-    RecordedMotion,
 )
 from lumpedcable.scene.load import Study, load_study
 from lumpedcable.scene.materials import (

@@ -11,17 +11,19 @@ import numpy as np
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd, post_of, reel_key, stands_at
 from lumpedcable.scene.drum_checks import drum_problems
-from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import (
+from lumpedcable.scene.ends import (
     HarmonicMotion,
     HeldEnd,
     JoinedEnd,
-    Line,
     MovingEnd,
     held_force,
     held_place,
     joined_to,
     tie_of,
+)
+from lumpedcable.scene.events import Event
+from lumpedcable.scene.lines import (
+    Line,
 )
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem, did_you_mean
@@ -204,7 +206,7 @@ def anchor(bodies: Bodies, end: Any) -> tuple[float, ...] | None:
         return place
     if isinstance(end, tuple):
         return end
-    name, _, point = end.partition(".") if isinstance(end, str) else ("", "", "")
+    name, _, point = (tie_of(end) or "").partition(".")
     body = bodies.get(name)
     centre = not point and isinstance(body, Body) and body.rigid
     if isinstance(body, MovedBody | Body) and body.position and (centre or point in body.points):

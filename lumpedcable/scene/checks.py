@@ -16,17 +16,12 @@ from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.carried_checks import carried_problems
 from lumpedcable.scene.effect_checks import effect_problems
+from lumpedcable.scene.ends import HeldForce, JoinedEnd, TiedEnd, clamp_of, held_force
 from lumpedcable.scene.environment import Fluid, Seabed
 from lumpedcable.scene.event_checks import event_problems
 from lumpedcable.scene.events import Event
 from lumpedcable.scene.joints import rigid_joint_problems
-from lumpedcable.scene.lines import (
-    HeldForce,
-    JoinedEnd,
-    Line,
-    clamp_of,
-    held_force,
-)
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.measure_checks import measure_problems
 from lumpedcable.scene.motions import PressureWaves, SeaBody, SeaWaves
@@ -249,9 +244,11 @@ def _line(draft: Draft, name: str, line: Line) -> Iterator[Problem]:
             yield from _named_end(draft, (*path, side), end)
         elif isinstance(end, JoinedEnd):
             yield from _joined_end(draft, (*path, side, "joined"), end.joined)
+        elif isinstance(end, TiedEnd):
+            yield from _tied_end(draft, (*path, side, "tied"), end.tied)
         elif (held := held_force(end)) is not None:
             yield from _pretension(draft, (*path, side, "held", "pretension"), line, held)
-        elif clamp_of(end) is not None and line.bending is None:
+        if clamp_of(end) is not None and line.bending is None:
             yield Problem(
                 (*path, side, "direction"),
                 "expected bending on a line whose end keeps a direction, found none",
@@ -344,6 +341,22 @@ def _named_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
     elif end.split(".")[0] == path[1]:
         itself = "itself" if end == own else "the same line"
         yield Problem(path, f'expected the end of another line, found "{end}" on {itself}')
+
+
+def _tied_end(draft: Draft, path: Path, end: str) -> Iterator[Problem]:
+    """Yield what is wrong with the body that an end is clamped to."""
+    name = end.partition(".")[0]
+    body = draft.bodies.get(name)
+    if name not in draft.bodies:
+        known = [*draft.bodies, *_points(draft)]
+        yield Problem(path, f"expected a body or a point of one, found {unknown(end, known)}")
+    elif isinstance(body, Body) and not body.rigid:
+        yield Problem(
+            path,
+            f'expected a rigid body, found "{name}", a point mass; give it a size or an inertia',
+        )
+    elif body is not None:
+        yield from _named_end(draft, path, end)
 
 
 def _point_of(path: Path, name: str, point: str, body: MovedBody) -> Iterator[Problem]:

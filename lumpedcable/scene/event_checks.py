@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from math import inf
 from typing import Any
 
+from lumpedcable.scene.ends import clamp_of, held_force, tie_of
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import Line, clamp_of, held_force, tie_of
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.part import Path, Problem, unknown
 from lumpedcable.scene.run import Output, Solver
 from lumpedcable.scene.units import format_quantity

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.ends import tie_of
 from lumpedcable.scene.joints import rigid_joints
-from lumpedcable.scene.lines import tie_of
 from lumpedcable.scene.part import SIDES
 from lumpedcable.scene.scene import Scene
 

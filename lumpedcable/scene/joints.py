@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from lumpedcable.scene.lines import JoinedEnd, Line, clamp_of
+from lumpedcable.scene.ends import JoinedEnd, clamp_of
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.part import SIDES, Problem
 
 Side = tuple[str, str]

@@ -8,7 +8,8 @@ from typing import Any
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.carried_checks import is_point, named, points_of
-from lumpedcable.scene.lines import Line, tie_of
+from lumpedcable.scene.ends import tie_of
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.measures import (
     SEA,
     BendingMeasure,

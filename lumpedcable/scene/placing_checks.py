@@ -10,16 +10,18 @@ import numpy as np
 
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd, post_of, reel_key
-from lumpedcable.scene.environment import Seabed
-from lumpedcable.scene.lines import (
+from lumpedcable.scene.ends import (
     FixedEnd,
     HarmonicMotion,
     HeldEnd,
     HeldPosition,
     JoinedEnd,
-    Line,
     MovingEnd,
     tie_of,
+)
+from lumpedcable.scene.environment import Seabed
+from lumpedcable.scene.lines import (
+    Line,
 )
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from lumpedcable.scene.lines import MovingEnd, RecordedMotion
+from lumpedcable.scene.ends import MovingEnd, RecordedMotion
 from lumpedcable.scene.motions import RecordedBody
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem

@@ -7,9 +7,10 @@ from math import dist, prod
 from typing import Any
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.ends import JoinedEnd, held_place
 from lumpedcable.scene.environment import Fluid
 from lumpedcable.scene.joints import Side
-from lumpedcable.scene.lines import JoinedEnd, Line, held_place
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.part import SIDES, Problem
 from lumpedcable.scene.units import format_quantity
 

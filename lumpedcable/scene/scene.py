@@ -7,12 +7,15 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.ends import clamp_of, tie_of
 from lumpedcable.scene.environment import Fluid, Sea, Seabed
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import Line, tie_of
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.materials import Material
 from lumpedcable.scene.measures import Measure
 from lumpedcable.scene.moved import AnyBody, MovedBody
@@ -105,6 +108,16 @@ class Scene(Part):
     def on_body(self, end: Any) -> bool:
         """Return whether an end goes where a rigid body or a moved one does."""
         return self.point_of(end) is not None or self.body_point(end) is not None
+
+    def clamp(self, end: Any) -> NDArray[np.float64] | None:
+        """Return the direction (3,) that a line with bending keeps at an end at the start, or None."""
+        clamp = clamp_of(end)
+        tied = self.body_point(end)
+        if clamp is None or tied is None:
+            return None if clamp is None else np.asarray(clamp)
+        body = self.bodies[tied[0]]
+        assert isinstance(body, Body)
+        return body.turned @ np.asarray(clamp)
 
     @property
     def nodes(self) -> int:

@@ -10,6 +10,7 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.reels import Drum
 from lumpedcable.model.riders import Rider
+from lumpedcable.model.turned import Clamped, clamped_to, direction_at
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.contact import read
 from lumpedcable.physics.coupling import Trolley
@@ -75,6 +76,11 @@ def step_bound(model: Model) -> Float[Array, ""]:
         for body in model.bodies.values()
         if isinstance(body, Winch)
     ]
+    bounds += [
+        clamp_step_bound(model, name, clamps)
+        for name in model.bodies
+        if (clamps := clamped_to(model, name))
+    ]
     # what a drum hauls in shortens all segments: the step is that of the shortest
     bounds += [
         line_step_bound(paid_out(model.lines[body.line], body.least))
@@ -121,6 +127,28 @@ def body_step_bound(body: AbstractBody) -> Float[Array, ""]:
     if damping is None:
         return 2.0 / jnp.sqrt(square)
     return _stable_step(square, _frobenius(body, damping))
+
+
+def clamp_step_bound(model: Model, name: str, clamps: list[Clamped]) -> Float[Array, ""]:
+    """Largest step (s) for a body and the lines that are clamped to it, 2 / omega of all as one.
+
+    With the inertia M and k = EI/s of the clamps, whose directions c turn with the body, its own omega^2
+    of `body_step_bound` grows by at most sum k |dc/dq M^-1 dc/dq^T|; that of the stiffest line is added.
+    """
+    body = model.bodies[name]
+    q = body.reference
+    square = 4.0 / body_step_bound(body) ** 2
+    lines = []
+    for line, node, end in clamps:
+        own = model.lines[line]
+        assert own.bending is not None  # what is clamped bends
+        turn = jax.jacfwd(lambda at, end=end: direction_at(body, at, end))(q)
+        turn = turn if body.free is None else turn * body.free
+        give = turn @ jnp.linalg.solve(body.lightest(q), turn.T)
+        stiff = own.bending.EI / own.node_length[node]
+        square = square + stiff * jnp.sqrt(jnp.sum(give**2))
+        lines.append(4.0 / line_step_bound(own) ** 2)
+    return 2.0 / jnp.sqrt(square + jnp.max(jnp.stack(lines)))
 
 
 def _frobenius(body: AbstractBody, matrix: Float[Array, "m m"]) -> Float[Array, ""]:

@@ -179,7 +179,7 @@ def folded(model: Model) -> Bool[Array, ""]:
         pushes = pushes_on_bed(line)
         if not pushes and line.bending is None:
             continue
-        shape = line.shape(jnp.zeros_like(line.reference))
+        shape = line.shape()
         tension = line.law.tension(shape.strain)
         turn = dot(shape.tangent[:, 1:], shape.tangent[:, :-1])
         if pushes:
@@ -196,7 +196,7 @@ def folded(model: Model) -> Bool[Array, ""]:
 def _joint_opens(model: Model, each: Spliced) -> Bool[Array, ""]:
     """Whether two lines that bend as one open at a touch where they meet, as `_opens` has it."""
     lines = {name: (model.lines[name], node) for name, node in each.ends}
-    shapes = {name: line.shape(jnp.zeros_like(line.reference)) for name, (line, _) in lines.items()}
+    shapes = {name: line.shape() for name, (line, _) in lines.items()}
     sides = meeting(model, each, shapes)
     pulls = [
         jnp.maximum(line.law.tension(shapes[name].strain)[node], 0.0)

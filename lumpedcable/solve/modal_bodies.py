@@ -6,7 +6,8 @@ of those lines go along by J dq, J = dr/dq, and the body itself answers with
     -d/dq (Q(q) + J(q)^T F),   F held,
 
 Q its own force at rest: weight, buoyancy, bed, springs, thrust, the drag of a current. What F changes by
-is in the stiffness of the lines.
+is in the stiffness of the lines. Lines that are clamped to the body turn it with the moments of their
+directions c(q), and these moments and the forces on the lines' last two nodes change with each other.
 """
 
 from collections.abc import Mapping
@@ -18,13 +19,32 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lumpedcable.model.attached import attached_ends
+from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net
+from lumpedcable.model.turned import (
+    Clamped,
+    clamp_force,
+    clamped_to,
+    direction_at,
+    pulled_round,
+)
 
-__all__ = ["Floating", "RigidMotion", "floating", "rigid_motions"]
+__all__ = ["Clamp", "Floating", "RigidMotion", "floating", "rigid_motions"]
 
 EPS = float(np.finfo(float).eps)
+
+
+class Clamp(NamedTuple):
+    """A line that is clamped to a body of m coordinates: its two nodes there (2,), as places of the net.
+
+    cross (2, d, m): second derivatives of what bends at the clamp by places of nodes and by q, in N,
+    N/m; they belong to both.
+    """
+
+    nodes: tuple[int, int]
+    cross: Float[Array, "2 d m"]
 
 
 class Floating(NamedTuple):
@@ -33,7 +53,7 @@ class Floating(NamedTuple):
     free (m,): 1 where a coordinate can change. mass, stiffness (m, m): its own, in kg and N/m, kg m2 and
     N m, and so on. ends (e, d, m): J of the ends that are tied to it, as in `Net.tied`. outline
     (p, d) and moves (p, d, m): points by which it is drawn (m), and J of those. doubt (m,): how well the
-    moments that hold it in balance are known (N m), 0 for places.
+    moments that hold it in balance are known (N m), 0 for places. clamps: of lines on it.
     """
 
     free: Float[Array, " m"]
@@ -43,6 +63,7 @@ class Floating(NamedTuple):
     outline: Float[Array, "p d"]
     moves: Float[Array, "p d m"]
     doubt: Float[Array, " m"]
+    clamps: tuple[Clamp, ...] = ()
 
     @property
     def scale(self) -> Float[np.ndarray, " m"]:
@@ -87,8 +108,13 @@ def _floating(model: Model, net: Net, name: str, forces, outline) -> Floating:
     points = jnp.stack(points) if points else jnp.zeros((0, d))
     pulls = forces[net.tied[name]] if name in net.tied else jnp.zeros((0, d))
 
+    clamped = clamped_to(model, name)
+    shapes = {line: model.lines[line].shape() for line, _, _ in clamped}
+
     def force(q):
-        return body.force(q, still) + jnp.einsum("edm,ed->m", turn(q, points), pulls)
+        own = body.force(q, still) + jnp.einsum("edm,ed->m", turn(q, points), pulls)
+        moment = clamp_force(model, name, q, shapes)
+        return own if moment is None else own + moment
 
     free = jnp.ones_like(q) if body.free is None else body.free
     ends, moment = turn(q, points), jnp.arange(q.size) >= d
@@ -101,7 +127,26 @@ def _floating(model: Model, net: Net, name: str, forces, outline) -> Floating:
         outline=jax.vmap(body.place, (None, 0))(q, outline),
         moves=turn(q, outline),
         doubt=jnp.where(moment, free * (jnp.abs(force(q)) + 8.0 * EPS * known), 0.0),
+        clamps=tuple(_clamp(model, net, body, each) for each in clamped),
     )
+
+
+def _clamp(model: Model, net: Net, body: AbstractBody, clamped: Clamped) -> Clamp:
+    line, node, end = clamped
+    own = model.lines[line]
+    pair = (0, 1) if node == 0 else (-2, -1)
+
+    def pull(steps):
+        moved = (
+            jnp.zeros_like(own.reference).at[:, pair[0]].set(steps[0]).at[:, pair[1]].set(steps[1])
+        )
+        return pulled_round(model, (line, node), own.shape(moved))
+
+    # the energy is k (1 - c . u), and k u what `pull` is
+    change = jax.jacfwd(pull)(jnp.zeros((2, own.dimensions)))  # (d, 2, d)
+    aim = jax.jacfwd(lambda q: direction_at(body, q, end))(body.reference)  # (d, m)
+    nodes = net.index[line][pair[0]], net.index[line][pair[1]]
+    return Clamp((int(nodes[0]), int(nodes[1])), -jnp.einsum("cke,cm->kem", change, aim))
 
 
 def rigid_motions(

@@ -152,6 +152,13 @@ def _stiffness(linear: Linear, slots: dict[str, np.ndarray]):
         _entries(blocks[:-1], blocks[1:], upper[:-1]),
         *_own(slots, {name: body.stiffness for name, body in linear.bodies.items()}),
     ]
+    places = np.arange(diagonal.shape[0] * diagonal.shape[1]).reshape(-1, linear.mass.shape[1])
+    for name, body in linear.bodies.items():
+        for clamp in body.clamps:
+            here = places[np.asarray(clamp.nodes)].reshape(1, -1)
+            cross = np.asarray(clamp.cross).reshape(1, here.size, -1)
+            across = _entries(here, slots[name][None], cross)
+            entries += [across, (across[1], across[0], across[2])]
     return _sparse(entries, _square(linear, slots))
 
 

@@ -67,7 +67,7 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
     mass = points[:, None, None] * jnp.eye(d)
     frames, doubt = {}, {}
     for name, line in model.lines.items():
-        shape = line.shape(jnp.zeros_like(line.reference))
+        shape = line.shape()
         if line.inextensible:
             frames[name] = rods = rods_of(line, shape)
             for end in (net.index[name][:-1], net.index[name][1:]):

@@ -57,7 +57,7 @@ def with_known_tensions(model: Model) -> Model:
     laws = {}
     for name, line in model.lines.items():
         if line.inextensible and line.give is None:
-            shape = line.shape(jnp.zeros_like(line.reference))
+            shape = line.shape()
             laws[name] = Rigid(line.law.tension(shape.strain), jnp.zeros(()))
     if not laws:
         return model

@@ -17,6 +17,7 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.places import asks_for_moments
 from lumpedcable.model.splices import moments
 from lumpedcable.model.state import Seen, State
+from lumpedcable.model.turned import turned
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seam import EXTRA
@@ -258,12 +259,13 @@ def sample(
     model = model.remembering(y.memory)
     found = evaluate(model, t, y.displacement, y.velocity, y.reaction, dt)
     fields, ends, whole_ends, tensions = {}, {}, {}, {}
+    place = follow(model, t, y.displacement)
+    model = turned(model, t, place)
     bent: dict[str, Array] = {}
     if "bending_moment" in quantities or any(map(asks_for_moments, model.measures.values())):
         bent = moments(model, t, {name: e.line.shape for name, e in found.items()})
-    place = follow(model, t, y.displacement)
     finite = jnp.ones((), bool)
-    turned, most_at_ends = {}, {}
+    folded, most_at_ends = {}, {}
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
     for name, line in model.lines.items():
         e, own = found[name].line, y.velocity[name]
@@ -301,14 +303,14 @@ def sample(
         finite &= jnp.all(jnp.isfinite(every["position"])) & jnp.all(
             jnp.isfinite(every["velocity"])
         )
-        turned[name] = _reversed(line, e.shape)
+        folded[name] = _reversed(line, e.shape)
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
     stored = energies(model, t, found, y.displacement, y.velocity)
     none = {"tension": jnp.full((), jnp.nan)}  # without a line that has nodes
     largest = {"kinetic": stored["kinetic"]} | none | tensions_of(model, tensions, most_at_ends)
     largest |= stretches(model, {name: found[name].line.shape.strain for name in model.lines})
-    largest |= reversals(model, turned)
+    largest |= reversals(model, folded)
     back = largest.pop("reversed", jnp.zeros(())) > 0.0
     energy = {}
     if y.work:

@@ -12,12 +12,13 @@ from lumpedcable.model.ends import Driven, Joined, Junction, Loaded
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.line import Line, alike, done_alike, placed
 from lumpedcable.model.model import Model
+from lumpedcable.model.turned import turned
 from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.motion import Still
 from lumpedcable.physics.vectors import size, unit
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.lines import JoinedEnd
+from lumpedcable.scene.ends import JoinedEnd
 from lumpedcable.solve.carried import carried_equilibrium, is_carried
 from lumpedcable.solve.clamps import arched, bent_out, folded, opened_out, stiffened
 from lumpedcable.solve.hanging import hanging_line, nodal_weight
@@ -46,7 +47,7 @@ def at_places(model: Model, places: Places | None) -> Model:
     if not places:
         return model
     bodies = {n: eqx.tree_at(lambda b: b.reference, model.bodies[n], q) for n, q in places.items()}
-    return eqx.tree_at(lambda m: m.bodies, model, model.bodies | bodies)
+    return turned(eqx.tree_at(lambda m: m.bodies, model, model.bodies | bodies))
 
 
 def start_of(

@@ -27,7 +27,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.seams import opened
 from lumpedcable.scene import Scene, Target
-from lumpedcable.scene.lines import MovingEnd, held_place
+from lumpedcable.scene.ends import MovingEnd, held_place
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.settling import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import held_place
+from lumpedcable.scene.ends import held_place
 
 __all__ = ["Cable", "cables"]
 

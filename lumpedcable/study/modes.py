@@ -16,8 +16,8 @@ from lumpedcable.model.numbers import number
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
+from lumpedcable.scene.ends import JoinedEnd
 from lumpedcable.scene.errors import Fault
-from lumpedcable.scene.lines import JoinedEnd
 from lumpedcable.solve.modal import Modes, natural_modes
 from lumpedcable.solve.statics import force_scale, static_residual
 from lumpedcable.status import ADVICE, MEANING, Status

@@ -20,7 +20,7 @@ from lumpedcable.physics.sea import SeaSurface
 from lumpedcable.scene import Scene, SceneError, Study, load_study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd, stands_at
-from lumpedcable.scene.lines import joined_to
+from lumpedcable.scene.ends import joined_to
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.study import compiled  # noqa: F401 - for float64
 

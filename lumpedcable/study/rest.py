@@ -72,7 +72,7 @@ def write_rest(
 
 def first_pull(line: Line) -> Float[Array, " d"]:
     """What the first segment of a line at rest pulls its first node with (N), its shear included."""
-    shape = line.shape(jnp.zeros_like(line.reference))
+    shape = line.shape()
     pull = line.law.tension(shape.strain)[0] * shape.tangent[:, 0]
     return pull if line.bending is None else pull + line.bending.shear(shape)[:, 0]
 

@@ -83,7 +83,7 @@ def _at_rest(
     found = rest_of(scene, structure.layout, Coordinates(axes, origin))  # type: ignore[arg-type]
     lines = {}
     for name, line in found.model.lines.items():
-        shape = line.shape(jnp.zeros_like(line.reference))
+        shape = line.shape()
         tension = line.law.tension(shape.strain)
         ends = jnp.stack([tension_at(line, node, found.model) for node in (0, -1)])
         lines[name] = (shape.position, first_pull(line), tension, shape.strain, ends)

@@ -6,7 +6,7 @@ import numpy as np
 
 from lumpedcable.exact import ReleaseWave
 from lumpedcable.scene import Scene
-from lumpedcable.scene.lines import held_place
+from lumpedcable.scene.ends import held_place
 
 __all__ = ["EXCESS", "allowance", "excess_words"]
 

@@ -79,3 +79,53 @@ def test_mistakes_of_rigid_joints_are_told(tmp_path, changes, where, said):
 @pytest.mark.parametrize("start", ['{ joined = "a.end" }', '{ joined = "a.end", rigid = false }'])
 def test_a_joined_end_needs_no_place(tmp_path, start):
     assert scene_of(tmp_path, pipes(start)).lines["b"].start.at is None
+
+
+SHIP = (
+    "[bodies.ship]\nposition = [-5, 0, 0]\nmotion.heave = { amplitude = 1, period = 8 }\n"
+    "points = { bow = [5, 0, 0] }\n"
+    "[bodies.block]\nmass = 1\nposition = [0, 0, 0]\nfree = []\n"
+    "[bodies.lump]\nmass = 1\n"
+)
+
+
+def tied(to, more=", direction = [1, 0, 0]"):
+    return f'{{ tied = "{to}"{more} }}'
+
+
+@pytest.mark.parametrize("to", ["ship.bow", "block"])
+def test_lines_are_clamped_to_rigid_and_moved_bodies(tmp_path, to):
+    assert scene_of(tmp_path, pipes(wall=tied(to), more=SHIP)).lines["a"].start.tied == to
+
+
+@pytest.mark.parametrize(
+    ("changes", "where", "said"),
+    [
+        ({"wall": tied("ship.bowl")}, "lines.a.start.tied", 'did you mean "ship.bow"'),
+        ({"wall": tied("ship")}, "lines.a.start.tied", 'a point of the moved body "ship"'),
+        ({"wall": tied("blok")}, "lines.a.start.tied", 'did you mean "block"'),
+        ({"wall": tied("b.end")}, "lines.a.start.tied", "a body or a point of one"),
+        ({"wall": tied("lump")}, "lines.a.start.tied", 'a rigid body, found "lump", a point mass'),
+        ({"wall": tied("block", "")}, "lines.a.start.direction", "found nothing"),
+        (
+            {"wall": tied("block"), "a": ""},
+            "lines.a.start.direction",
+            "expected bending on a line whose end keeps a direction, found none",
+        ),
+        (
+            {"wall": tied("block"), "more": '[events.e]\nbreaks = "a.start"\ntime = 0\n'},
+            "events.e.breaks",
+            'an end that is free to turn, found "a.start", which keeps a direction',
+        ),
+        (
+            {"wall": tied("block"), "start": '{ joined = "a.start", rigid = true }'},
+            "lines.b.start.rigid",
+            'an end that is free to turn, found "a.start", which keeps a direction',
+        ),
+    ],
+)
+def test_mistakes_of_clamps_on_bodies_are_told(tmp_path, changes, where, said):
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, pipes(**changes | {"more": SHIP + changes.get("more", "")}))
+    fault = next(f for f in caught.value.faults if f.key == where)
+    assert said in fault.message

@@ -44,7 +44,7 @@ def at_rest(file, *overrides):
 @partial(jax.jit, compiler_options=RUN_ONCE)
 def pulls_of(line):
     """End tensions (2,) and the tension of each segment along it (d, n), N."""
-    shape = line.shape(jnp.zeros_like(line.reference))
+    shape = line.shape()
     tension = line.law.tension(shape.strain)
     ends = [end_tension(line, tension, node, shape) for node in (0, -1)]
     return jnp.stack(ends), tension * shape.tangent

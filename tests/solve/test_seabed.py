@@ -48,7 +48,7 @@ def at_rest(folder, scene, name="chain"):
 
 @partial(jax.jit, compiler_options=RUN_ONCE)
 def ends_of(line):
-    shape = line.shape(jnp.zeros_like(line.reference))
+    shape = line.shape()
     tension = line.law.tension(shape.strain)
     return [end_tension(line, tension, node, shape) for node in (0, -1)]
 
