@@ -22,6 +22,7 @@ __all__ = [
     "outputs_at_once",
     "shard_size",
     "sizes_for",
+    "step_time",
     "steps_at_once",
 ]
 
@@ -137,14 +138,19 @@ def sizes_for(
     return tuple(sorted(used))
 
 
+def step_time(layout: Layout) -> float:
+    """What a step of a run takes in a batch (s), roughly."""
+    return kind().node_step * nodes_of(layout)
+
+
 def lane_time(scene: Scene, layout: Layout, steps: int) -> float:
     """What a run of so many steps in an output interval takes in a batch (s), roughly."""
-    return kind().node_step * nodes_of(layout) * steps * max(scene.output.count, 1)
+    return step_time(layout) * steps * max(scene.output.count, 1)
 
 
 def steps_at_once(layout: Layout, runs: int) -> int:
     """The most steps that `runs` runs take in one call, which nothing interrupts."""
-    return max(1, int(CALL_TIME / (kind().node_step * nodes_of(layout) * runs)))
+    return max(1, int(CALL_TIME / (step_time(layout) * runs)))
 
 
 def outputs_at_once(layout: Layout, runs: int, fields: tuple[str, ...], after: int) -> int:

@@ -34,7 +34,7 @@ from lumpedcable.study.part import Part
 from lumpedcable.study.places import found_lengths
 from lumpedcable.study.plan import plan_of, stable_bound, stepping, tolerances
 from lumpedcable.study.rest import write_rest
-from lumpedcable.study.shrinking import Batch
+from lumpedcable.study.shrinking import Batch, looks_at, until_look
 from lumpedcable.study.starts import batched, filled, rows_of, starts
 from lumpedcable.study.summary import empty_table, summarise
 from lumpedcable.study.triggers import Triggers, begin_with
@@ -291,6 +291,8 @@ def _run_part(
     tell(done * lived)
     while done < account.count:
         now = min(tell.pace, batch.outputs_at_once, account.count - done)
+        if stops:
+            now = min(now, until_look(done, account.count))
         asked = clock.perf_counter()
         samples = batch.advance(done, now, partial(tell, 0))
         timings.mark("advance")
@@ -298,14 +300,15 @@ def _run_part(
         keep(samples, done, now)
         timings.mark("write")
         done += now
-        outlet.mark.note(done, account, batch)
         left = account.count - done
         if stops and left:
             if batch.stopped.all():
                 # nothing moves any more: what is left repeats the last state
                 keep(batch.repeated(done, left), done, left)
                 break
-            batch.shrink(took * left / now)
+            if looks_at(done, account.count):
+                batch.shrink(left)
+        outlet.mark.note(done, account, batch)  # what goes on from here has looked at the lanes
         tell.took(took, batch.outputs_at_once)
     account.finish(batch.ends(), ready)
 

@@ -13,7 +13,7 @@ from lumpedcable.solve.keeping import fields_done
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.plan import Progress
 from lumpedcable.study.ahead import advance_runs
-from lumpedcable.study.batches import COMPILING, steps_at_once
+from lumpedcable.study.batches import COMPILING, step_time, steps_at_once
 from lumpedcable.study.compiled import Ready
 from lumpedcable.study.devices import at_hand
 from lumpedcable.study.packed import Packed, unpacked
@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
     from lumpedcable.study.part import Part
 
-__all__ = ["Batch"]
+__all__ = ["Batch", "looks_at", "until_look"]
 
 FEWEST = 4  # lanes below which there is nothing to save
+LOOKS = 16  # times in a run at which lanes may be given up, at outputs that no clock decides on
 
 
 class Batch:
@@ -133,8 +134,14 @@ class Batch:
 
         return again(self._last, count)._replace(fields=again(self._last.fields, fields))
 
-    def shrink(self, seconds: float) -> None:
-        """Go on without the runs that have stopped, if that pays; `seconds` are left as things are."""
+    def shrink(self, left: int) -> None:
+        """Go on without the runs that have stopped, if that pays; `left` outputs are to come.
+
+        By what these take roughly, not by what the last ones have taken: fewer lanes round otherwise,
+        and results may not depend on how busy a machine was.
+        """
+        layout = self.part.structure.layout
+        seconds = step_time(layout) * self.size * self.part.steps * left
         moving = np.flatnonzero(~self.stopped[self.rows])
         size = self.size
         while size >= 2 * FEWEST and len(moving) <= size // 2:
@@ -157,6 +164,17 @@ class Batch:
         for all_, mine in zip(jax.tree.leaves(whole), jax.tree.leaves(now), strict=True):
             all_[self.rows] = mine
         return whole
+
+
+def until_look(done: int, count: int) -> int:
+    """Outputs from number `done` of `count` to the next after which lanes may be given up."""
+    every = -(-count // LOOKS)
+    return every - done % every
+
+
+def looks_at(done: int, count: int) -> bool:
+    """Whether lanes may be given up after output number `done` of `count`."""
+    return done % -(-count // LOOKS) == 0
 
 
 def _at_hand(ready: Ready) -> Ready:

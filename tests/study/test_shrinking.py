@@ -52,3 +52,33 @@ def test_what_runs_come_to_stays_the_same(both):
     # the line, of a millionth of the mass, is all that the closed form does not know
     stops = np.array([outcome.stop_time for outcome in less.outcomes])
     assert stops == pytest.approx(exact, rel=3e-6)
+
+
+@pytest.mark.slow
+def test_lanes_are_given_up_at_the_same_outputs_however_they_are_asked_for(tmp_path, monkeypatch):
+    """As many go at once as a machine's load allows; what is asked after is not how long it took."""
+    monkeypatch.setattr(shrinking, "COMPILING", 0.0)
+    plain, found = shrinking.Batch.shrink, []
+    for first in (1, 16):
+        monkeypatch.setattr(batches, "CPU", batches.CPU._replace(first=first))
+        told = []
+        monkeypatch.setattr(
+            shrinking.Batch,
+            "shrink",
+            lambda b, left, told=told: (plain(b, left), told.append((left, b.size)))[0],
+        )
+        run_text(tmp_path, SLIDING)
+        found.append(told)
+    assert found[0] == found[1]
+    assert found[0][0][1] > found[0][-1][1]
+
+
+def test_a_run_is_looked_at_after_whole_parts_of_it():
+    for count in (1, 30, 64, 65, 1000):
+        done, looks = 0, 0
+        while done < count:
+            ahead = shrinking.until_look(done, count)
+            assert not any(shrinking.looks_at(done + k, count) for k in range(1, ahead))
+            done, looks = done + ahead, looks + 1
+            assert shrinking.looks_at(done, count)
+        assert looks <= shrinking.LOOKS
