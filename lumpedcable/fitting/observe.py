@@ -46,6 +46,7 @@ MEASURE = "measure"  # a number that the scene asks for: NaN while it does not c
 STOP = "stop"  # when the body of output.stop came to rest: NaN before
 PEAK = "peak"  # the largest tension of a rod so far, of every step
 MOST_OUTPUTS = 20_000  # of a grid that meets all times of a record
+MOST_PARTS = 10  # of the smallest gap between times that its spacing may be
 ON_GRID = 1e-6  # of its spacing by which a time may miss a point of the grid
 _PLACE = re.compile(r"([A-Za-z][\w-]*)(?:\.(start|end)|@(.+))")
 
@@ -259,14 +260,22 @@ class Grid(NamedTuple):
 
 
 def spacing_of(times: NDArray[np.float64]) -> float | None:
-    """The spacing (s) that data times (s) are multiples of, None where there is none to be used."""
+    """The spacing (s) that data times (s) are multiples of, None where there is none to be used.
+
+    It is the smallest gap between two of them, or a part of it: what was thinned or begins later is
+    still of the spacing that it was taken with.
+    """
     gaps = np.diff(np.concatenate([[0.0], times]))
-    every = float(np.min(gaps[gaps > 0.0]))
-    # the spacing to all digits that the times have
-    every = times[-1] / max(round(times[-1] / every), 1)
-    k = np.rint(times / every)
-    exact = k[-1] <= MOST_OUTPUTS and np.all(np.abs(times / every - k) <= ON_GRID)
-    return every if exact else None
+    least = float(np.min(gaps[gaps > 0.0]))
+    for part in range(1, MOST_PARTS + 1):
+        # the spacing to all digits that the times have
+        every = times[-1] / max(round(times[-1] / least * part), 1)
+        k = np.rint(times / every)
+        if k[-1] > MOST_OUTPUTS:
+            break
+        if np.all(np.abs(times / every - k) <= ON_GRID):
+            return float(every)
+    return None
 
 
 def grid_of(times: NDArray[np.float64], step: float) -> Grid:

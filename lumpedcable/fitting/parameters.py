@@ -165,6 +165,9 @@ def read_parameters(
             said += "" if message or not relaxes(key) else UNTIMED
             problems.append(Problem((*at, key), said))
             continue
+        if not one.private and (wrong := _apart(key, users, at)) is not None:
+            problems.append(wrong)
+            continue
         owners = users if one.private else [("", users[0][1])]
         for name, numbers in owners:
             for number in numbers:
@@ -173,6 +176,20 @@ def read_parameters(
                 parameters += [made] if made else []
     problems += _twice(parameters, at)
     return _distinct(parameters), list(dict.fromkeys(problems))
+
+
+def _apart(key: str, users: Sequence[tuple[str, list[Number]]], at: Path) -> Problem | None:
+    """A number that is found for all experiments and that some of them give a value of their own."""
+    (first, given), *others = users
+    for name, own in others:
+        if [(n.key, n.value) for n in own] != [(n.key, n.value) for n in given]:
+            return Problem(
+                (*at, key),
+                f'expected one value of "{key}" to begin with, found one in "{first}" and another in '
+                f'"{name}": what is found for all has no value of its own in [set] of an experiment; '
+                "private = true finds one for each",
+            )
+    return None
 
 
 def _depends(key: str, user: User) -> bool:

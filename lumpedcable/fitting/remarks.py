@@ -12,7 +12,7 @@ from lumpedcable.fitting.seek import UNLIKELY, chance_of
 from lumpedcable.fitting.uncertainty import Profile, words
 from lumpedcable.scene import format_quantity
 
-__all__ = ["remarks_of"]
+__all__ = ["read_roughly", "remarks_of"]
 
 UNTOLD = 3.0  # relative standard deviation from which not even the size is told
 MOST_PAIRS = 6
@@ -61,8 +61,7 @@ def remarks_of(fitted: Fitted) -> list[str]:
             "Times off the steps are interpolated by a cubic; a parabola differs by at most: "
             f"{', '.join(rough)}."
         )
-        noises = [np.inf if s.noise is None else s.noise for s in problem.series]
-        if any(r > ROUGH * noise for r, noise in zip(fitted.rough, noises, strict=True)):
+        if read_roughly(fitted):
             told += ' Beside the noise that is much: shorten the steps ("solver.step" in [set]).'
         said.append(told)
     said += [words for one in fitted.profiles for words in _of_profile(fitted, one)]
@@ -87,6 +86,12 @@ def remarks_of(fitted: Fitted) -> list[str]:
     if len(fitted.starts) > 1:
         said.append(_spread_of_starts(fitted))
     return said
+
+
+def read_roughly(fitted: Fitted) -> bool:
+    """Whether what is read between steps is in doubt by more than a little of the noise given."""
+    noises = [np.inf if s.noise is None else s.noise for s in fitted.problem.series]
+    return any(r > ROUGH * noise for r, noise in zip(fitted.rough, noises, strict=True))
 
 
 def _of_profile(fitted: Fitted, profile: Profile) -> list[str]:

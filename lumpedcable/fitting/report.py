@@ -12,7 +12,7 @@ from rich.text import Text
 
 from lumpedcable.fitting.linear import start_faults
 from lumpedcable.fitting.profile import untold
-from lumpedcable.fitting.remarks import remarks_of
+from lumpedcable.fitting.remarks import read_roughly, remarks_of
 from lumpedcable.fitting.run import Fitted
 from lumpedcable.fitting.sensitivity import Sensitivity
 from lumpedcable.fitting.uncertainty import VAGUE
@@ -89,6 +89,7 @@ def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
         said += ["numbers not told by the data"] if untold(f) else []
         said += ["a unit or a sign in doubt"] if start_faults(f.problem, f.began) else []
         said += [] if f.certainty.free else ["no more values than numbers"]
+        said += ["steps too long for its times"] if read_roughly(f) else []
         table.add_row(Text(name), *found, f"{f.certainty.factor:.3g}", Text(", ".join(said)))
     console.print(table)
     for note in rows_shown(MOST_ROWS, len(fits), "ropes", "the files hold"):

@@ -149,11 +149,14 @@ def fitted_from(problem: FitProblem, spec: Spec, sought: Sought, seconds: float)
     used = _used_rows(arrays, found)
     rows, data = slope[used], int(np.sum(used[: _data_rows(arrays)]))
     # what is left of them as the loss saw it
-    left, loss = found.residual[used][:data], Forgiven(1.0, 1.0)
+    left, loss, seen = found.residual[used][:data], Forgiven(1.0, 1.0), rows
     with np.errstate(over="ignore", invalid="ignore"):
-        if spec.loss != "squares" and np.isfinite(np.sum(rows**2)):
-            rows, loss = _as_forgiven(spec, arrays, rows, left)
+        forgives = spec.loss != "squares" and np.isfinite(np.sum(rows**2))
+        if forgives:
+            rows, loss = _as_forgiven(spec, arrays, seen, left)
     bound = at_bounds(problem, values, rows, left)
+    if forgives and np.any(bound):  # what is held there was not found
+        rows, loss = _as_forgiven(spec, arrays, seen, left, bound)
     sizes = np.array([_size(*one) for one in zip(problem.parameters, values, bound, strict=True)])
     with np.errstate(over="ignore", invalid="ignore"):
         shares = np.sum((rows * sizes) ** 2)
@@ -190,8 +193,12 @@ def _began(problem: FitProblem, sought: Sought) -> tuple[Array, ...] | None:
     return None if failures else predicted
 
 
-def _as_forgiven(spec: Spec, arrays: Arrays, rows: Array, left: Array) -> tuple[Array, Forgiven]:
+def _as_forgiven(
+    spec: Spec, arrays: Arrays, rows: Array, left: Array, held: NDArray[np.bool_] | None = None
+) -> tuple[Array, Forgiven]:
     """J of the deviations themselves, by the root of the loss's mean curvature; and that loss.
+
+    Parameters that are `held` at their bounds do not count among those found.
 
     What was squared is the root of the loss, g = sqrt(rho) with the sign of r, `left` (m,); the first m
     rows are its derivatives, psi/g of those of r.
@@ -202,7 +209,8 @@ def _as_forgiven(spec: Spec, arrays: Arrays, rows: Array, left: Array) -> tuple[
     rows = np.array(rows)
     rows[:data] *= np.where(psi != 0.0, left / np.where(psi != 0.0, psi, 1.0), 1.0)[:, None]
     norms = np.sqrt(np.sum(rows**2, axis=0))
-    count = effective_of(rows / np.where(norms > 0.0, norms, 1.0), data)
+    scaled = rows / np.where(norms > 0.0, norms, 1.0)
+    count = effective_of(scaled if held is None else scaled[:, ~held], data)
     loss = forgiven(r, spec.loss, c, count)
     rows[:data] *= np.sqrt(loss.curvature)
     return rows, loss

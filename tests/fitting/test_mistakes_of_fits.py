@@ -52,6 +52,10 @@ MISTAKES = {
     "not used by a bench at rest": (
         GOOD.replace("[free]", '[set]\n"materials.nylon.damping" = "1 kN s"\n[free]')
         .replace("p1", "damping"), TABLE, 'depends on, found "materials.nylon.damping"'),
+    "a value of its own for what is shared": (
+        RECORD + RECORD[RECORD.index("[exp"):].replace(".test]", ".more]")
+        + 'set = { "materials.nylon.p1" = 3e5 }\n', TIMES,
+        'one value of "materials.nylon.p1" to begin with, found one in "test" and another in "more"'),
     "unit of a start": (GOOD.replace("start = 200000.0", 'start = "2 m"'), TABLE,
                         "expected a force (N), found a length (m)"),
     "start beyond a bound": (GOOD.replace("start = 200000.0", "start = 2e5, high = 1e5"), TABLE,

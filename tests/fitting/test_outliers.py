@@ -52,10 +52,10 @@ def measured(outliers):
     return load
 
 
-def fitted(folder, loss, load):
+def fitted(folder, loss, load, text="", scene=SCENE):
     rows = [f"{e!r},{t!r}" for e, t in zip(E.tolist(), load.tolist(), strict=True)]
     (folder / "bench.csv").write_text("e,T\n" + "\n".join(rows) + "\n")
-    return fit_problem(fit_of(folder, FIT.format(loss=loss), SCENE).problem)
+    return fit_problem(fit_of(folder, text or FIT.format(loss=loss), scene).problem)
 
 
 def rho(r, loss):
@@ -109,6 +109,20 @@ def test_intervals_among_outliers_are_those_of_hubers_formula(tmp_path, loss):
     ]  # fmt: skip
     (profile,) = with_profiles(found, [0]).profiles
     assert [profile.low, profile.high] == pytest.approx(edges, abs=1e-2 * half[0])
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_a_number_at_its_bound_is_none_that_was_found(tmp_path, loss):
+    """The cubic part of a load that has less than none of it: two numbers are left to be found."""
+    load = measured(outliers=True) - 1e6 * E**3
+    text = FIT.format(loss=loss).replace(" = {}", ' = { low = "0 N" }')
+    scene = SCENE.replace('"2 MN"]', '"2 MN", "1 MN"]')
+    found = fitted(tmp_path, loss, load, text, scene)
+    assert found.at_bound == (False, False, True)
+    X3 = np.append(X, E[:, None] ** 3 / NOISE, axis=1)
+    m, root = by_hand(X3 @ found.values - load / NOISE, loss)
+    covariance = (root / m) ** 2 * np.linalg.inv(X.T @ X)
+    assert found.certainty.covariance[:2, :2] == pytest.approx(covariance, rel=5e-3)
 
 
 def test_without_outliers_they_are_those_of_the_noise_given(tmp_path):

@@ -106,6 +106,22 @@ def test_times_between_steps_are_met_by_a_cubic():
             assert met == pytest.approx(times**power)
 
 
+@pytest.mark.parametrize(
+    ("times", "every"),
+    [
+        (np.arange(5, 121, 3), 1.0),  # every third row, from the fifth on
+        (np.arange(4, 41, 4), 4.0),
+        (np.array([3, 10, 20]), 1.0),
+        (np.array([100.0, 101.0, 103.5]), 0.5),
+    ],
+)
+def test_thinned_and_later_times_are_output_times_too(times, every):
+    grid = grid_of(5e-4 * times, 0.2)
+    assert grid.exact
+    assert grid.every == pytest.approx(5e-4 * every, rel=1e-12)
+    assert grid.every * grid.near[:, 0] == pytest.approx(5e-4 * times, rel=1e-9)
+
+
 def assert_shares(share):
     # by dimensions, and for the lumped line in time steps as well: v = F0/sqrt(EA m) g(EA/m), whatever
     # g does, so that the shares of EA and m add up to -1 and that of F0 is 1
