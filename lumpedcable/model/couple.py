@@ -146,6 +146,7 @@ class Found(dict[str, Evaluation]):
         )
         self.drawn = {
             name: payout_force(model, reel, self[reel.line].line, displacement)
+            + self._spliced(reel.line)
             for name, reel in _reels(model)
         }
         for coupled, pull in zip(model.couplings, self.pulls, strict=True):
@@ -165,6 +166,11 @@ class Found(dict[str, Evaluation]):
             for name, reel in _reels(model)
             if isinstance(reel, Winch)
         }
+
+    def _spliced(self, line: str) -> float | Float[Array, ""]:
+        """-dE/dL (N) of what bends over joints of a line: the longer it is, the softer they are."""
+        bent = [each.stored * each.shares[line] for each in self.splices if line in each.shares]
+        return sum(bent, 0.0) / jnp.sum(self[line].line.shape.node_length) if bent else 0.0
 
     def add_passing(self, model: Model, t, velocity: Values | None, middle: Values | None) -> None:
         """Add what drag, friction and waves along a line do to what is paid out (see `passing`).

@@ -39,10 +39,12 @@ class Evaluation(NamedTuple):
 class Splice(NamedTuple):
     """What bends over the node at which two lines, or the two parts of one, meet, at one instant.
 
-    `forces` are those on the nodes of either (N), by their names. `stored` is the energy that is left
-    (J), and `power` what a break does to it (W), at most 0; None where none is to come.
+    `forces` are those on the nodes of either (N), by their names, and `shares` of how soft the node is
+    (-) those of either. `stored` is the energy that is left (J), and `power` what a break does to it
+    (W), at most 0; None where none is to come.
     """
 
     forces: dict[str, Float[Array, "d nodes"]]
+    shares: dict[str, Float[Array, ""]]
     stored: Float[Array, ""]
     power: Float[Array, ""] | None

@@ -19,10 +19,10 @@ from lumpedcable.model.couple import Found
 from lumpedcable.model.ends import Release
 from lumpedcable.model.evaluation import Splice
 from lumpedcable.model.model import LineEnd, Model
-from lumpedcable.physics.bending import Side, bent, moment_across
+from lumpedcable.physics.bending import Side, bent, moment_across, softness
 from lumpedcable.physics.load import Shape
 
-__all__ = ["Spliced", "add_splices", "meeting", "moments", "spliced", "splices"]
+__all__ = ["Spliced", "add_splices", "bent_over", "meeting", "moments", "spliced", "splices"]
 
 
 class Spliced(NamedTuple):
@@ -44,6 +44,11 @@ def spliced(model: Model) -> Iterator[Spliced]:
         if all(n in model.lines and model.lines[n].bending is not None for n in names):
             ends = (model.end(*one), model.end(*other))
             yield Spliced((one, other), tuple(e.release for e in ends if e.release is not None))
+
+
+def bent_over(model: Model) -> set[LineEnd]:
+    """The ends at which the bending of a line goes on in another."""
+    return {end for each in spliced(model) for end in each.ends}
 
 
 def _after(end: LineEnd) -> bool:
@@ -69,19 +74,23 @@ def splices(
     """What bends over the joints of a model at t (s), of a kick of dt (s) there if steps are fixed."""
     found = []
     for each in spliced(model):
-        energy, couples = bent(*meeting(model, each, shapes))
+        sides = meeting(model, each, shapes)
+        energy, couples = bent(*sides)
         power = None
         if each.releases:
             held = each.held(t).astype(energy.dtype)
             couples = tuple(held * couple for couple in couples)
             left, rate = (x.astype(energy.dtype) for x in _fading(each, t, dt))
             energy, power = left * energy, rate * energy
-        forces = {}
+        forces, shares = (
+            {},
+            dict(zip((name for name, _ in each.ends), softness(*sides), strict=True)),
+        )
         for (name, node), couple in zip(each.ends, couples, strict=True):
             others = shapes[name].tangent.shape[1] - 1
             force = jnp.pad(couple, ((0, 0), (0, others) if node == 0 else (others, 0)))
             forces[name] = force
-        found.append(Splice(forces, energy, power))
+        found.append(Splice(forces, shares, energy, power))
     return tuple(found)
 
 

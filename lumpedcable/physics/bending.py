@@ -9,7 +9,7 @@ from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import AbstractLoad, Shape, between_nodes
 from lumpedcable.physics.vectors import dot, size
 
-__all__ = ["Bending", "Side", "bent", "moment_across", "upright"]
+__all__ = ["Bending", "Side", "bent", "moment_across", "softness", "upright"]
 
 
 class Bending(AbstractLoad):
@@ -138,10 +138,23 @@ def upright(one: Side, other: Side) -> Float[Array, ""]:
     return pull * dot(u, w)
 
 
+def softness(one: Side, other: Side) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """The shares (-) of 1/k of `bent` that are s_1 / EI_1 and s_2 / EI_2.
+
+    Of a line whose segments grow with its length L, d(ln k)/d(ln L) is minus its share.
+    """
+    first, second = _soft(one), _soft(other)
+    return first / (first + second), second / (first + second)
+
+
+def _soft(side: Side) -> Float[Array, ""]:
+    """s / EI (1/(N m))."""
+    return pick(side.shape.node_length, side.node) / side.EI
+
+
 def _meeting(one: Side, other: Side):
     """k (N m) of `bent`, the direction into the node along the one, and out of it along the other."""
-    soft = sum(pick(side.shape.node_length, side.node) / side.EI for side in (one, other))
-    return 1.0 / soft, -one.out, other.out
+    return 1.0 / (_soft(one) + _soft(other)), -one.out, other.out
 
 
 def _turn(u: Float[Array, "d *n"], w: Float[Array, "d *n"]) -> Float[Array, "*n"]:

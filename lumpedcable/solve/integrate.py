@@ -27,21 +27,13 @@ from lumpedcable.physics.motion import velocity_of
 from lumpedcable.physics.precision import cast
 from lumpedcable.physics.tension import strain_at
 from lumpedcable.solve.constrained import Constrained, rod_gains
+from lumpedcable.solve.end_forces import tension_at
 from lumpedcable.solve.jerk import jerked
 from lumpedcable.solve.keeping import field_slots, put, put_seldom, room_for
 from lumpedcable.solve.largest import so_far
 from lumpedcable.solve.leapfrog import CableTerm, HalfStep, Leapfrog
 from lumpedcable.solve.listed import listed
-from lumpedcable.solve.observe import (
-    Recoil,
-    Sample,
-    sample,
-    tension_at,
-    tips,
-    watch,
-    watched,
-    watches,
-)
+from lumpedcable.solve.observe import Recoil, Sample, sample, tips, watch, watched, watches
 from lumpedcable.solve.plan import Numbers, Plan, Progress, peaks_of
 from lumpedcable.solve.reverse import block_length, scan_in_blocks
 from lumpedcable.solve.rk4 import RK4
@@ -134,7 +126,7 @@ def _rests(model: Model, recoils: tuple[Recoil, ...]) -> dict[str, Float[Array, 
         line = model.lines[name]
         if not line.loads or line.inextensible:
             continue
-        tension = tension_at(line, node, model)
+        tension = tension_at(line, node, model, name)
         strain = strain_at(line.law, tension, line.max_strain)
         middle = pick(line.reference_strain, line.segment(node))
         inside = line.law.tension(middle)

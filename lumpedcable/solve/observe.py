@@ -10,12 +10,12 @@ from lumpedcable.model.bodies import body_key
 from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Joined, end_name
 from lumpedcable.model.energy import WORKS, energies
-from lumpedcable.model.forces import evaluate, node_frame
+from lumpedcable.model.forces import evaluate
 from lumpedcable.model.layout import part_names
 from lumpedcable.model.line import Line, last_segments
 from lumpedcable.model.model import Model
 from lumpedcable.model.places import asks_for_moments
-from lumpedcable.model.splices import moments
+from lumpedcable.model.splices import bent_over, moments
 from lumpedcable.model.state import Seen, State
 from lumpedcable.model.turned import turned
 from lumpedcable.physics.linear import pick
@@ -23,9 +23,8 @@ from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seam import EXTRA
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot
-from lumpedcable.physics.waves import Boundary
 from lumpedcable.solve.bound import courant_number
-from lumpedcable.solve.end_forces import end_node_drag, own_loads, resisted
+from lumpedcable.solve.end_forces import end_tension, resisted
 from lumpedcable.solve.largest import reversals, stretches, tensions_of
 from lumpedcable.solve.run_out import run_out
 
@@ -35,9 +34,7 @@ __all__ = [
     "Recoil",
     "Sample",
     "Watch",
-    "end_tension",
     "sample",
-    "tension_at",
     "tips",
     "watch",
     "watched",
@@ -102,62 +99,6 @@ class Sample(NamedTuple):
     tips: dict[str, Float[Array, "2 d"]] = {}  # noqa: RUF012
     run_out: dict[str, Bool[Array, ""]] = {}  # noqa: RUF012
     rests: dict[str, Float[Array, " 2"]] = {}  # noqa: RUF012
-
-
-def end_tension(
-    line: Line,
-    tension: Float[Array, " n"],
-    node: int,
-    shape: Shape | None = None,
-    drag: Float[Array, " d"] | None = None,
-    met: Boundary | None = None,
-) -> Float[Array, ""]:
-    """Tension at an end (N), taken there from the two segments next to it.
-
-    The end segment's tension is that of its middle. At an end that does not accelerate the slope
-    is dT/ds = -f . t, with f the loads and the drag per metre (N/m) and t the tangent; the parabola of
-    that slope through T_0 and T_1 gives T_0 + (T_0 - T_1) / 8 + 3/8 l f . t at the start. The bed's part
-    in f is what bears the line, not what bears a clump at its end. `drag` is that of the end node (N).
-    Without `shape` the loads are left out: the waves that are added to them have
-    no slope there. Where bending is clamped, shear times curvature adds to the slope, and the tension is
-    carried on straight: T_0 + (T_0 - T_1) / 2. At an end under a known force F, as `met` says, the
-    tension is F . u, u outwards, however it accelerates.
-    """
-    segment = line.segment(node)
-    pull = jnp.zeros((), tension.dtype)
-
-    def inwards(force: Float[Array, " d"], shape: Shape) -> Float[Array, ""]:
-        along = jnp.dot(force, pick(shape.tangent, segment))
-        return along if node in (0, AFTER) else -along
-
-    if shape is not None and (line.loads or drag is not None):
-        # on the end node: f l / 2
-        pull = inwards(own_loads(line, shape, line.node(node), drag), shape)
-    here = pick(tension, segment)
-    if line.segments == 1:
-        found = here + pull
-    else:
-        fall = here - pick(tension, line.segment(node, 1))
-        clamped = shape is not None and line.clamp(node) is not None
-        found = here + (0.5 * fall if clamped else fall / 8.0 + 0.75 * pull)
-    if line.tension_only:  # beside a slack segment the parabola goes below
-        found = jnp.maximum(found, 0.0)
-    if met is None or shape is None or met.loaded is False:
-        return found
-    known = jnp.zeros_like(here) if met.force is None else -inwards(met.force, shape)
-    return known if met.loaded is True else jnp.where(met.loaded, known, found)
-
-
-def tension_at(line: Line, node: int, model: Model | None = None) -> Float[Array, ""]:
-    """Tension (N) at the start (0) or end (-1) of a line at rest, as results show it.
-
-    `model` is the one that the line is part of: without it no current drags at the line.
-    """
-    still = jnp.zeros_like(line.reference)
-    shape, drag = line.shape(still), None
-    if model is not None and line.current is not None:  # in still water nothing drags at rest
-        drag = end_node_drag(line, node_frame(model, line, shape), node, still)
-    return end_tension(line, line.law.tension(shape.strain), node, shape, drag)
 
 
 def watches(model: Model, y: State, recoils: tuple[Recoil, ...]) -> tuple[Watch, ...]:
@@ -264,6 +205,7 @@ def sample(
     bent: dict[str, Array] = {}
     if "bending_moment" in quantities or any(map(asks_for_moments, model.measures.values())):
         bent = moments(model, t, {name: e.line.shape for name, e in found.items()})
+    over = bent_over(model)
     finite = jnp.ones((), bool)
     folded, most_at_ends = {}, {}
     courant = jnp.zeros((), next(iter(y.velocity.values())).dtype)
@@ -288,6 +230,7 @@ def sample(
                 e.shape,
                 resisted(line, found[name], node, own, gains.get(name)),
                 met,
+                (name, node) in over,
             )
             for node, met in zip(line.ends, found[name].boundaries, strict=True)
         ]

@@ -28,8 +28,8 @@ from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.seams import opened
 from lumpedcable.scene import Scene, Target
 from lumpedcable.scene.ends import MovingEnd, held_place
+from lumpedcable.solve.end_forces import tension_at
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
-from lumpedcable.solve.observe import tension_at
 from lumpedcable.solve.settling import (
     FARTHEST,
     Measures,
@@ -333,7 +333,7 @@ def _miss(
         return 0.5 * (share * jnp.abs(share) - 1.0)  # what is bent up is not what hangs down
     if target.measure == "tension":
         line, node = layout.end_of(*target.of.rsplit(".", 1))
-        return (tension_at(model.lines[line], node, model) - wanted) / wanted
+        return (tension_at(model.lines[line], node, model, line) - wanted) / wanted
     place = _place(layout, model, target.of)
     axis = "xyz".index(target.measure)
     found = coordinates.origin[axis] + jnp.asarray(coordinates.axes)[axis] @ place

@@ -17,7 +17,7 @@ from lumpedcable.model.layout import layout_of, make_layout
 from lumpedcable.model.numbers import number
 from lumpedcable.model.riders import Rider
 from lumpedcable.scene import Scene, Study
-from lumpedcable.solve.observe import tension_at
+from lumpedcable.solve.end_forces import tension_at
 from lumpedcable.solve.targets import rest_of
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure
@@ -85,7 +85,7 @@ def _at_rest(
     for name, line in found.model.lines.items():
         shape = line.shape()
         tension = line.law.tension(shape.strain)
-        ends = jnp.stack([tension_at(line, node, found.model) for node in (0, -1)])
+        ends = jnp.stack([tension_at(line, node, found.model, name) for node in (0, -1)])
         lines[name] = (shape.position, first_pull(line), tension, shape.strain, ends)
     d = axes.shape[1]
     bodies = {}

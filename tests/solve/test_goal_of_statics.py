@@ -9,7 +9,7 @@ from engine_runs import scene_of
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.solve import start
-from lumpedcable.solve.observe import tension_at
+from lumpedcable.solve.end_forces import tension_at
 from lumpedcable.solve.statics import force_scale, make_net, rounding_force, static_residual
 from lumpedcable.solve.targets import rest_of
 

@@ -19,7 +19,7 @@ from lumpedcable.exact import (
     simply_supported_deflection,
 )
 from lumpedcable.scene import load_study
-from lumpedcable.solve.observe import end_tension
+from lumpedcable.solve.end_forces import end_tension
 from lumpedcable.study.compiled import RUN_ONCE
 
 PEERS = Path(__file__).parents[2] / "configs" / "peers"

@@ -187,3 +187,30 @@ def test_a_beam_shaken_at_its_clamp_answers_as_a_beam_does(tmp_path):
         (np.cos(b) + np.cosh(b)) / (1.0 + np.cos(b) * np.cosh(b)), rel=0.01
     )
     assert abs(np.mean(tip * np.cos(turn))) < 0.01 * size
+
+
+def test_both_lines_tell_the_tension_at_their_joint(tmp_path):
+    """It is F . t, F what hangs beyond the joint and t the direction there."""
+    below = 3.0 + MASS * GRAVITY * (LENGTH - PART)
+    errors = []
+    for segments in (20, 40, 80):
+        told = run_text(tmp_path, joined(DOWN, segments), "output.duration=0.0025")
+        ends = [told[name][0, 0] for name in ("in.end_tension", "out.start_tension")]
+        across = told["out.position"][0, 0, 1] - told["in.position"][0, 0, -2]
+        exact = -below * across[2] / np.linalg.norm(across)
+        errors.append([end / exact - 1.0 for end in ends])
+    assert np.abs(errors[-1]).max() < 2e-3
+    np.testing.assert_allclose(order_of(np.abs(errors), (2.0, 2.0))[-1], 2.0, atol=0.3)
+
+
+def test_a_drum_pays_for_what_bends_over_a_joint_of_its_line(tmp_path):
+    """The longer the line, the softer the joint: k of E = k (1 - u . w) falls as it is paid out."""
+    slow = "schedule = { time = [0, 0.15], speed = [0, 1] }"
+    drum = f"{{ drum = {{ at = [0, 0, 0], {slow} }} }}"
+    text = STEEL.format(gravity=WEIGHT)
+    text += line_text("in", "steel", LENGTH, 10, 2.0, drum, '"free"', bends(50.0))
+    end = "{ fixed = [3.5, 0, 0.3], direction = [1, 0, 0] }"
+    text += line_text("out", "steel", LENGTH, 10, 2.0, rigid("in.end"), end, bends(200.0))
+    ran = run_text(tmp_path, text, "output.duration=0.5")
+    assert ran.statuses == ["OK"]
+    assert ran.outcomes[0].energy_closure < 1e-4

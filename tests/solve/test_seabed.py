@@ -12,7 +12,7 @@ from modal_runs import modes_of
 from lumpedcable.exact import elastic_catenary, rod_frequencies, string_frequencies
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
-from lumpedcable.solve.observe import end_tension
+from lumpedcable.solve.end_forces import end_tension
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE
 

@@ -9,7 +9,7 @@ from engine_runs import equilibrium_of, fixed, line_text, nodes_in_space, order_
 from lumpedcable.exact import elastic_catenary, hanging_nodes, linear_strain
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
-from lumpedcable.solve.observe import tension_at
+from lumpedcable.solve.end_forces import tension_at
 from lumpedcable.solve.start import start_of
 from lumpedcable.study.compiled import RUN_ONCE
 

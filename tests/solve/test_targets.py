@@ -15,7 +15,7 @@ from lumpedcable.exact import (
 from lumpedcable.model.coordinates import coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.scene import read_scene
-from lumpedcable.solve.observe import tension_at
+from lumpedcable.solve.end_forces import tension_at
 from lumpedcable.solve.targets import rest_of, sag_of
 from lumpedcable.study.compiled import Structure, prepare_batch
 
