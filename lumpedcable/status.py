@@ -81,6 +81,16 @@ MEANING = {
 
 _ON_BEDS = "; of inextensible lines on a bed, lower solver.step"
 
+TURNED_OVER = (
+    "in balance, but a touch would turn it over, since a line is folded back on itself or leaves a "
+    "clamp backwards"
+)
+"""What is said of a state of rest that was found and is none to start from."""
+
+UNFOLDED = (
+    "turn its clamp towards where it goes, give a joint a place (at), or change segments a little"
+)
+
 CALMED = ", or give the line materials.NAME.damping and lines.NAME.drag"
 """What may keep a line from reversing; of one line its keys that it does not have."""
 

@@ -12,6 +12,7 @@ from unittest import mock
 import good_scenes
 
 from lumpedcable.cli import main
+from lumpedcable.results import open_result
 
 ROOT = Path(__file__).parents[1]
 # The rope of the scene tests, short and coarse: 2 runs, 20 segments, 3 output times.
@@ -94,3 +95,12 @@ def address(server):
     said = server.stdout.readline()
     assert said, server.stderr.read()
     return said.split()[0]
+
+
+def rest_of(folder, text):
+    """The numbers of the only cable of a scene at rest, which is run as a user does."""
+    (folder / "scene.toml").write_text(text)
+    said = say(folder, "run", "scene.toml", "-o", "r.h5")
+    assert (said.code, said.err) == (0, "")
+    with open_result(folder / "r.h5") as result:
+        return {key: float(value[0]) for key, value in result.rest(result.cables[0]).items()}

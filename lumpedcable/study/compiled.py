@@ -28,6 +28,7 @@ from lumpedcable.model.seams import cut_at
 from lumpedcable.physics.precision import cast
 from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
+from lumpedcable.solve.clamps import folded
 from lumpedcable.solve.integrate import advance, begin
 from lumpedcable.solve.modal_linear import linearised
 from lumpedcable.solve.observe import Sample
@@ -129,13 +130,21 @@ class Structure:
     scene: Scene = field(compare=False, repr=False)
 
 
+BALANCED = 1e-6
+"""Largest force left over that of the scene up to which a state that is refused is told to balance."""
+
+
 class Ready(NamedTuple):
-    """A batch of runs ready to move: models at rest, step bounds (s), how statics went."""
+    """A batch of runs ready to move: models at rest, step bounds (s), how statics went.
+
+    `overturned`: what was found is in balance, but no state to begin with, since a touch turns it over.
+    """
 
     packed: Packed
     bound: Float[Array, " runs"]
     converged: Bool[Array, " runs"]
     imbalance: Float[Array, " runs"]
+    overturned: Bool[Array, " runs"]
 
     @property
     def model(self) -> Model:
@@ -164,7 +173,11 @@ def _prepare(
         scene = structure.scene.with_numbers({**shared, **mine})
         found = rest_of(scene, structure.layout, coordinates)
         bound = step_bound(found.model)
-        return Ready(pack(cast(found.model, dtype)), bound, found.converged, found.imbalance)
+        balanced = ~found.converged & (found.imbalance <= BALANCED)
+        return Ready(
+            pack(cast(found.model, dtype)), bound, found.converged, found.imbalance,
+            balanced & folded(found.model),
+        )  # fmt: skip
 
     common = dict(shared), axes, origin
     told = "prepare", structure, dtype

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lumpedcable.results.human import runs_named, scale
+from lumpedcable.status import TURNED_OVER
 from lumpedcable.study.endless import MOST_STEPS, endless_words
 from lumpedcable.study.laying import lay_out
 from lumpedcable.study.plan import (
@@ -36,6 +37,7 @@ class Prospect:
         study: whose runs they are.
         converged: which come to rest.
         imbalance: largest force left at rest over the largest force of the scene.
+        overturned: runs whose state of rest a touch would turn over.
         bound: largest stable step of leapfrog at rest (s).
         asked: step that is asked for (s), before it is made to divide `output.every`.
         steps: number of steps of the whole run.
@@ -45,6 +47,7 @@ class Prospect:
     study: Study
     converged: NDArray[np.bool_]
     imbalance: NDArray[np.float64]
+    overturned: NDArray[np.bool_]
     bound: NDArray[np.float64]
     asked: NDArray[np.float64]
     steps: NDArray[np.float64]
@@ -58,7 +61,7 @@ def prospect_of(study: Study, most: int) -> Prospect:
         SceneError: the scene cannot be laid out.
     """
     laid, runs = lay_out(study), np.arange(min(len(study.runs), most))
-    converged = np.zeros(len(runs), bool)
+    converged, overturned = np.zeros((2, len(runs)), bool)
     imbalance, bound, asked, steps = np.full((4, len(runs)), np.nan)
     which, plan = laid.which(runs), plan_of(laid.scene, laid.structures[0].layout)
     for index in np.unique(which):
@@ -66,12 +69,13 @@ def prospect_of(study: Study, most: int) -> Prospect:
         scene, mine = structure.scene, runs[rows]
         ready, swept = starts(laid, structure, mine), study.runs.columns(mine)
         converged[rows], imbalance[rows] = ready.converged, ready.imbalance
+        overturned[rows] = ready.overturned
         least = np.asarray(ready.bound)
         bound[rows] = least if plan.adaptive else stable_bound(scene, least, swept)
         asked[rows] = asked_step(scene, bound[rows], swept)
         each = stepping(scene, structure.layout, bound[rows], swept)[:, 0]
         steps[rows] = each * laid.count
-    return Prospect(study, converged, imbalance, bound, asked, steps, plan.adaptive)
+    return Prospect(study, converged, imbalance, overturned, bound, asked, steps, plan.adaptive)
 
 
 def prospect_lines(prospect: Prospect) -> list[str]:
@@ -88,6 +92,8 @@ def _rest(prospect: Prospect) -> str:
     if len(lost):
         most = float(np.max(prospect.imbalance[lost]))
         left = f"largest force left {most:.1e} of the largest in the scene"
+        if prospect.overturned[lost].all():
+            left = f"what was found is {TURNED_OVER}"
         text += f"; not {runs_named(lost.tolist())}: {left}"
     return text
 

@@ -12,7 +12,7 @@ from lumpedcable.results.schema import PEAK_TENSION, exact_name
 from lumpedcable.scene import Scene
 from lumpedcable.scene.materials import InextensibleMaterial
 from lumpedcable.scene.outcomes import QUANTITIES
-from lumpedcable.status import CALMED, Status
+from lumpedcable.status import CALMED, MEANING, TURNED_OVER, UNFOLDED, Status
 from lumpedcable.study.account import Account
 from lumpedcable.study.begins import source_of
 from lumpedcable.study.carried import (
@@ -138,6 +138,8 @@ def _messages(ended: Ended, remarks: list[str]) -> list[str]:
             said.append(ended.beyond.message(k, when))
             continue
         message = message_of(status, when, remarks[k], step_given=step_given)
+        if status is Status.STATICS_NOT_CONVERGED and ended.ready.overturned[k]:
+            message = f"{MEANING[status]}: what was found is {TURNED_OVER}; {UNFOLDED}"
         if status is Status.STEP_BOUND_BROKEN and ended.overstepped[k]:
             message = _too_long(ended, k)
         if status is Status.LINE_REVERSED:
