@@ -127,7 +127,8 @@ ADVICE = {
     Status.SCENE_IMPOSSIBLE: "change the bounds of the sweep",
     Status.BODY_UPENDED: (
         "use the results up to this time, or choose other axes of the body's own, so that it rolls or "
-        "yaws where it pitched: its points, size, inertia and attitude go by them"
+        "yaws where it pitched: its points, size, inertia, attitude and directions of clamped lines go "
+        "by them"
     ),
     Status.STILL_MOVING: "raise output.duration; what drags it on may be more than what holds it",
     Status.LENGTH_LOST: (

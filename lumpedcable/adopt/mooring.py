@@ -221,21 +221,23 @@ class _Writer:
             place = value_text(list(self.mooring.place(name)))
             clamp = self._clamp(line, side, name)
             return f"{{ fixed = {place}{clamp} }}"
-        if self._clamp(line, side, name):
-            self.remarks.append(
-                f"not taken over: rod {name} clamps line {line}, which turns freely"
-            )
         if point.kind != "free":
-            return value_text(f"{f'body{point.body}' if body else 'vessel'}.point{name}")
+            tied = value_text(f"{f'body{point.body}' if body else 'vessel'}.point{name}")
+            # what is moved has the axes of space, what is free its own
+            clamp = self._clamp(line, side, name, own=body is not None and body.kind == "free")
+            return f"{{ tied = {tied}{clamp} }}" if clamp else tied
         if name not in self.joined:
             return value_text(f"point{name}" if self._meets(name) else "free")
         first, second = self.joined[name]
         other, at = second if (line, side) == first else first
         return value_text(f"line{other}.{at}")
 
-    def _clamp(self, line: str, side: str, name: str) -> str:
-        """The direction that a rod gives a line that bends: away from its end B, towards its end A."""
-        axis = self.mooring.direction(name)
+    def _clamp(self, line: str, side: str, name: str, own: bool = False) -> str:
+        """The direction that a rod gives a line that bends: away from its end B, towards its end A.
+
+        In space, or in the `own` axes of its body.
+        """
+        axis = self.mooring.direction(name, own)
         if axis is None or not self.mooring.types[self.mooring.lines[line].kind].EI:
             return ""
         sign = 1.0 if (side == "start") == name.endswith("B") else -1.0

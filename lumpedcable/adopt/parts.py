@@ -191,12 +191,16 @@ class Mooring:
         """Where a point is in space (m)."""
         return self._in_space(self.points[name], self.points[name].place)
 
-    def direction(self, name: str) -> Place | None:
-        """Of the end of a rod, the direction from its end A to its end B (m), not of length 1."""
+    def direction(self, name: str, own: bool = False) -> Place | None:
+        """Of the end of a rod, the direction from its end A to its end B (m), not of length 1.
+
+        In space, or in the `own` axes of the body that it is on.
+        """
         point = self.points[name]
         if point.axis is None:
             return None
-        (x, y, z), (a, b, c) = (self._in_space(point, place) for place in point.axis)
+        ends = point.axis if own else [self._in_space(point, place) for place in point.axis]
+        (x, y, z), (a, b, c) = ends
         return a - x, b - y, c - z
 
     def _in_space(self, point: Point, place: Place) -> Place:

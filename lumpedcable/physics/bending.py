@@ -56,12 +56,11 @@ class Bending(AbstractLoad):
     def energy(self, shape: Shape) -> Float[Array, ""]:
         """Bending energy of the line (J)."""
         tangent, pull = shape.tangent, self.EI / shape.node_length
-        turn = 1.0 - dot(tangent[:, 1:], tangent[:, :-1])
-        total = jnp.sum(pull[1:-1] * turn)
+        total = jnp.sum(pull[1:-1] * _apart(tangent[:, 1:], tangent[:, :-1]))
         if self.start is not None:
-            total = total + pull[0] * (1.0 - jnp.dot(self.start, tangent[:, 0]))
+            total = total + pull[0] * _apart(self.start, tangent[:, 0])
         if self.end is not None:
-            total = total + pull[-1] * (1.0 - jnp.dot(self.end, tangent[:, -1]))
+            total = total + pull[-1] * _apart(self.end, tangent[:, -1])
         return total
 
     def moment(self, shape: Shape) -> Float[Array, " nodes"]:
@@ -123,7 +122,7 @@ def bent(one: Side, other: Side) -> tuple[Float[Array, ""], tuple[Float[Array, "
         shear = _shear(way, pull * towards, pick(side.shape.length, side.node))
         order = (shear, -shear) if side.node == 0 else (-shear, shear)
         couples.append(jnp.stack(order, axis=1))
-    return pull * (1.0 - dot(u, w)), tuple(couples)
+    return pull * _apart(u, w), tuple(couples)
 
 
 def moment_across(one: Side, other: Side) -> Float[Array, ""]:
@@ -160,6 +159,11 @@ def _meeting(one: Side, other: Side):
 def _turn(u: Float[Array, "d *n"], w: Float[Array, "d *n"]) -> Float[Array, "*n"]:
     """sin(theta) = |w - u| |w + u| / 2 between unit vectors, whose digits a small angle keeps."""
     return 0.5 * size(w - u) * size(w + u)
+
+
+def _apart(u: Float[Array, "d *n"], w: Float[Array, "d *n"]) -> Float[Array, "*n"]:
+    """1 - u . w = |w - u|^2 / 2 of unit vectors, whose digits a small angle keeps."""
+    return 0.5 * dot(w - u, w - u)
 
 
 def _shear(tangent, moment, length):

@@ -1,11 +1,13 @@
 """The largest step at which leapfrog is stable, from what each force along a line contributes."""
 
+from collections.abc import Mapping
+
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lumpedcable.model.bodies import AbstractBody
-from lumpedcable.model.couple import Coupled, paid_out, posts_of
+from lumpedcable.model.couple import Coupled, paid_out, posts_of, reel_of
 from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.reels import Drum
@@ -18,7 +20,7 @@ from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seabed import AbstractSeabed
 from lumpedcable.physics.tension import stiffness_bound
 
-__all__ = ["courant_number", "line_step_bound", "step_bound"]
+__all__ = ["clamp_courant", "courant_number", "line_step_bound", "step_bound"]
 
 LOOKS = 40
 """Times that the step of a line with branches is made longer: each halves, or so, what it lacks."""
@@ -132,23 +134,44 @@ def body_step_bound(body: AbstractBody) -> Float[Array, ""]:
 def clamp_step_bound(model: Model, name: str, clamps: list[Clamped]) -> Float[Array, ""]:
     """Largest step (s) for a body and the lines that are clamped to it, 2 / omega of all as one.
 
+    Drums haul their lines in to their least length, where all is stiffest.
+    """
+    lines = {}
+    for line, *_ in clamps:
+        own, reel = model.lines[line], reel_of(model, line)
+        lines[line] = paid_out(own, reel.least) if isinstance(reel, Drum) else own
+    return 2.0 / jnp.sqrt(_clamped_square(model, name, clamps, lines))
+
+
+def clamp_courant(
+    model: Model, name: str, clamps: list[Clamped], lengths: Mapping[str, Array], dt: Array
+) -> Float[Array, ""]:
+    """The share (-) of the largest step of `clamp_step_bound`, of lines that are so long now (m)."""
+    lines = {line: paid_out(model.lines[line], lengths[line]) for line, *_ in clamps}
+    return 0.5 * dt * jnp.sqrt(_clamped_square(model, name, clamps, lines))
+
+
+def _clamped_square(
+    model: Model, name: str, clamps: list[Clamped], lines: Mapping[str, Line]
+) -> Float[Array, ""]:
+    """omega^2 (1/s2) of a body and the lines that are clamped to it, at most.
+
     With the inertia M and k = EI/s of the clamps, whose directions c turn with the body, its own omega^2
     of `body_step_bound` grows by at most sum k |dc/dq M^-1 dc/dq^T|; that of the stiffest line is added.
     """
     body = model.bodies[name]
     q = body.reference
     square = 4.0 / body_step_bound(body) ** 2
-    lines = []
     for line, node, end in clamps:
-        own = model.lines[line]
+        own = lines[line]
         assert own.bending is not None  # what is clamped bends
         turn = jax.jacfwd(lambda at, end=end: direction_at(body, at, end))(q)
         turn = turn if body.free is None else turn * body.free
         give = turn @ jnp.linalg.solve(body.lightest(q), turn.T)
         stiff = own.bending.EI / own.node_length[node]
         square = square + stiff * jnp.sqrt(jnp.sum(give**2))
-        lines.append(4.0 / line_step_bound(own) ** 2)
-    return 2.0 / jnp.sqrt(square + jnp.max(jnp.stack(lines)))
+    stiffest = [4.0 / line_step_bound(own) ** 2 for own in lines.values()]
+    return square + jnp.max(jnp.stack(stiffest))
 
 
 def _frobenius(body: AbstractBody, matrix: Float[Array, "m m"]) -> Float[Array, ""]:

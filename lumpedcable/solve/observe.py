@@ -1,5 +1,6 @@
 """What is looked at while a scene moves: fields at output times, and watches at every step."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -7,6 +8,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from lumpedcable.model.attached import follow
 from lumpedcable.model.bodies import body_key
+from lumpedcable.model.couple import Found, winch_of
 from lumpedcable.model.cuts import LEAST
 from lumpedcable.model.ends import Joined, end_name
 from lumpedcable.model.energy import WORKS, energies
@@ -17,13 +19,13 @@ from lumpedcable.model.model import Model
 from lumpedcable.model.places import asks_for_moments
 from lumpedcable.model.splices import bent_over, moments
 from lumpedcable.model.state import Seen, State
-from lumpedcable.model.turned import turned
+from lumpedcable.model.turned import clamped_to, turned
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.load import Shape
 from lumpedcable.physics.seam import EXTRA
 from lumpedcable.physics.tips import AFTER, BEFORE
 from lumpedcable.physics.vectors import dot
-from lumpedcable.solve.bound import courant_number
+from lumpedcable.solve.bound import clamp_courant, courant_number
 from lumpedcable.solve.end_forces import end_tension, resisted
 from lumpedcable.solve.largest import reversals, stretches, tensions_of
 from lumpedcable.solve.run_out import run_out
@@ -249,6 +251,9 @@ def sample(
         folded[name] = _reversed(line, e.shape)
         if dt is not None:
             courant = jnp.maximum(courant, courant_number(line, e.stiffness, dt, e.shape))
+    if dt is not None:
+        for share in _shares_of_clamps(model, found, dt):
+            courant = jnp.maximum(courant, share.astype(courant.dtype))
     stored = energies(model, t, found, y.displacement, y.velocity)
     none = {"tension": jnp.full((), jnp.nan)}  # without a line that has nodes
     largest = {"kinetic": stored["kinetic"]} | none | tensions_of(model, tensions, most_at_ends)
@@ -303,3 +308,12 @@ def _reversed(line: Line, shape: Shape) -> Bool[Array, ""]:
 def _turned(steps: Float[Array, "d n"]) -> Bool[Array, " n-1"]:
     """Which segments point back at the one before."""
     return dot(steps[:, 1:], steps[:, :-1]) < 0.0
+
+
+def _shares_of_clamps(model: Model, found: Found, dt) -> Iterator[Float[Array, ""]]:
+    """Shares (-) of the largest step of bodies to which lines are clamped that a winch shortens."""
+    for name in model.bodies:
+        clamps = clamped_to(model, name)
+        if any(winch_of(model, line) is not None for line, *_ in clamps):
+            lengths = {line: jnp.sum(found[line].line.shape.node_length) for line, *_ in clamps}
+            yield clamp_courant(model, name, clamps, lengths, dt)

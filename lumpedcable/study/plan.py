@@ -42,8 +42,8 @@ __all__ = [
 COUNTLESS = 2.0**62  # steps in an output interval: no run gets there, but an integer can hold it
 STEEP_START = (
     "expected a pitch more than 6 degrees off +-90 degrees of a body in space, where roll and yaw "
-    "become one turn: choose other axes of its own (points, size, inertia and attitude go by them), or "
-    "hold its roll or yaw (free)"
+    "become one turn: choose other axes of its own (points, size, inertia, attitude and directions of "
+    "clamped lines go by them), or hold its roll or yaw (free)"
 )
 CAPSIZES = (
     "expected a hull that rights itself, found one that turns over in {way}, its metacentric height "

@@ -166,9 +166,10 @@ def test_rods_hold_lines_and_those_that_bend_keep_their_direction(tmp_path):
 
 def test_a_rod_that_moves_is_moved_or_told(tmp_path):
     scene, remarks = scene_of(tmp_path, RODS.replace("1  can     Fixed", "1  can     Coupled"))
-    assert scene["lines"]["line1"]["start"] == "vessel.pointR1B"
+    tied = {"tied": "vessel.pointR1B", "direction": [2, 0, -0.5]}
+    assert scene["lines"]["line1"]["start"] == tied
     assert scene["bodies"]["vessel"]["points"] == {"pointR1B": [2, 0, -10.5]}
-    assert remarks == ["not taken over: rod R1B clamps line 1, which turns freely"]
+    assert remarks == []
     free = RODS.replace("2  can     Fixed", "2  can     Free ")
     with pytest.raises(
         SceneError, match=r"found .R2A. \(rods are taken that are fixed, coupled or on"

@@ -127,3 +127,23 @@ def test_the_float_pulls_as_moordyn_has_it(tmp_path):
     assert min(pulls) > 15e3  # without the rod the legs pull with 5 kN
     assert own == pytest.approx(place[:3], abs=2e-3)
     assert found == pytest.approx(pulls, rel=2e-3)
+
+
+STIFF = (
+    FLOAT.replace("0.05 2.5 1e6 -0.5 0 1.2", "0.05 2.5 1e6 -0.5 5e5 1.2")
+    .replace("1   rope  1  4  53       20", "1   rope  1  R1A  53       40")
+    .replace("-13  0    0   0   2000", "-13  0    0   30   2000")
+)
+
+
+def test_a_leg_that_bends_is_clamped_to_the_rod_that_it_ends_at(tmp_path):
+    """It ends at the rod's end A, whose axis goes up to B: in the axes of the body, however turned."""
+    scene, remarks = scene_of(tmp_path, STIFF)
+    end = scene["lines"]["line1"]["end"]
+    assert end == {"tied": "body1.pointR1A", "direction": [0, 0, 4]}
+    assert not [remark for remark in remarks if "clamp" in remark]
+    moved = STIFF.replace("1   Free        0 0", "1   Coupled     0 0")
+    moved = moved.replace("1 can Body1 0 0 -2 0 0 2", "1 can Body1 -1 0 -2 1 0 -2")
+    scene, _ = scene_of(tmp_path, moved)
+    end = scene["lines"]["line1"]["end"]
+    assert end["direction"] == pytest.approx([2 * np.cos(np.pi / 6), 2 * np.sin(np.pi / 6), 0])

@@ -168,6 +168,7 @@ def test_two_arms_and_a_hub_keep_their_momenta(tmp_path, way):
     assert np.abs(spin).max() < 1e-5 * parts
 
 
+@pytest.mark.slow
 def test_a_beam_bears_a_body_at_its_tip(tmp_path):
     """P = M g at an arm a turns the tip by P L (L / 2 + a) / EI and lowers it; so does the beam's w."""
     stiff = "lines.rod.bending.EI=2e4"
@@ -204,3 +205,28 @@ def test_what_a_clamp_on_a_body_tells_has_derivatives(tmp_path, back):
             scalar_slopes(study, scalar, keys, values + s * step * np.eye(3)[k])[0] for s in (1, -1)
         )
         assert slopes[keys[k]] == pytest.approx((more - less) / (2.0 * step), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_step_is_right_for_what_a_drum_hauls_in(tmp_path):
+    """The shorter its segments are, the stiffer is the clamp, which a light hub turns with."""
+    hub = '[bodies.hub]\nmass = 1\nposition = [0, 0, 0]\nfree = ["x", "pitch"]\n'
+    hub += "inertia = [1e-6, 1e-6, 1e-6]\n"
+    pull = "schedule = { time = [0, 0.2, 1, 1.2], speed = [0, -1.2, -1.2, 0] }"
+    drum = f"{{ drum = {{ at = [2, 0, 0], {pull} }} }}"
+    text = rod(tied("hub", (1, 0, 0.02)), drum, 10, more="dimensions = 2") + hub
+    output = "output.duration=1.2", "output.every=0.05", "solver.courant=0.9"
+    ran = run_text(tmp_path, text, *output, "materials.steel.EA=1e4")
+    assert ran.statuses == ["OK"]
+    assert np.abs(ran.bodies["hub"]["attitude"]).max() < 0.1
+
+
+@pytest.mark.slow
+def test_a_winch_that_hauls_in_too_much_is_told(tmp_path):
+    hub = '[bodies.hub]\nmass = 1\nposition = [0, 0, 0]\nfree = ["x", "pitch"]\n'
+    hub += "inertia = [1e-6, 1e-6, 1e-6]\n"
+    winch = "{ winch = { at = [2, 0, 0], tension = 5, inertia = 0.2 } }"
+    text = rod(tied("hub", (1, 0, 0.02)), winch, 10, more="dimensions = 2") + hub
+    output = "output.duration=0.8", "output.every=0.05", "solver.courant=0.9"
+    ran = run_text(tmp_path, text, *output, "materials.steel.EA=1e4")
+    assert ran.statuses == ["STEP_BOUND_BROKEN"]

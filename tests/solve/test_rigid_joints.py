@@ -189,6 +189,7 @@ def test_a_beam_shaken_at_its_clamp_answers_as_a_beam_does(tmp_path):
     assert abs(np.mean(tip * np.cos(turn))) < 0.01 * size
 
 
+@pytest.mark.slow
 def test_both_lines_tell_the_tension_at_their_joint(tmp_path):
     """It is F . t, F what hangs beyond the joint and t the direction there."""
     below = 3.0 + MASS * GRAVITY * (LENGTH - PART)
@@ -203,6 +204,7 @@ def test_both_lines_tell_the_tension_at_their_joint(tmp_path):
     np.testing.assert_allclose(order_of(np.abs(errors), (2.0, 2.0))[-1], 2.0, atol=0.3)
 
 
+@pytest.mark.slow
 def test_a_drum_pays_for_what_bends_over_a_joint_of_its_line(tmp_path):
     """The longer the line, the softer the joint: k of E = k (1 - u . w) falls as it is paid out."""
     slow = "schedule = { time = [0, 0.15], speed = [0, 1] }"
