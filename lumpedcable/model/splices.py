@@ -82,10 +82,8 @@ def splices(
             couples = tuple(held * couple for couple in couples)
             left, rate = (x.astype(energy.dtype) for x in _fading(each, t, dt))
             energy, power = left * energy, rate * energy
-        forces, shares = (
-            {},
-            dict(zip((name for name, _ in each.ends), softness(*sides), strict=True)),
-        )
+        names = [name for name, _ in each.ends]
+        forces, shares = {}, dict(zip(names, softness(*sides), strict=True))
         for (name, node), couple in zip(each.ends, couples, strict=True):
             others = shapes[name].tangent.shape[1] - 1
             force = jnp.pad(couple, ((0, 0), (0, others) if node == 0 else (others, 0)))

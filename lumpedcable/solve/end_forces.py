@@ -78,9 +78,9 @@ def tension_at(
     `model` is the one that the line is part of under a `name`: without it no current drags at the line,
     and it bends over no joint.
     """
-    still = jnp.zeros_like(line.reference)
-    shape, drag = line.shape(still), None
+    shape, drag = line.shape(), None
     if model is not None and line.current is not None:  # in still water nothing drags at rest
+        still = jnp.zeros_like(line.reference)
         drag = end_node_drag(line, node_frame(model, line, shape), node, still)
     over = model is not None and (name, node) in bent_over(model)
     return end_tension(line, line.law.tension(shape.strain), node, shape, drag, over=over)
