@@ -101,6 +101,7 @@ TIP = (
 WALL = "{ fixed = [0, 0, 0], direction = [1, 0, 0] }"
 
 
+@pytest.mark.slow
 def test_a_beam_with_a_body_at_its_tip_swings_as_one(tmp_path):
     """Its end pulls the body with EI d3y/dx3 and turns it back with EI d2y/dx2; b as above."""
 

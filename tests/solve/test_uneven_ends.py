@@ -15,9 +15,9 @@ duration = 0.02
 every = 0.01
 """
 CUTS = [
-    [1.0] * 10,
-    [0.01, 0.99, *[1.0] * 9],
-    [0.1, 1.9, 2.0, 2.0, 2.0, 2.0],
+    pytest.param([1.0] * 10, marks=pytest.mark.slow),
+    pytest.param([0.01, 0.99, *[1.0] * 9], marks=pytest.mark.slow),
+    pytest.param([0.1, 1.9, 2.0, 2.0, 2.0, 2.0], marks=pytest.mark.slow),
     [2.5, 0.5, 1.0, 5.9, 0.1],
 ]
 
