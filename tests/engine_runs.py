@@ -77,6 +77,21 @@ every = "1 ms"
 """
 
 
+# lines that bend and hardly stretch, what else there is before them
+STEEL = """
+{more}
+[materials.steel]
+law = "linear"
+EA = 1e5
+[solver]
+waves = "plain"
+[output]
+duration = 0.05
+every = 0.0025
+quantities = ["position", "velocity", "energy"]
+"""
+
+
 def fixed(*place):
     """An end that is fixed at a place (m)."""
     return f"{{ fixed = {list(map(float, place))} }}"

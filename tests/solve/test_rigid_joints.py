@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from engine_runs import (
+    STEEL,
     equilibrium_of,
     fixed,
     line_text,
@@ -13,18 +14,6 @@ from engine_runs import (
 )
 from modal_runs import modes_of
 
-STEEL = """
-{gravity}
-[materials.steel]
-law = "linear"
-EA = 1e5
-[solver]
-waves = "plain"
-[output]
-duration = 0.05
-every = 0.0025
-quantities = ["position", "velocity", "energy"]
-"""
 GRAVITY, LENGTH, MASS, EI, PART = 9.81, 2.0, 0.5, 100.0, 0.8
 WEIGHT = f"gravity = {GRAVITY}"
 WALL = "{ fixed = [0, 0, 0], direction = [1, 0, 0] }"
@@ -42,7 +31,7 @@ def rigid(end):
 
 def whole(tip='"free"', segments=20, gravity=WEIGHT, wall=WALL):
     rod = line_text("rod", "steel", LENGTH, segments, MASS, wall, tip, bends())
-    return STEEL.format(gravity=gravity) + rod
+    return STEEL.format(more=gravity) + rod
 
 
 def joined(tip='"free"', segments=20, gravity=WEIGHT, wall=WALL, outer=EI, turned=False):
@@ -51,7 +40,7 @@ def joined(tip='"free"', segments=20, gravity=WEIGHT, wall=WALL, outer=EI, turne
     ends = (tip, rigid("in.end")) if turned else (rigid("in.end"), tip)
     inner = line_text("in", "steel", PART, split, MASS, wall, '"free"', bends())
     rest = line_text("out", "steel", LENGTH - PART, segments - split, MASS, *ends, bends(outer))
-    return STEEL.format(gravity=gravity) + inner + rest
+    return STEEL.format(more=gravity) + inner + rest
 
 
 def together(inner, outer, turned=False):
@@ -79,13 +68,13 @@ def test_three_lines_hang_as_one_between_two_places(tmp_path, gap):
     """In a loop as open as bending asks for, and nearly straight; the middle one runs back."""
     places, lengths = (fixed(0, 0, 0), fixed(gap, 0, -0.1)), (0.4, 0.6, 1.0)
     rod = line_text("rod", "steel", LENGTH, 20, MASS, *places, bends(2.0))
-    (alone,) = at_rest(tmp_path, STEEL.format(gravity=WEIGHT) + rod, "rod")
+    (alone,) = at_rest(tmp_path, STEEL.format(more=WEIGHT) + rod, "rod")
     ends = (
         (places[0], '"free"'),
         (rigid("c.start"), rigid("a.end")),
         ('"free"', places[1]),
     )
-    text = STEEL.format(gravity=WEIGHT)
+    text = STEEL.format(more=WEIGHT)
     for name, length, pair in zip("abc", lengths, ends, strict=True):
         text += line_text(name, "steel", length, round(10 * length), MASS, *pair, bends(2.0))
     a, b, c = at_rest(tmp_path, text, *"abc")
@@ -135,7 +124,7 @@ def test_a_stepped_cantilever_bends_as_a_beam(tmp_path, outer):
 def test_a_beam_on_three_supports(tmp_path, over, share):
     """The moment over the middle one is w L^2 / 8, L the span; 0 over a hinge."""
     length, stiffness = 2.0, 1e4
-    text = STEEL.format(gravity=WEIGHT)
+    text = STEEL.format(more=WEIGHT)
     text += line_text(
         "in", "steel", length, 20, MASS, fixed(0, 0, 0), fixed(length, 0, 0), bends(stiffness)
     )
@@ -209,7 +198,7 @@ def test_a_drum_pays_for_what_bends_over_a_joint_of_its_line(tmp_path):
     """The longer the line, the softer the joint: k of E = k (1 - u . w) falls as it is paid out."""
     slow = "schedule = { time = [0, 0.15], speed = [0, 1] }"
     drum = f"{{ drum = {{ at = [0, 0, 0], {slow} }} }}"
-    text = STEEL.format(gravity=WEIGHT)
+    text = STEEL.format(more=WEIGHT)
     text += line_text("in", "steel", LENGTH, 10, 2.0, drum, '"free"', bends(50.0))
     end = "{ fixed = [3.5, 0, 0.3], direction = [1, 0, 0] }"
     text += line_text("out", "steel", LENGTH, 10, 2.0, rigid("in.end"), end, bends(200.0))
