@@ -88,7 +88,8 @@ TURNED_OVER = (
 """What is said of a state of rest that was found and is none to start from."""
 
 UNFOLDED = (
-    "turn its clamp towards where it goes, give a joint a place (at), or change segments a little"
+    "give what lies slack on a bed tension_only; turn a clamp towards where its line goes, give a joint "
+    "a place (at), or change segments a little"
 )
 
 CALMED = ", or give the line materials.NAME.damping and lines.NAME.drag"
