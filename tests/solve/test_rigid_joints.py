@@ -205,3 +205,12 @@ def test_a_drum_pays_for_what_bends_over_a_joint_of_its_line(tmp_path):
     ran = run_text(tmp_path, text, "output.duration=0.5")
     assert ran.statuses == ["OK"]
     assert ran.outcomes[0].energy_closure < 1e-4
+
+
+def test_a_cantilever_at_rest_is_at_rest_in_single_precision(tmp_path):
+    """1 - u . u' of two directions has no digits left there, |u' - u|^2 / 2 has all."""
+    ran = run_text(tmp_path, whole(), 'solver.dtype="float32"')
+    assert ran.statuses == ["OK"]
+    first = ran.energy["bending"][0, 0]
+    double = run_text(tmp_path, whole()).energy["bending"][0, 0]
+    assert first == pytest.approx(double, rel=2e-5)
