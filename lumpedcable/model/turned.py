@@ -30,8 +30,8 @@ __all__ = [
     "clamp_force",
     "clamp_power",
     "clamped_to",
-    "direction_at",
     "pulled_round",
+    "swing_of",
     "turned",
 ]
 
@@ -68,13 +68,18 @@ def _aim(model: Model, end: Attached | Driven, t, displacement) -> Float[Array, 
     body = model.bodies[end.body]
     q = body.reference
     q = q if displacement is None else q + displacement[body_key(end.body)]
-    return direction_at(body, q, end)
+    return _direction_at(body, q, end)
 
 
-def direction_at(body: AbstractBody, q: Float[Array, " m"], end: Attached) -> Float[Array, " d"]:
+def _direction_at(body: AbstractBody, q: Float[Array, " m"], end: Attached) -> Float[Array, " d"]:
     """c = R(q) c0 (-) of an end that is clamped to a body."""
     assert end.aim is not None
     return body.place(q, end.aim) - body.place(q, jnp.zeros_like(end.aim))
+
+
+def swing_of(body: AbstractBody, q: Float[Array, " m"], end: Attached) -> Float[Array, "d m"]:
+    """dc/dq (1, 1/rad) of an end that is clamped to a body."""
+    return jax.jacfwd(lambda at: _direction_at(body, at, end))(q)
 
 
 def _led(line: Line, node: int, clamp: Float[Array, " d"]) -> Line:
@@ -104,13 +109,17 @@ def pulled_round(model: Model, at: LineEnd, shape: Shape) -> Float[Array, " d"]:
 
 
 def clamp_force(
-    model: Model, name: str, q: Float[Array, " m"], shapes: Mapping[str, Shape]
+    model: Model, name: str, q: Float[Array, " m"], shapes: Mapping[str, Shape] | None = None
 ) -> Float[Array, " m"] | None:
-    """What lines that are clamped to a body turn it with at q (N m), None where none is."""
+    """What lines that are clamped to a body turn it with at q (N m), None where none is.
+
+    `shapes` are those of the lines by name, those of their references if None.
+    """
     body, total = model.bodies[name], None
     for line, node, end in clamped_to(model, name):
-        pull = pulled_round(model, (line, node), shapes[line])
-        back = jax.vjp(lambda at, end=end: direction_at(body, at, end), q)[1]
+        shape = model.lines[line].shape() if shapes is None else shapes[line]
+        pull = pulled_round(model, (line, node), shape)
+        back = jax.vjp(lambda at, end=end: _direction_at(body, at, end), q)[1]
         (force,) = back(pull)
         total = force if total is None else total + force
     return total

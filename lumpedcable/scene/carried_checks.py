@@ -22,9 +22,7 @@ from lumpedcable.scene.ends import (
     tie_of,
 )
 from lumpedcable.scene.events import Event
-from lumpedcable.scene.lines import (
-    Line,
-)
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem, did_you_mean
 from lumpedcable.scene.quantities import found

@@ -20,9 +20,7 @@ from lumpedcable.scene.ends import (
     tie_of,
 )
 from lumpedcable.scene.environment import Seabed
-from lumpedcable.scene.lines import (
-    Line,
-)
+from lumpedcable.scene.lines import Line
 from lumpedcable.scene.moved import MovedBody
 from lumpedcable.scene.part import SIDES, Path, Problem
 from lumpedcable.scene.units import format_quantity

@@ -12,7 +12,7 @@ from lumpedcable.model.line import Line
 from lumpedcable.model.model import Model
 from lumpedcable.model.reels import Drum
 from lumpedcable.model.riders import Rider
-from lumpedcable.model.turned import Clamped, clamped_to, direction_at
+from lumpedcable.model.turned import Clamped, clamped_to, swing_of
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.contact import read
 from lumpedcable.physics.coupling import Trolley
@@ -165,7 +165,7 @@ def _clamped_square(
     for line, node, end in clamps:
         own = lines[line]
         assert own.bending is not None  # what is clamped bends
-        turn = jax.jacfwd(lambda at, end=end: direction_at(body, at, end))(q)
+        turn = swing_of(body, q, end)
         turn = turn if body.free is None else turn * body.free
         give = turn @ jnp.linalg.solve(body.lightest(q), turn.T)
         stiff = own.bending.EI / own.node_length[node]

@@ -111,14 +111,11 @@ def stiffened(
     bending, clamp = line.bending, line.clamp(0 if from_start else -1)
     if bending is None or clamp is None:
         return path
-    full = jnp.broadcast_to(line.segment_length, (line.segments,))
-    sizes = [jnp.sqrt(jnp.sum(f**2)) for f in (jnp.sum(nodal_weight(line), axis=1), pull)]
-    turn = (sizes[0] / 6.0 + sizes[1] / 2.0) * jnp.sum(full) ** 2 / bending.EI
-    along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(full)])
+    along = _along(line)
     straight = path[:, :1] + clamp[:, None] * along
     if not from_start:
         straight = path[:, -1:] - clamp[:, None] * (along[-1] - along)
-    return jnp.where(turn < 1.0, straight, path)
+    return jnp.where(_turn(line, bending, pull) < 1.0, straight, path)
 
 
 def arched(line: Line, path: Float[Array, "d nodes"]) -> Float[Array, "d nodes"]:
@@ -132,8 +129,7 @@ def arched(line: Line, path: Float[Array, "d nodes"]) -> Float[Array, "d nodes"]
     bending, start, end = line.bending, line.clamp(0), line.clamp(-1)
     if bending is None or start is None or end is None or line.dimensions == 1:
         return path
-    full = jnp.broadcast_to(line.segment_length, (line.segments,))
-    along = jnp.concatenate([jnp.zeros(1), jnp.cumsum(full)])
+    along = _along(line)
     total = along[-1]
     a, b, c, d = (x[:, None] for x in (path[:, 0], path[:, -1], start, end))
     u = jnp.linspace(0.0, 1.0, DRAWN)
@@ -150,9 +146,20 @@ def arched(line: Line, path: Float[Array, "d nodes"]) -> Float[Array, "d nodes"]
     reached = distances(arm)
     at = along / total * reached[-1]
     arch = jax.vmap(lambda x: jnp.interp(at, reached, x))(drawn(arm))
-    turn = size(jnp.sum(nodal_weight(line), axis=1)) * total**2 / (6.0 * bending.EI)
     moved = jax.lax.stop_gradient(arch - path)  # ends keep the derivatives of their places
-    return jnp.where(turn < 1.0, path + moved, path)
+    return jnp.where(_turn(line, bending, jnp.zeros_like(start)) < 1.0, path + moved, path)
+
+
+def _along(line: Line) -> Float[Array, " nodes"]:
+    """How far along the line its nodes are (m)."""
+    full = jnp.broadcast_to(line.segment_length, (line.segments,))
+    return jnp.concatenate([jnp.zeros(1), jnp.cumsum(full)])
+
+
+def _turn(line: Line, bending: Bending, pull: Float[Array, " d"]) -> Float[Array, ""]:
+    """How far (rad) the end of a cantilever turns under the line's weight and a force at its end (N)."""
+    sizes = [jnp.sqrt(jnp.sum(f**2)) for f in (jnp.sum(nodal_weight(line), axis=1), pull)]
+    return (sizes[0] / 6.0 + sizes[1] / 2.0) * _along(line)[-1] ** 2 / bending.EI
 
 
 def _across(direction: Float[Array, " d"]) -> Float[Array, " d"]:

@@ -27,8 +27,8 @@ from lumpedcable.model.turned import (
     Clamped,
     clamp_force,
     clamped_to,
-    direction_at,
     pulled_round,
+    swing_of,
 )
 
 __all__ = ["Clamp", "Floating", "RigidMotion", "floating", "rigid_motions"]
@@ -109,11 +109,10 @@ def _floating(model: Model, net: Net, name: str, forces, outline) -> Floating:
     pulls = forces[net.tied[name]] if name in net.tied else jnp.zeros((0, d))
 
     clamped = clamped_to(model, name)
-    shapes = {line: model.lines[line].shape() for line, _, _ in clamped}
 
     def force(q):
         own = body.force(q, still) + jnp.einsum("edm,ed->m", turn(q, points), pulls)
-        moment = clamp_force(model, name, q, shapes)
+        moment = clamp_force(model, name, q)
         return own if moment is None else own + moment
 
     free = jnp.ones_like(q) if body.free is None else body.free
@@ -144,7 +143,7 @@ def _clamp(model: Model, net: Net, body: AbstractBody, clamped: Clamped) -> Clam
 
     # the energy is k (1 - c . u), and k u what `pull` is
     change = jax.jacfwd(pull)(jnp.zeros((2, own.dimensions)))  # (d, 2, d)
-    aim = jax.jacfwd(lambda q: direction_at(body, q, end))(body.reference)  # (d, m)
+    aim = swing_of(body, body.reference, end)  # (d, m)
     nodes = net.index[line][pair[0]], net.index[line][pair[1]]
     return Clamp((int(nodes[0]), int(nodes[1])), -jnp.einsum("cke,cm->kem", change, aim))
 

@@ -56,7 +56,7 @@ def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
     """
     d, nodes = linear.mass.shape[1], net.size * linear.mass.shape[1]
     slots = _slots(linear.bodies, nodes)
-    whole = _stiffness(linear, slots)
+    whole = _stiffness(linear, net, slots)
     mass, ties = _masses(linear, net, slots), _ties(linear, net, slots)
     moves, blocks = _moves(linear, net, slots)
     stiffness = moves.T @ whole @ moves
@@ -142,7 +142,7 @@ def _square(linear: Linear, slots: dict[str, np.ndarray]) -> tuple[int, int]:
     return size, size
 
 
-def _stiffness(linear: Linear, slots: dict[str, np.ndarray]):
+def _stiffness(linear: Linear, net: Net, slots: dict[str, np.ndarray]):
     """K' (N/m, N, N m), of held nodes too."""
     lower, diagonal, upper = (np.asarray(part) for part in linear.stiffness)
     blocks = np.arange(diagonal.shape[0] * diagonal.shape[1]).reshape(diagonal.shape[:2])
@@ -152,7 +152,7 @@ def _stiffness(linear: Linear, slots: dict[str, np.ndarray]):
         _entries(blocks[:-1], blocks[1:], upper[:-1]),
         *_own(slots, {name: body.stiffness for name, body in linear.bodies.items()}),
     ]
-    places = np.arange(diagonal.shape[0] * diagonal.shape[1]).reshape(-1, linear.mass.shape[1])
+    places = _unknowns(linear, net)
     for name, body in linear.bodies.items():
         for clamp in body.clamps:
             here = places[np.asarray(clamp.nodes)].reshape(1, -1)

@@ -27,7 +27,7 @@ from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import make_net
 from lumpedcable.model.ships import waves_of
-from lumpedcable.model.turned import clamp_force, clamped_to
+from lumpedcable.model.turned import clamp_force
 from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.bearing import BedBearing
 from lumpedcable.physics.vectors import size
@@ -331,7 +331,6 @@ def _forces(model: Model, names: list[str]) -> Float[Array, " q"]:
             points = jnp.stack([end.point for *_, end in ends])
             places = jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
             force = force + jnp.einsum("kdm,kd->m", places, own)
-        shapes = {line: model.lines[line].shape() for line, _, _ in clamped_to(model, name)}
-        moment = clamp_force(model, name, q, shapes)
+        moment = clamp_force(model, name, q)
         found.append(force if moment is None else force + moment)
     return jnp.concatenate(found)
