@@ -277,29 +277,62 @@ CARGO = '\n[bodies.cargo]\nmass = "500 kg"\non = { line = "high", place = "20 m"
 
 
 @pytest.mark.slow
-def test_winches_are_held_and_it_is_said(tmp_path):
+def test_winches_pay_out_and_it_is_said(tmp_path):
     good_scenes.write(tmp_path, WINCH)
     said = say(tmp_path, "modes", "scene.toml", "-n", "2")
     assert (said.code, said.err) == (0, "")
-    assert "Winches are held: each line keeps the length that it has at rest." in said.out
-    # a string of 40 m under 20 kN, stretched by 2 %: the sag adds to what is in its plane
+    assert "Winches pay out and haul in to keep their tension." in said.out
+    # a string of 40 m under 20 kN, stretched by 2 %: its tension stays while it swings
     told = json.loads((tmp_path / "scene" / "modes.json").read_text())
     string = exact.string_frequencies(40.0, 20e3, 2.0 / 1.02, 2)
     assert [mode["frequency"] for mode in told["modes"]] == pytest.approx(string, rel=0.01)
 
 
-def test_trolleys_and_ideal_lines_are_refused(tmp_path):
-    text = WINCH + CARGO
-    good_scenes.write(tmp_path, text)
-    told = refused(tmp_path, "modes", "scene.toml")
-    line = text[: text.index("on = {")].count("\n") + 1
-    words = 'expected no trolley for natural modes, found one on line "high"'
-    assert told == f"scene.toml:{line}: bodies.cargo.on: {words}\n"
-    told = refused(tmp_path, "modes", "scene.toml", "--set", 'lines.high.model="ideal"')
-    assert (
-        'lines.high.model: expected a lumped line for natural modes, found model = "ideal"' in told
+def test_cargo_on_an_ideal_line_moves_in_modes(tmp_path):
+    good_scenes.write(tmp_path, WINCH + CARGO)
+    said = say(tmp_path, "modes", "scene.toml", "--set", 'lines.high.model="ideal"')
+    assert (said.code, said.err) == (0, "")
+    assert "There are 2 modes in all." in said.out
+    told = json.loads((tmp_path / "scene" / "modes.json").read_text())
+    assert [mode["bodies_move_in"] for mode in told["modes"]] == [
+        {"cargo": ["x"]},
+        {"cargo": ["z"]},
+    ]
+    # the two straight parts of 20 m / cos a carry the weight with 2 T sin a
+    sine = 500 * 9.81 / 2 / 20e3
+    stiff = 2 * 20e3 / (20 / np.sqrt(1 - sine**2)) * np.array([sine**2, 1 - sine**2])
+    found = [mode["omega_squared"] for mode in told["modes"]]
+    assert found == pytest.approx(stiff / 500, rel=1e-9)
+    assert np.shape(told["lines"]["high"]["shapes"]) == (2, 3, 3)
+    assert (tmp_path / "scene" / "modes.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_what_holds_a_trolley_is_said(tmp_path):
+    text = (
+        (WINCH + CARGO)
+        .replace('"20 m" }', '"10 m" }')
+        .replace("[bodies.cargo]", "[bodies.cargo]\nheight = 11")
     )
-    assert told.count("\n") == 2
+    good_scenes.write(tmp_path, text)
+    said = say(tmp_path, "modes", "scene.toml", "-n", "3")
+    assert (said.code, said.err) == (0, "")
+    assert (
+        '"cargo" moves about its rest here; the scene lets it go from another height.' in said.out
+    )
+    force = re.search(
+        r'"cargo" is held along its line, where (\d+) N would set it going\.', said.out
+    )
+    assert force is not None
+    # parts of 10 and 30 m, drawn at by one tension
+    drop = (
+        10.0
+        - json.loads((tmp_path / "scene" / "modes.json").read_text())["bodies"]["cargo"][
+            "position"
+        ][2]
+    )
+    pull = 20e3 * (30 / np.hypot(30, drop) - 10 / np.hypot(10, drop))
+    assert float(force[1]) == pytest.approx(pull, rel=0.03)
 
 
 BUOY = ROOT / "configs" / "surface" / "buoy.toml"

@@ -57,8 +57,11 @@ class Net:
 def make_net(model: Model, ordered: bool = True) -> Net:
     """The net of a model, from its structure alone.
 
-    Where no system is to be solved on it, the order does not matter and need not be found.
+    Where no system is to be solved on it, the order does not matter and need not be found. Of a model
+    without lines it is empty.
     """
+    if not model.lines:
+        return Net({}, np.zeros(0, bool), 1, {})
     index, count = {}, 0
     shared: dict[int, int] = {}
     for name, line in model.lines.items():

@@ -40,7 +40,7 @@ from lumpedcable.solve.statics import (
     worst,
 )
 
-__all__ = ["carried_equilibrium", "is_carried"]
+__all__ = ["Unknowns", "carried_equilibrium", "dimensions_of", "is_carried"]
 
 HALVINGS = 80
 EVENINGS = (
@@ -54,29 +54,40 @@ def is_carried(model: Model) -> bool:
     return any(isinstance(body, Rider | Winch) for body in model.bodies.values())
 
 
-class _Unknowns(NamedTuple):
-    """What is looked for: displacements of all places (m), then one number for each body in `names`."""
+class Unknowns(NamedTuple):
+    """What can move: all places (m), then coordinates of bodies, each a name and an index.
+
+    `d` is the number of the scene's dimensions; a scene of ideal lines alone has no net.
+    """
 
     net: Net | None
-    names: tuple[str, ...]
+    slots: tuple[tuple[str, int], ...]
     d: int
+
+    @property
+    def nodal(self) -> int:
+        """Number of those that belong to places."""
+        return 0 if self.net is None else self.net.size * self.d
+
+    @property
+    def size(self) -> int:
+        """Number of all."""
+        return self.nodal + len(self.slots)
 
     def split(self, model: Model, x: Array) -> dict[str, Array]:
         """Displacements by line and body."""
         lines = {}
         if self.net is not None:
-            lines = self.net.spread(x[: self.net.size * self.d].reshape(-1, self.d))
+            lines = self.net.spread(x[: self.nodal].reshape(-1, self.d))
         moved = dict(lines)
         for name, body in model.bodies.items():
             moved[body_key(name)] = jnp.zeros_like(body.reference)
-        for k, name in enumerate(self.names):
-            value = x[x.shape[0] - len(self.names) + k]
-            index = _index(model.bodies[name])
-            moved[body_key(name)] = moved[body_key(name)].at[index].set(value)
+        for k, (name, index) in enumerate(self.slots, self.nodal):
+            moved[body_key(name)] = moved[body_key(name)].at[index].set(x[k])
         return moved
 
     def residual(self, model: Model, x: Array) -> Array:
-        """Net force (N) on every place and along the number of each body; 0 where held."""
+        """Net force (N) on every place, -x where held, and along each coordinate of a body."""
         moved, t = self.split(model, x), jnp.zeros(())
         found, parts = Found(), []
         live = {name: live_line(model, name, moved, None) for name in model.lines}
@@ -87,7 +98,7 @@ class _Unknowns(NamedTuple):
         found.add_passing(model, t, None, None)
         if self.net is not None:
             own = eqx.tree_at(lambda m: m.lines, model, live)
-            places = x[: self.net.size * self.d].reshape(-1, self.d)
+            places = x[: self.nodal].reshape(-1, self.d)
             force = static_residual(own, places, self.net)
             extra = {n: jnp.zeros_like(line.reference) for n, line in live.items()}
             for coupled, pull in zip(model.couplings, found.pulls, strict=True):
@@ -96,13 +107,15 @@ class _Unknowns(NamedTuple):
             force = force + self.net.gather(extra)
             held = jnp.asarray(self.net.fixed)[:, None]
             parts.append(jnp.where(held, -places, force).ravel())
-        for name in self.names:
-            body = model.bodies[name]
-            q = body.reference + moved[body_key(name)]
-            force = body.force(q, jnp.zeros_like(q))
-            pull = body_force(model, name, found)
-            force = force if pull is None else force + pull
-            parts.append(force[_index(body)][None])
+        forces = {}
+        for name, index in self.slots:
+            if name not in forces:
+                body = model.bodies[name]
+                q = body.reference + moved[body_key(name)]
+                force = body.force(q, jnp.zeros_like(q))
+                pull = body_force(model, name, found)
+                forces[name] = force if pull is None else force + pull
+            parts.append(forces[name][index][None])
         return jnp.concatenate(parts)
 
 
@@ -121,22 +134,21 @@ def carried_equilibrium(
     Jacobian frozen.
     """
     model = _guessed(model)
-    names = tuple(
-        name
+    slots = tuple(
+        (name, _index(body))
         for name, body in model.bodies.items()
         if isinstance(body, Winch) or (isinstance(body, Rider) and body.settles)
     )
     net = make_net(model, ordered=False) if model.lines else None
-    d = _dimensions(model)
-    unknowns = _Unknowns(net, names, d)
-    size = (0 if net is None else net.size * d) + len(names)
+    unknowns = Unknowns(net, slots, dimensions_of(model))
+    size = unknowns.size
     if size == 0:  # all that there is starts where the scene puts it
         none = jnp.zeros(())
         return Equilibrium(model, none, none == 0.0, jnp.zeros((), int))
     frozen = jax.lax.stop_gradient(model)
     scale = _scale(frozen)
     goal = tolerance * scale + _rounding(frozen)
-    x, force, slope, count = _searched(frozen, unknowns, goal, max_iterations, size)
+    x, force, slope, count = _searched(frozen, unknowns, goal, max_iterations)
     left = worst(force)
     # a singular slope is replaced beforehand: what is infinite has no way back, whether chosen or not
     regular = jnp.all(jnp.isfinite(jnp.linalg.solve(slope, force)))
@@ -148,7 +160,7 @@ def carried_equilibrium(
 
 
 def _searched(
-    model: Model, unknowns: _Unknowns, goal: Float[Array, ""], max_iterations: int, size: int
+    model: Model, unknowns: Unknowns, goal: Float[Array, ""], max_iterations: int
 ) -> tuple[Array, Array, Array, Array]:
     """What `unknowns` are at rest (m), the forces there (N), their slopes (N/m), and the steps taken.
 
@@ -185,6 +197,7 @@ def _searched(
         stage, trial = stages.after(stage, worst(force) <= goal, x, ahead)
         return kept, (trial, share), stage, count + 1
 
+    size = unknowns.size
     x, none = jnp.zeros(size), jnp.zeros((), int)
     start = (
         (x, jnp.full(size, jnp.inf), jnp.zeros((size, size))),
@@ -196,8 +209,8 @@ def _searched(
     return *found, looks - 1
 
 
-def _dimensions(model: Model) -> int:
-    """Number of dimensions of the scene."""
+def dimensions_of(model: Model) -> int:
+    """Number of dimensions that a model with lines or bodies on lines is computed in."""
     for line in model.lines.values():
         return line.dimensions
     return next(b.dimensions for b in model.bodies.values() if isinstance(b, Rider))

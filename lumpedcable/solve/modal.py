@@ -12,7 +12,8 @@ that turns with its body: of the lowest modes of its symmetric part those of K a
 (Rayleigh-Ritz), and how well is reported. Two of them may feed each other, and grow as they swing.
 
 Rigid bodies that have been found at rest move too, with the lines that are tied to them
-(`solve.modal_bodies`). Inextensible lines have the masses of rods and only those motions that keep
+(`solve.modal_bodies`), bodies that run on lines, and lines that a winch keeps taut, as it pays them out
+(`solve.modal_carried`). Inextensible lines have the masses of rods and only those motions that keep
 their lengths (`solve.modal_rods`).
 
 Frequencies converge with the square of the segment length: on N segments n half-waves of a string are
@@ -58,7 +59,11 @@ class Modes:
     doubt: how far omega^2 may be off (-) where K is unsymmetric, (k,); 0 where it is not.
     unknowns: number of all modes there are.
     axes: the coordinates that modes can move in, orthonormal columns (3, d) in x, y, z.
-    rigid: how rigid bodies move, by name; those that are held are left out.
+    rigid: how rigid bodies and trolleys move, by name; those that are held are left out.
+    payout: what each winch pays out, where shapes are in m, (k,) in m by the winch's name; winch_share:
+        its share of the kinetic energy, (k,), which is in that of bodies.
+    rolling: the force (N) that would set a trolley going along its line, in whose direction it is held;
+        0 where it moves.
     held: net force (N) on joints where the scene puts them, which modes leave out; 0 where they stay.
     """
 
@@ -76,6 +81,9 @@ class Modes:
     unknowns: int
     axes: Float[np.ndarray, "3 d"]
     rigid: dict[str, RigidMotion] = field(default_factory=dict)
+    payout: dict[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
+    winch_share: dict[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
+    rolling: dict[str, float] = field(default_factory=dict)
     held: float = 0.0
 
     @property
@@ -113,10 +121,10 @@ def natural_modes(
     """
     here: Any = jax.device_get(linear)
     rods = any(isinstance(own, Rods) for own in here.frames.values())
-    if net.fixed.all() and not any(np.any(body.free > 0.0) for body in here.bodies.values()):
+    if net.fixed.all() and not any(body.ways.size for body in here.movers.values()):
         raise ValueError("nothing can move: every node is held")
     # two more than asked for, so that a pair of equal ones is not parted
-    if rods or here.bodies:
+    if rods or here.movers:
         found = lowest_coupled(here, net, count + 2)
     else:
         found = lowest_of_lumps(here.stiffness, here.mass, net, count + 2)
@@ -133,13 +141,15 @@ def natural_modes(
     for name, spring in here.doubt.items():
         turns = np.sum(np.diff(lines[name], axis=2) ** 2, axis=1)
         resolution = resolution + np.sum(spring * turns, axis=1)
-    for name, body in here.bodies.items():
+    for name, body in here.movers.items():
         resolution = resolution + np.sum(body.doubt * turned[name] ** 2, axis=1)
     mass, (axial, transverse, bodies) = _shares(here, lines, motion, turned)
     outlines = {
-        name: np.einsum("pdm,km->kdp", here.bodies[name].moves, q) for name, q in turned.items()
+        name: np.einsum("pdm,km->kdp", body.moves, turned[name])
+        for name, body in here.bodies.items()
     }
-    shapes, scale = _shapes(lines, outlines, layout, coordinates)
+    payout = {name: turned[name][:, 0] for name in here.winches}
+    shapes, scale = _shapes(lines, outlines, payout, layout, coordinates)
     places = {name: coordinates.expand(x, 0, place=True).T for name, x in here.reference.items()}
     return Modes(
         square=square,
@@ -156,6 +166,11 @@ def natural_modes(
         unknowns=found.unknowns,
         axes=coordinates.axes,
         rigid=rigid_motions(here.bodies, turned, mass, scale, here.places, coordinates),
+        payout={name: paid / scale for name, paid in payout.items()},
+        winch_share={
+            name: here.winches[name].mass[0, 0] * paid**2 / mass for name, paid in payout.items()
+        },
+        rolling={name: float(force) for name, force in here.rolling.items()},
     )
 
 
@@ -223,7 +238,7 @@ def _shares(linear: Linear, lines: dict[str, np.ndarray], motion: np.ndarray, tu
         across += np.sum(nodes.mass_n * np.sum(rest**2, axis=1), axis=1)
     bodies = np.sum(linear.points * np.sum(motion**2, axis=2), axis=1)
     for name, q in turned.items():
-        bodies = bodies + np.einsum("km,mn,kn->k", q, linear.bodies[name].mass, q)
+        bodies = bodies + np.einsum("km,mn,kn->k", q, linear.movers[name].mass, q)
     whole = along + across + bodies
     return whole, (along / whole, across / whole, bodies / whole)
 
@@ -241,18 +256,19 @@ def _merged(pieces: dict[str, np.ndarray], layout: Layout, axis: int) -> dict[st
 
 
 def _shapes(
-    lines: dict[str, np.ndarray], outlines: dict[str, np.ndarray], layout: Layout,
-    coordinates: Coordinates,
+    lines: dict[str, np.ndarray], outlines: dict[str, np.ndarray], payout: dict[str, np.ndarray],
+    layout: Layout, coordinates: Coordinates,
 ):  # fmt: skip
     """Displacements (modes, nodes, 3) by line, the largest 1, and what they were divided by.
 
     Of the places that move the most, but for a tenth, the first moves towards +x, +y or +z; places of
-    bodies (modes, d, points) come after those of lines.
+    bodies (modes, d, points) come after those of lines, and what winches pay out (modes,) last.
     """
     pieces = {name: np.swapaxes(coordinates.expand(u, 1), 1, 2) for name, u in lines.items()}
     merged = _merged(pieces, layout, 1)
     drawn = [np.swapaxes(coordinates.expand(u, 1), 1, 2) for u in outlines.values()]
-    everything = np.concatenate([*merged.values(), *drawn], axis=1)
+    paid = [length[:, None, None] * np.array([1.0, 0.0, 0.0]) for length in payout.values()]
+    everything = np.concatenate([*merged.values(), *drawn, *paid], axis=1)
     sizes = np.sqrt(np.sum(everything**2, axis=2))
     largest = np.max(sizes, axis=1)
     scale = largest.copy()

@@ -53,7 +53,9 @@ class Floating(NamedTuple):
     free (m,): 1 where a coordinate can change. mass, stiffness (m, m): its own, in kg and N/m, kg m2 and
     N m, and so on. ends (e, d, m): J of the ends that are tied to it, as in `Net.tied`. outline
     (p, d) and moves (p, d, m): points by which it is drawn (m), and J of those. doubt (m,): how well the
-    moments that hold it in balance are known (N m), 0 for places. clamps: of lines on it.
+    moments that hold it in balance are known (N m), 0 for places. clamps: of lines on it. away (m,): a
+    direction in which it is held, of size 1, 0 or None where there is none. turns (m - d, 3): roll,
+    pitch and yaw of its angles, None where those are a rigid body's.
     """
 
     free: Float[Array, " m"]
@@ -64,12 +66,23 @@ class Floating(NamedTuple):
     moves: Float[Array, "p d m"]
     doubt: Float[Array, " m"]
     clamps: tuple[Clamp, ...] = ()
+    away: Float[Array, " m"] | None = None
+    turns: Float[Array, "a 3"] | None = None
 
     @property
     def scale(self) -> Float[np.ndarray, " m"]:
         """What q is measured in so that all of it has one mass: 1 for a mean place, rad/m for angles."""
         mass = np.diagonal(np.asarray(self.mass))
         return np.sqrt(np.mean(mass[: np.shape(self.ends)[1]]) / mass)
+
+    @property
+    def ways(self) -> Float[np.ndarray, "m r"]:
+        """The motions dq that are open to it, each of the same mass where q does not couple."""
+        ways = (np.eye(np.size(self.free)) * self.scale)[:, np.asarray(self.free) > 0.0]
+        if self.away is None or not np.any(self.away):
+            return ways
+        _, _, rows = np.linalg.svd((self.away @ ways)[None])
+        return ways @ rows[1:].T
 
 
 class RigidMotion(NamedTuple):
@@ -163,9 +176,10 @@ def rigid_motions(
         coordinates: of the model.
     """
     d, found = coordinates.dimensions, {}
-    axes, turns = coordinates.axes, np.asarray(coordinates.turns())
+    axes = coordinates.axes
     for name, body in bodies.items():
         q = turned[name]
+        turns = np.asarray(coordinates.turns() if body.turns is None else body.turns)
         shapes = np.einsum("pdm,km->kpd", np.asarray(body.moves), q) @ axes.T
         mass = np.asarray(body.mass)
         single = np.diagonal(mass) * q**2

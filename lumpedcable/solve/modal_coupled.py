@@ -3,7 +3,7 @@
 All motions are u = B y: free nodes move by themselves, the end of a line that is tied to a body by
 J dq with the body's coordinates q, and rods keep their lengths. Then K = B^T K' B and M = B^T M' B, K'
 and M' of nodes and bodies apart. A body's coordinates are measured so that each has the same mass:
-angles become lengths.
+angles become lengths. Trolleys and winches (`solve.modal_carried`) are bodies to which nothing is tied.
 """
 
 from collections.abc import Callable
@@ -22,6 +22,7 @@ from lumpedcable.solve.pencil import BORDER, Pencil
 __all__ = ["MORE", "ROUNDING", "Found", "asymmetry_of", "lowest_coupled"]
 
 TINY = 1e-300
+REACH = 3  # nodes along a line between those that a trolley couples
 ROUNDING = 1e-9
 """Asymmetry of K that is nobody's doing."""
 MORE = 30
@@ -55,7 +56,7 @@ def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
         ValueError: nothing can move.
     """
     d, nodes = linear.mass.shape[1], net.size * linear.mass.shape[1]
-    slots = _slots(linear.bodies, nodes)
+    slots = _slots(linear.movers, nodes)
     whole = _stiffness(linear, net, slots)
     mass, ties = _masses(linear, net, slots), _ties(linear, net, slots)
     moves, blocks = _moves(linear, net, slots)
@@ -67,7 +68,7 @@ def lowest_coupled(linear: Linear, net: Net, count: int) -> Found:
     square, vectors, resolution, unknowns = pencil.lowest(wanted)
 
     def apart(everything):
-        return everything[:nodes].T.reshape(-1, net.size, d)
+        return everything[:nodes].T.reshape(everything.shape[1], net.size, d)
 
     def spread(vectors):
         everything = moves @ vectors
@@ -144,6 +145,10 @@ def _square(linear: Linear, slots: dict[str, np.ndarray]) -> tuple[int, int]:
 
 def _stiffness(linear: Linear, net: Net, slots: dict[str, np.ndarray]):
     """K' (N/m, N, N m), of held nodes too."""
+    if not isinstance(linear.stiffness, tuple):
+        everything = np.arange(linear.stiffness.shape[0])[None]
+        whole = _entries(everything, everything, np.asarray(linear.stiffness)[None])
+        return _sparse([whole], _square(linear, slots))
     lower, diagonal, upper = (np.asarray(part) for part in linear.stiffness)
     blocks = np.arange(diagonal.shape[0] * diagonal.shape[1]).reshape(diagonal.shape[:2])
     entries = [
@@ -167,7 +172,7 @@ def _masses(linear: Linear, net: Net, slots: dict[str, np.ndarray]):
     places = _unknowns(linear, net)
     entries = [
         _entries(places, places, np.asarray(linear.mass)),
-        *_own(slots, {name: body.mass for name, body in linear.bodies.items()}),
+        *_own(slots, {name: body.mass for name, body in linear.movers.items()}),
     ]
     for first, last, own in _rods(linear, net, places):
         between = _entries(last, first, ROD_SHARES[1] * np.asarray(own.whole))
@@ -206,15 +211,15 @@ def _moves(linear: Linear, net: Net, slots: dict[str, np.ndarray]):
     places, d = _unknowns(linear, net), linear.mass.shape[1]
     free = np.flatnonzero(np.repeat(~net.fixed, d))
     entries: list[Any] = [(free, np.arange(free.size), np.ones(free.size))]
-    blocks, count = [free // (net.width * d)], free.size
-    for name, body in linear.bodies.items():
-        mine = np.flatnonzero(body.free > 0.0)
-        column = count + np.arange(mine.size)
-        scale = body.scale[mine]
-        entries.append((slots[name][mine], column, scale))
+    width = net.width if isinstance(linear.stiffness, tuple) else REACH * net.width
+    blocks, count = [free // (width * d)], free.size
+    for name, body in linear.movers.items():
+        ways = body.ways
+        column = count + np.arange(ways.shape[1])
+        entries.append(_entries(slots[name][None], column[None], ways[None]))
         ends = places[net.tied.get(name, np.zeros(0, int))]
-        columns = np.broadcast_to(column, (ends.shape[0], mine.size))
-        entries.append(_entries(ends, columns, body.ends[:, :, mine] * scale))
-        blocks.append(np.full(mine.size, BORDER))
-        count += mine.size
+        columns = np.broadcast_to(column, (ends.shape[0], column.size))
+        entries.append(_entries(ends, columns, body.ends @ ways))
+        blocks.append(np.full(column.size, BORDER))
+        count += column.size
     return _sparse(entries, (_height(linear, slots), count)), np.concatenate(blocks)

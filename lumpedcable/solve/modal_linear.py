@@ -14,7 +14,9 @@ from lumpedcable.model.net import make_net
 from lumpedcable.physics.rod import ROD_SHARES
 from lumpedcable.physics.tension import tension_and_stiffness
 from lumpedcable.solve.blocks import BlockTridiagonal, block_jacobian
+from lumpedcable.solve.carried import dimensions_of, is_carried
 from lumpedcable.solve.modal_bodies import Floating, floating
+from lumpedcable.solve.modal_carried import carried_motion
 from lumpedcable.solve.modal_rods import Rods, rods_of, with_known_tensions
 from lumpedcable.solve.statics import forces_at_rest
 
@@ -26,14 +28,16 @@ EPS = float(np.finfo(float).eps)
 class Linear(NamedTuple):
     """A model linearised about its reference, in the order of `make_net(model)`.
 
-    stiffness: K (N/m) by blocks of the net, held nodes included. mass: of every place (places, d, d), in
+    stiffness: K (N/m) by blocks of the net, held nodes included; with trolleys or winches the whole
+    (n, n) of places and bodies, as in `Carried`. mass: of every place (places, d, d), in
     kg. points: the part of it that is point masses (places,), in kg. frames: tangents and masses of the
     lines' own nodes, or of their rods. reference: their places (d, nodes) in m, in the model's
     coordinates. doubt: what rounding of the places leaves uncertain of each segment's tension over
-    its length (n,), in N/m. bodies: rigid bodies that move, by name; places: their coordinates at rest.
+    its length (n,), in N/m. bodies: rigid bodies and trolleys that move, by name; places: their
+    coordinates at rest. winches: what they have paid out moves. rolling: as in `Carried`.
     """
 
-    stiffness: BlockTridiagonal
+    stiffness: BlockTridiagonal | Float[Array, "n n"]
     mass: Float[Array, "places d d"]
     points: Float[Array, " places"]
     frames: dict[str, inertia.Frame | Rods]
@@ -41,6 +45,13 @@ class Linear(NamedTuple):
     doubt: dict[str, Float[Array, " n"]]
     bodies: dict[str, Floating]
     places: dict[str, Float[Array, " m"]]
+    winches: dict[str, Floating]
+    rolling: dict[str, Float[Array, ""]]
+
+    @property
+    def movers(self) -> dict[str, Floating]:
+        """Everything beside nodes that moves, in the order of the coordinates."""
+        return self.bodies | self.winches
 
 
 def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None = None) -> Linear:
@@ -50,15 +61,20 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
     drawn; others are held.
     """
     net = make_net(model)
-    d = next(iter(model.lines.values())).dimensions
-    blocks = (net.size // net.width, net.width * d)
-
+    d = dimensions_of(model)
     known = with_known_tensions(model)
+    if is_carried(model):
+        stiffness, bodies, winches, rolling = carried_motion(known, net)
+    else:
+        blocks = (net.size // net.width, net.width * d)
 
-    def force(x):
-        return forces_at_rest(known, x.reshape(net.size, d), net).reshape(blocks)
+        def force(x):
+            return forces_at_rest(known, x.reshape(net.size, d), net).reshape(blocks)
 
-    still, (lower, diagonal, upper) = block_jacobian(force, jnp.zeros(blocks))
+        still, (lower, diagonal, upper) = block_jacobian(force, jnp.zeros(blocks))
+        stiffness = -lower, -diagonal, -upper
+        bodies = floating(model, net, still.reshape(net.size, d), outlines or {})
+        winches, rolling = {}, {}
     points = jnp.zeros(net.size)
     for junction in model.junctions:
         if junction.mass is not None:
@@ -82,14 +98,16 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
         far = jnp.max(jnp.abs(line.reference))
         doubt[name] = 8.0 * EPS * jnp.abs(stiff) * (1.0 + far / shape.length) / shape.length
     return Linear(
-        stiffness=(-lower, -diagonal, -upper),
+        stiffness=stiffness,
         mass=mass,
         points=points,
         frames=frames,
         reference={name: line.reference for name, line in model.lines.items()},
         doubt=doubt,
-        bodies=floating(model, net, still.reshape(net.size, d), outlines or {}),
-        places={name: model.bodies[name].reference for name in outlines or {}},
+        bodies=bodies,
+        places={name: model.bodies[name].reference for name in bodies},
+        winches=winches,
+        rolling=rolling,
     )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import posts_of
 from lumpedcable.model.layout import layout_of
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
@@ -17,8 +18,9 @@ from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.ends import JoinedEnd
-from lumpedcable.scene.errors import Fault
+from lumpedcable.solve.carried import is_carried
 from lumpedcable.solve.modal import Modes, natural_modes
+from lumpedcable.solve.modal_carried import carried_rest
 from lumpedcable.solve.statics import force_scale, static_residual
 from lumpedcable.status import ADVICE, MEANING, Status
 from lumpedcable.study.compiled import Structure, linearise, prepare_batch
@@ -44,13 +46,11 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     """The `count` lowest natural modes of run number `run` of a study.
 
     Raises:
-        SceneError: the scene cannot be laid out or has a trolley or an ideal line; nothing can
-            move, or not in the dimensions that it is computed in.
+        SceneError: the scene cannot be laid out; nothing can move, or not in the dimensions that it
+            is computed in.
         NoEquilibriumError: it has no static equilibrium that could be found.
     """
-    scene = study.runs[run]
-    if left_out := list(_left_out(study, scene)):
-        raise SceneError(left_out)
+    scene = _hung(study.runs[run])
     layout = layout_of(study, scene)
     coordinates = common_coordinates(study, [scene])
     numbers = {key: number(value) for key, value in scene.numbers().items()}
@@ -78,19 +78,41 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
             raise SceneError([study.fault("lines", str(error))]) from None
         message = f"expected {'2 or ' if d == 1 else ''}3 for natural modes, found {d}: {ROOM[d]}"
         raise SceneError([study.fault("dimensions", message)]) from None
-    return replace(found, held=_held(scene, model, net))
+    nodes, shapes = _ideal_lines(scene, model, coordinates, found)
+    return replace(
+        found,
+        nodes=found.nodes | nodes,
+        shapes=found.shapes | shapes,
+        held=_held(scene, model, net),
+    )
 
 
-def _left_out(study: Study, scene: Scene) -> Iterator[Fault]:
-    """Parts of a scene whose motion is no part of the linearised system."""
-    for name, line in scene.lines.items():
-        if line.model == "ideal":
-            message = 'expected a lumped line for natural modes, found model = "ideal"'
-            yield study.fault(f"lines.{name}.model", message)
-    for name, body in scene.bodies.items():
-        if isinstance(body, CarriedBody):
-            message = f'expected no trolley for natural modes, found one on line "{body.on.line}"'
-            yield study.fault(f"bodies.{name}.on", message)
+def _hung(scene: Scene) -> Scene:
+    """The scene with trolleys at rest that it lets go from a height."""
+    bodies = {
+        name: body.model_copy(update={"height": None}) if isinstance(body, CarriedBody) else body
+        for name, body in scene.bodies.items()
+    }
+    return scene.model_copy(update={"bodies": bodies})
+
+
+def _ideal_lines(
+    scene: Scene, model: Model, coordinates: Coordinates, found: Modes
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Ideal lines at rest (3, 3) in m, from post to trolley to post, and how they move in each mode."""
+    nodes, shapes = {}, {}
+    for coupled in model.couplings:
+        posts = posts_of(model, coupled, jnp.zeros(()), None, None)
+        body = scene.bodies[coupled.body]
+        if posts is None or not isinstance(body, CarriedBody):
+            continue
+        ends = [coordinates.expand(np.asarray(p.place), 0, place=True) for p in posts]
+        own = found.rigid[coupled.body]
+        nodes[body.on.line] = np.stack([ends[0], own.position, ends[1]])
+        moved = np.zeros((own.moved.shape[0], 3, 3))
+        moved[:, 1] = own.moved[:, :3]
+        shapes[body.on.line] = moved
+    return nodes, shapes
 
 
 def _outline(scene: Scene, name: str) -> np.ndarray:
@@ -116,7 +138,10 @@ def _held(scene: Scene, model: Model, net: Net) -> float:
     ends = (end for line in scene.lines.values() for end in (line.start, line.end))
     if not any(isinstance(end, JoinedEnd) and end.at is not None for end in ends):
         return 0.0
-    still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
-    force = static_residual(model, still, net)
+    if is_carried(model):
+        force = carried_rest(model, net)
+    else:
+        still = jnp.zeros((net.size, next(iter(model.lines.values())).dimensions))
+        force = static_residual(model, still, net)
     left = float(jnp.max(jnp.linalg.norm(force, axis=1)))
     return left if left > IN_BALANCE * float(force_scale(model)) else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import lumpedcable
 from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, Study, format_quantity
 from lumpedcable.scene.bodies import ANGLES, Body
-from lumpedcable.scene.carried import reel_key
+from lumpedcable.scene.carried import CarriedBody, WinchEnd, reel_key
 from lumpedcable.solve.modal import Modes
 from lumpedcable.solve.modal_coupled import ROUNDING
 from lumpedcable.study.tables import console_of, new_table
@@ -97,12 +98,13 @@ def _busy(names: tuple[str, ...], motion: np.ndarray) -> list[str]:
 
 
 def _body_moves(modes: Modes, k: int) -> dict[str, list[str]]:
-    """How those bodies move that have a part in a mode, the largest part first."""
-    names = sorted(modes.rigid, key=lambda name: -modes.rigid[name].share[k])
+    """How those bodies and winches move that have a part in a mode, the largest part first."""
+    shares = {name: body.share[k] for name, body in modes.rigid.items()}
+    shares |= {name: share[k] for name, share in modes.winch_share.items()}
+    names = sorted((name for name in shares if shares[name] >= MOVES), key=lambda n: -shares[n])
     return {
-        name: _busy(WAYS, modes.rigid[name].ways[k])
+        name: _busy(WAYS, modes.rigid[name].ways[k]) if name in modes.rigid else ["payout"]
         for name in names
-        if modes.rigid[name].share[k] >= MOVES
     }
 
 
@@ -118,7 +120,7 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
     heads = ["mode", "frequency\n(Hz)", "period\n(s)", "along\nlines (%)", "across\nlines (%)"]
     for words in [*heads, *(["bodies\n(%)"] if bodies else [])]:
         table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
-    rigid = bool(modes.rigid)
+    rigid = bool(modes.rigid or modes.payout)
     table.add_column(
         Text("lines\nmove in" if rigid else "moves\nin"), vertical="bottom", no_wrap=True
     )
@@ -151,7 +153,8 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
         f"Shares are of the kinetic energy. {_plane(modes)}{_damping(scene)}".strip(),
     ]
     if len(modes.square) < asked:
-        notes.append(f"There are {modes.unknowns} modes in all.")
+        one = modes.unknowns == 1
+        notes.append(f"There {'is 1 mode' if one else f'are {modes.unknowns} modes'} in all.")
     unstable = int(np.count_nonzero(modes.unstable))
     if unstable:
         count = f"{unstable} mode{'s' if unstable > 1 else ''}"
@@ -172,18 +175,41 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
         notes.append(
             f"Not about rest: {modes.held:.4g} N are left on a joint that the scene puts `at` a place."
         )
-    ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
     for name in _held_bodies(scene):
         notes.append(
             f'"{name}" is held where the scene puts it; with settle = true it comes to rest and moves.'
         )
-    reels = {reel_key(end) for end in ends}
-    for reel, what in (("winch", "Winches"), ("drum", "Drums")):
-        if reel in reels:
-            notes.append(f"{what} are held: each line keeps the length that it has at rest.")
+    notes += [*_trolley_notes(scene, modes), *_reel_notes(scene)]
     if len(study.runs) > 1:
         notes.append(f"Run {run} of 0 to {len(study.runs) - 1}; --run takes another.")
     return notes
+
+
+def _trolley_notes(scene: Scene, modes: Modes) -> Iterator[str]:
+    """What holds bodies that run on lines."""
+    for name, body in scene.bodies.items():
+        if not isinstance(body, CarriedBody):
+            continue
+        if body.height is not None:
+            yield f'"{name}" moves about its rest here; the scene lets it go from another height.'
+        if body.on.speed is not None:
+            yield f'"{name}" is held along its line, as what hauls it does.'
+        elif modes.rolling[name] > 0.0:
+            force = quantity(modes.rolling[name], "N", 3)
+            yield f'"{name}" is held along its line, where {force} would set it going.'
+
+
+def _reel_notes(scene: Scene) -> Iterator[str]:
+    """How winches and drums move."""
+    ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
+    reels = {reel_key(end) for end in ends}
+    if "winch" in reels:
+        controls = [end.winch.control for end in ends if isinstance(end, WinchEnd)]
+        integral = any(c is not None and c.integral_time is not None for c in controls)
+        told = ", without what their control integrates" if integral else ""
+        yield f"Winches pay out and haul in to keep their tension{told}."
+    if "drum" in reels:
+        yield "Drums are held: each line keeps the length that it has at rest."
 
 
 def _held_bodies(scene: Scene) -> list[str]:
@@ -232,7 +258,9 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
                 "share_across_lines": float(modes.transverse[k]),
                 "share_bodies": float(modes.bodies[k]),
                 "moves_in": _directions(modes, k),
-                **({"bodies_move_in": _body_moves(modes, k)} if modes.rigid else {}),
+                **(
+                    {"bodies_move_in": _body_moves(modes, k)} if modes.rigid or modes.payout else {}
+                ),
                 "remark": _remark(modes, k),
             }
         )
@@ -256,11 +284,16 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
         name: {"position": nodes.tolist(), "shapes": np.round(modes.shapes[name], 12).tolist()}
         for name, nodes in modes.nodes.items()
     }
-    if not modes.rigid:
-        return head, {"lines": lines}
-    head["units"]["bodies"] = "x, y, z as shapes; roll, pitch, yaw in rad"
-    bodies = {
-        name: {"position": body.position.tolist(), "shapes": np.round(body.moved, 12).tolist()}
-        for name, body in modes.rigid.items()
-    }
-    return head, {"lines": lines, "bodies": bodies}
+    parts = {"lines": lines}
+    if modes.rigid:
+        head["units"]["bodies"] = "x, y, z as shapes; roll, pitch, yaw in rad"
+        parts["bodies"] = {
+            name: {"position": body.position.tolist(), "shapes": np.round(body.moved, 12).tolist()}
+            for name, body in modes.rigid.items()
+        }
+    if modes.payout:
+        head["units"]["winches"] = "m, as shapes"
+        parts["winches"] = {
+            name: {"shapes": np.round(paid, 12).tolist()} for name, paid in modes.payout.items()
+        }
+    return head, parts

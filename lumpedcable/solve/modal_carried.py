@@ -1,0 +1,132 @@
+"""What bodies that run on lines, and winches that keep a tension, bring into natural modes.
+
+Lines, trolleys and paid-out lengths L act on each other through the nodes next to a trolley and through
+all nodes of a line that grows, so that K is the derivative of the whole residual of statics. A
+winch has the mass m L / 3 + J / r^2 that it has in dynamics. With a gain g its drive multiplies what
+the line pulls too much by 1 + g / (1 + e): the drum then is as much lighter, and K stays symmetric.
+What a drive integrates, and its damping, take no part.
+
+A trolley that nothing holds along its line is at rest only where the line is level under it; elsewhere
+it is held in the direction in which it would roll away.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from lumpedcable.model.model import Model
+from lumpedcable.model.net import Net
+from lumpedcable.model.riders import Rider
+from lumpedcable.model.winches import Winch
+from lumpedcable.physics.coupling import IdealCable, Trolley
+from lumpedcable.solve.carried import Unknowns, dimensions_of
+from lumpedcable.solve.modal_bodies import Floating
+
+__all__ = ["Carried", "carried_motion", "carried_rest"]
+
+SWING = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0))  # roll, pitch and yaw of the two angles of a hanger
+AT_REST = 1e-6  # of its line's tension: what may be left on a trolley that rests
+
+
+class Carried(NamedTuple):
+    """K of a whole model, and its bodies: those that run on lines and winches, by name.
+
+    stiffness (n, n): of all coordinates of places of the net, then of riders, then of winches, in N/m,
+    N and N m. rolling: by trolley, the force (N) in whose direction it is held, 0 where it rests.
+    """
+
+    stiffness: Float[Array, "n n"]
+    riders: dict[str, Floating]
+    winches: dict[str, Floating]
+    rolling: dict[str, Float[Array, ""]]
+
+
+def carried_rest(model: Model, net: Net) -> Float[Array, "places d"]:
+    """Net force (N) on every node of the net at rest, as trolleys and winches act; 0 where held."""
+    unknowns = Unknowns(net, (), dimensions_of(model))
+    return unknowns.residual(model, jnp.zeros(unknowns.size)).reshape(net.size, -1)
+
+
+def carried_motion(model: Model, net: Net) -> Carried:
+    """Everything at its reference, which is rest."""
+    d = dimensions_of(model)
+    cargo = {name: body for name, body in model.bodies.items() if isinstance(body, Rider)}
+    drums = {name: body for name, body in model.bodies.items() if isinstance(body, Winch)}
+    slots = tuple(
+        (name, index)
+        for name, body in (cargo | drums).items()
+        for index in range(body.reference.size)
+    )
+    unknowns = Unknowns(net if model.lines else None, slots, d)
+    x = jnp.zeros(unknowns.size)
+
+    def force(x):
+        found = unknowns.residual(model, x)
+        return found, found
+
+    slope, still = jax.jacfwd(force, has_aux=True)(x)
+    lighter = jnp.ones(unknowns.size)
+    riders, winches, rolling = {}, {}, {}
+    at = unknowns.nodal
+    for name, body in cargo.items():
+        m = body.reference.size
+        riders[name], rolling[name] = _rider(body, still[at : at + m], _tension(model, name))
+        at += m
+    for name, body in drums.items():
+        ratio = jnp.ones(())
+        if body.control is not None:
+            ratio = 1.0 + body.control.gain / body.stretch
+        lighter = lighter.at[at].set(1.0 / ratio)
+        winches[name] = _winch(body, ratio, d)
+        at += body.reference.size
+    return Carried(-lighter[:, None] * slope, riders, winches, rolling)
+
+
+def _tension(model: Model, name: str) -> Float[Array, ""]:
+    """That of the line that a body runs on (N)."""
+    law = next(coupled.law for coupled in model.couplings if coupled.body == name)
+    assert isinstance(law, IdealCable | Trolley)  # there is no other
+    return law.tension
+
+
+def _rider(
+    body: Rider, left: Float[Array, " m"], tension: Float[Array, ""]
+) -> tuple[Floating, Float[Array, ""]]:
+    """A trolley with its cargo, on which the forces `left` act; and the force along which it is held."""
+    q, d = body.reference, body.dimensions
+    free = jnp.ones_like(q) if body.free is None else body.free
+    push = (free * left).at[d:].set(0.0)
+    size = jnp.sqrt(jnp.sum(push**2))
+    rolls = size > AT_REST * tension
+    unit = jnp.where(rolls, push / jnp.where(rolls, size, 1.0), 0.0)
+
+    def points(q):
+        return jnp.stack([q[:d], body.centre(q)])
+
+    return Floating(
+        free=free,
+        mass=body.mass(q),
+        stiffness=jnp.zeros((q.size, q.size)),
+        ends=jnp.zeros((0, d, q.size)),
+        outline=points(q),
+        moves=jax.jacfwd(points)(q),
+        doubt=jnp.zeros_like(q),
+        away=unit,
+        turns=None if d == 2 and q.size > d else jnp.array(SWING)[: q.size - d],
+    ), jnp.where(rolls, size, 0.0)
+
+
+def _winch(body: Winch, ratio: Float[Array, ""], d: int) -> Floating:
+    """The length that a winch has paid out, with the mass that it has under its drive."""
+    q = body.reference
+    return Floating(
+        free=jnp.zeros_like(q).at[0].set(1.0),
+        mass=body.mass(q).at[0, 0].divide(ratio),
+        stiffness=jnp.zeros((q.size, q.size)),
+        ends=jnp.zeros((0, d, q.size)),
+        outline=jnp.zeros((0, d)),
+        moves=jnp.zeros((0, d, q.size)),
+        doubt=jnp.zeros_like(q),
+    )

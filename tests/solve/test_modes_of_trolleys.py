@@ -1,0 +1,229 @@
+"""Natural modes of cargo on lines that winches keep taut, and of what those pay out."""
+
+import numpy as np
+import pytest
+from engine_runs import order_of, run_text
+from modal_runs import modes_of
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+from lumpedcable import exact
+
+G = exact.STANDARD_GRAVITY
+SPAN, TENSION, MASS = 60.0, 80e3, 2000.0
+HIGHLINE = f"""
+gravity = {G}
+
+[materials.steel]
+law = "linear"
+EA = "57 MN"
+
+[bodies.cargo]
+mass = {MASS}
+on = {{ line = "highline", place = "PLACE m" }}
+
+[lines.highline]
+model = "MODEL"
+material = "steel"
+length = "60 m"
+segments = 40
+mass = "LIGHT kg/m"
+start = {{ fixed = [0, 0, 0] }}
+end = {{ winch = {{ at = [60, 0, 0], tension = {TENSION} }} }}
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+def highline(model="ideal", place=30, light=3):
+    return (
+        HIGHLINE.replace("PLACE", str(place)).replace("MODEL", model).replace("LIGHT", str(light))
+    )
+
+
+def held_by(*ways):
+    """Stiffness (3, 3) in N/m of straight parts of one tension along `ways` (m), by hand."""
+    total = np.zeros((3, 3))
+    for way in ways:
+        length = np.linalg.norm(way)
+        u = way / length
+        total += TENSION / length * (np.eye(3) - np.outer(u, u))
+    return total
+
+
+SAG = np.tan(np.arcsin(MASS * G / 2 / TENSION)) * SPAN / 2
+WAYS = np.array([-SPAN / 2, 0.0, SAG]), np.array([SPAN / 2, 0.0, SAG])
+
+
+def test_cargo_on_an_ideal_cable(tmp_path):
+    found = modes_of(tmp_path, "dimensions = 3\n" + highline())
+    known = np.sort(np.diag(held_by(*WAYS))) / MASS
+    assert found.square == pytest.approx(known, rel=1e-9)
+    assert found.bodies == pytest.approx(1.0)
+    assert found.nodes["highline"][1] == pytest.approx([30, 0, -SAG])
+    # along the line, then across it in space and up
+    assert [int(np.argmax(np.abs(shape[1]))) for shape in found.shapes["highline"]] == [0, 2, 1]
+
+
+def test_cargo_that_swings_under_it(tmp_path):
+    depth, inertia = 3.0, 500.0
+    text = highline().replace(
+        f"mass = {MASS}", f"mass = {MASS}\ndepth = {depth}\ninertia = {inertia}"
+    )
+    found = modes_of(tmp_path, "dimensions = 3\n" + text, count=5)
+    # x, y, z of the trolley, and how far the hanger leans along x and along y
+    stiffness, mass = np.zeros((5, 5)), np.zeros((5, 5))
+    stiffness[:3, :3] = held_by(*WAYS)
+    stiffness[3:, 3:] = MASS * G * depth * np.eye(2)
+    mass[:3, :3] = MASS * np.eye(3)
+    mass[3:, 3:] = (MASS * depth**2 + inertia) * np.eye(2)
+    for place, angle in ((0, 3), (1, 4)):
+        mass[place, angle] = mass[angle, place] = MASS * depth
+    known, vectors = eigh(stiffness, mass)
+    assert found.square == pytest.approx(known, rel=1e-9)
+    moved = found.rigid["cargo"].moved
+    for own, mode in zip(moved, vectors.T, strict=True):
+        # leaning to +x is a negative pitch, to +y a positive roll
+        told = np.array([*own[:3], -own[4], own[3]])
+        assert abs(told @ mode) == pytest.approx(np.linalg.norm(told) * np.linalg.norm(mode))
+        assert own[5] == 0.0
+
+
+@pytest.mark.slow
+def test_a_light_line_holds_cargo_as_an_ideal_one(tmp_path):
+    known = np.sort(np.diag(held_by(*WAYS)))[:2] / MASS
+    errors = []
+    for segments in (20, 80):
+        text = "dimensions = 2\n" + highline("lumped", light=1e-3)
+        found = modes_of(tmp_path, text, f"lines.highline.segments={segments}", count=2)
+        errors.append(found.square / known - 1.0)
+        assert found.rolling["cargo"] == 0.0
+    errors = np.abs(errors)
+    # across it the line's own mass tells, 60 g of 2 t; along it, where a highline hardly holds
+    # anything, that the sheave feels the nodes by 1e-7 of the tension
+    assert np.all(errors[:, 1] < 2e-5), errors
+    assert np.all(errors[:, 0] < 5e-4), errors
+
+
+def test_it_moves_as_they_say(tmp_path):
+    text = "dimensions = 2\n" + highline("lumped")
+    found = modes_of(tmp_path, text, count=24)
+    rest = found.rigid["cargo"].position[2]
+    low = text.replace("[bodies.cargo]", f"[bodies.cargo]\nheight = {rest - 0.002}")
+    low = low.replace("duration = 1\nevery = 1", 'duration = "8 s"\nevery = "20 ms"')
+    ran = run_text(tmp_path, low)
+    time, height = ran.time, ran.bodies["cargo"]["position"][0, :, 2]
+
+    def left(factor):
+        upright = found.frequency[np.abs(found.rigid["cargo"].moved[:, 2]) > 1e-6]
+        waves = np.cos(2.0 * np.pi * factor * np.outer(time, upright))
+        waves = np.column_stack([waves, np.ones_like(time)])
+        part, *_ = np.linalg.lstsq(waves, height, rcond=None)
+        return np.std(height - waves @ part) / np.std(height)
+
+    assert left(1.0) < 1e-4
+    assert min(left(0.99), left(1.01)) > 0.05
+
+
+BEAD = """
+dimensions = 2
+
+[materials.steel]
+law = "linear"
+EA = "57 MN"
+
+[bodies.cargo]
+mass = 60
+on = { line = "highline", place = "24 m" }
+
+[lines.highline]
+material = "steel"
+length = "60 m"
+segments = 20
+mass = "3 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = [60, 0, 0], tension = 80e3 } }
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+def test_a_string_that_carries_a_mass(tmp_path):
+    per_metre = 3.0 * 1.0 / (1.0 + 80e3 / 57e6)
+
+    def left(w):
+        k = w * np.sqrt(per_metre / TENSION)
+        a, b = np.sin(24.0 * k), np.sin(36.0 * k)
+        # T k (cot ka + cot kb) = M w^2, without its poles
+        return TENSION * k * np.sin(60.0 * k) - 60.0 * w**2 * a * b
+
+    grid = np.linspace(0.1, 30.0, 3000)
+    values = left(grid)
+    known = [
+        brentq(left, *grid[k : k + 2])
+        for k in range(grid.size - 1)
+        if values[k] * values[k + 1] < 0.0
+    ][:3]
+    errors = []
+    for segments in (40, 160):
+        found = modes_of(tmp_path, BEAD, f"lines.highline.segments={segments}", count=8)
+        across = found.frequency[
+            (found.transverse + found.bodies > 0.99) & (found.frequency > 1e-3)
+        ]
+        errors.append(2.0 * np.pi * across[:3] / known - 1.0)
+    order = order_of(np.abs(errors), 4)
+    assert np.all(np.abs(order - 2.0) < 0.05), order
+    assert np.all(np.abs(errors[1]) < 1e-4), errors
+
+
+WINCH = """
+dimensions = 1
+
+[materials.steel]
+law = "linear"
+EA = "1 MN"
+
+[lines.wire]
+material = "steel"
+length = "10 m"
+segments = 5
+mass = "2 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = [12, 0, 0], tension = "50 kN", inertia = 30 CONTROL } }
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+@pytest.mark.parametrize("gain", [0.0, 4.0])
+def test_a_line_on_a_winch_alone(tmp_path, gain):
+    text = WINCH.replace("CONTROL", f", control = {{ gain = {gain} }}" if gain else "")
+    found = modes_of(tmp_path, text, count=5)
+    # energy of n equal springs of l = L / n by places x and L: EA (x' - x - l)^2 / 2 l
+    n, EA, stretch = 5, 1e6, 1.05
+    length = 12.0 / stretch
+    size = length / n
+    stiffness = np.zeros((5, 5))
+    for k in range(n):
+        change = np.zeros(5)
+        for node, sign in ((k, -1.0), (k + 1, 1.0)):
+            if 0 < node < n:
+                change[node - 1] = sign
+        change[4] = -stretch / n
+        stiffness += EA / size * np.outer(change, change)
+    mass = np.diag([2.0 * size] * 4 + [(2.0 * length / 3.0 + 30.0) / (1.0 + gain / stretch)])
+    known, vectors = eigh(stiffness, mass)
+    assert found.square == pytest.approx(known, rel=1e-8)
+    (name,) = found.payout
+    assert name == "winch of wire"
+    share = vectors[4] ** 2 * mass[4, 4]
+    assert found.winch_share[name] == pytest.approx(share, abs=1e-8)
+    assert found.bodies == pytest.approx(share, abs=1e-8)
+    moves = found.shapes["wire"][:, 1:-1, 0].T
+    assert moves * vectors[4] == pytest.approx(found.payout[name] * vectors[:4], abs=1e-8)
