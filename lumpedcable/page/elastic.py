@@ -90,7 +90,7 @@ def elastic_model(study: Study, run: int = 0) -> Model:
         return {
             "lines": [_drawn(scene, name, line) for name, line in lines.items()],
             "points": _bodies(scene, lines, bodies) + _ships(scene, ships),
-            "numbers": [row for name, line in lines.items() for row in _numbers(name, line)],
+            "numbers": [row for name, line in lines.items() for row in _numbers(scene, name, line)],
             "equations": [],
             "surroundings": surroundings(tables(to_toml(scene))),
         }
@@ -264,8 +264,8 @@ def _ships(scene: Scene, ships: Mapping[str, Moved]) -> list[dict[str, Any]]:
     return found
 
 
-def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:
-    """Read-outs of a line."""
+def _numbers(scene: Scene, name: str, line: RestingLine) -> list[dict[str, Any]]:
+    """Read-outs of a line; that of its strain says where its material does not bear it."""
     rows = [
         ("start_tension", "tension at the start", float(line.ends[0]), "N"),
         ("end_tension", "tension at the end", float(line.ends[1]), "N"),
@@ -275,7 +275,12 @@ def _numbers(name: str, line: RestingLine) -> list[dict[str, Any]]:
     below = float(sag(line.position[None])[0])
     if np.isfinite(below):
         rows.append(("sag", "sag below the chord", below, "m"))
-    rows.append(("strain", "largest strain", 100.0 * float(line.strain.max()), "%"))
+    strain, words = float(line.strain.max()), "largest strain"
+    own = list(scene.lines.values())[_line_of(scene, name)]
+    most = scene.materials[own.material].max_strain
+    if strain > most:
+        words = f"largest strain, beyond max_strain of its material, {100.0 * most:.3g} %"
+    rows.append(("strain", words, 100.0 * strain, "%"))
     return [
         {**shown_number(f"{name}/{key}", words, value, unit), "group": name}
         for key, words, value, unit in rows

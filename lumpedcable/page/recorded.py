@@ -91,13 +91,21 @@ class _Recorder:
         self.derived: dict[str, dict[str, list[Array]]] = {}
         most = max(MOST_NUMBERS // (len(self.runs) * max(len(self.histories), 1)), 2)
         spread = with_peaks(len(result.time), min(MOST_TIMES, most), self._tensions())
-        self.nodes = {name: even(line.nodes, MOST_NODES) for name, line in self.lines.items()}
-        drawn = len(self.runs) * sum(5 * len(nodes) for nodes in self.nodes.values())
+        self.nodes = {name: self._nodes(line) for name, line in self.lines.items()}
+        drawn = sum(5 * nodes.size for nodes in self.nodes.values())
         # frames are those of the timeline's times that show fields; what lies between is drawn between
         pool = result.frames if self.seldom else spread
         shown = pool[even(len(pool), min(max(MOST_DRAWN // max(drawn, 1), 20), MOST_TIMES))]
         self.times = np.union1d(spread, shown)
         self.frames = np.searchsorted(self.times, shown)
+
+    def _nodes(self, line: LineData | StraightLine) -> Array:
+        """The nodes of a line that are drawn, a row for each run; -1 where a run has no more."""
+        kept = [even(line.node_count(int(run)), MOST_NODES) for run in self.runs]
+        found = np.full((len(kept), max(map(len, kept))), -1)
+        for row, nodes in zip(found, kept, strict=True):
+            row[: len(nodes)] = nodes
+        return found
 
     @property
     def seldom(self) -> bool:
@@ -192,33 +200,35 @@ class _Recorder:
 
     def _line(self, name: str) -> dict[str, Any]:
         """What is drawn of a line: (run, frame, node, 3) places and the like, at its thinned nodes."""
-        line, nodes = self.lines[name], self.nodes[name]
+        line, kept = self.lines[name], self.nodes[name]
         fields: dict[str, list[Array]] = {"tension": [], "speed": []}
         drawn: list[Array] = []
         own: dict[str, list[Array]] = {key: [] for key in _DERIVED}
-        segments = nodes[:-1] + np.diff(nodes) // 2  # one segment between two nodes that are kept
+        # one segment between two nodes that are kept
+        between = np.where(kept[:, 1:] < 0, -1, (kept[:, :-1] + kept[:, 1:]) // 2)
+        places, middles = [], []
         frames = np.searchsorted(self.result.frames, self.times[self.frames])
-        for run in self.runs:
+        for run, nodes, segments in zip(self.runs, kept, between, strict=True):
             position = line.position(int(run))
-            drawn.append(position[frames][:, nodes])
+            drawn.append(_at(position[frames], nodes))
+            places.append(_at(line.unstretched_position(int(run))[None], nodes)[0])
+            middles.append(_at(line.unstretched_segment(int(run))[None], segments)[0])
             own["length"].append(length(position))
             own["sag"].append(sag(position))
             if line.has("tension"):
-                fields["tension"].append(line.tension(int(run))[frames][:, segments])
+                fields["tension"].append(_at(line.tension(int(run))[frames], segments))
             if line.has("velocity"):
                 speed = np.linalg.norm(line.velocity(int(run)), axis=-1)
                 speed[~self.result.moving[run, self.result.frames]] = np.nan  # it lies
-                fields["speed"].append(speed[frames][:, nodes])
+                fields["speed"].append(_at(speed[frames], nodes))
                 own["peak_speed"].append(largest(speed))
         self.derived[name] = own
-        places = np.array([line.unstretched_position(int(run))[nodes] for run in self.runs])
-        middles = np.array([line.unstretched_segment(int(run))[segments] for run in self.runs])
         return {
             "name": name,
             "diameter": self._diameter(name),
             "paid": line.has("payout"),  # its places are those at the start
-            "place": self.pack.exact(places),
-            "middle": self.pack.exact(middles),
+            "place": self.pack.exact(np.array(places)),
+            "middle": self.pack.exact(np.array(middles)),
             # each coordinate over its own range: a small sag of a long line stays smooth
             "position": [self.pack.field(np.array(drawn)[..., k]) for k in range(3)],
             **{key: self.pack.field(values) for key, values in fields.items() if values},
@@ -277,7 +287,7 @@ class _Recorder:
             for name, values in sorted(numbers.items(), key=lambda item: item[0] in _BOOKS):
                 known = self.result.summary_attributes(end, name)
                 table = np.asarray(values, float)[self.runs]
-                words = str(known.get("long_name") or name).replace("_", " ")
+                words = str(known.get("long_name") or name.replace("_", " "))
                 source = known.get("source")
                 if not np.isfinite(table).any():
                     continue  # it does not apply to this scene
@@ -287,6 +297,13 @@ class _Recorder:
                      "texts": [_text(value, str(known.get("units", "1"))) for value in table]}
                 )  # fmt: skip
         return found
+
+
+def _at(values: Array, kept: Array) -> Array:
+    """Values (times, nodes, ...) at the nodes that are kept, NaN where `kept` is -1."""
+    chosen = values[:, kept]
+    chosen[:, kept < 0] = np.nan
+    return chosen
 
 
 _BOOKS = ("energy_closure", "solver_step", "solver_steps", "static_imbalance")  # looked at last

@@ -36,9 +36,10 @@ class Series:
 
         def look(path: str, item: Any) -> None:
             if isinstance(item, h5py.Dataset) and item.ndim == 2 and times_of(item) == "time":
-                words = text_of(item.attrs.get("long_name", "")) or path.split("/")[-1]
+                words = text_of(item.attrs.get("long_name", ""))
+                words = words or path.split("/")[-1].replace("_", " ")
                 unit = text_of(item.attrs.get("units", ""))
-                found[path] = (words.replace("_", " "), "" if unit == "1" else unit)
+                found[path] = (words, "" if unit == "1" else unit)
 
         self._file.visititems(look)
         return found

@@ -172,7 +172,8 @@ def _words(
     for k, wave in waves.items():
         if ended.status[k] == Status.OK and wave:
             crossing = float(length[k] * broken.strain[k]) / wave[END_SPEED]  # of a segment by it
-            sudden = event if _scene(ended, k).events[event].time < crossing else None
+            takes = _scene(ended, k).events[event].time
+            sudden = (event, takes) if takes < crossing else None
             ends = float(peak[k]), wave[END_SPEED], wave["allowance"]
             said[k] = joined(excess_words(recoil_name(recoil), *ends, sudden), said[k])
     return said

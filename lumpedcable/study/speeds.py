@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lumpedcable.exact import ReleaseWave
+from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene
 from lumpedcable.scene.ends import held_place
 
@@ -52,19 +53,26 @@ def allowance(scene: Scene, line: str, length: float, wave: ReleaseWave, begins:
 
 
 def excess_words(
-    end: str, peak: float, exact: float, more: float, sudden: str | None = None
+    end: str, peak: float, exact: float, more: float, sudden: tuple[str, float] | None = None
 ) -> str:
     """What is said of a peak speed (m/s) beside the exact one and what weight may add; "" of nothing.
 
-    `sudden` is the event that breaks the end, where that takes less time than the wave in a segment.
+    `sudden` is the event that breaks the end and its time (s), where that is less than the wave takes
+    in a segment.
     """
     if not peak > (1.0 + EXCESS) * exact + more:
         return ""
     share = f"{100.0 * (peak / exact - 1.0):.0f} %"
     advice = "take more segments"
     if sudden is not None:
+        event, takes = sudden
         advice = (
             "a break at once overshoots at first on any mesh: give "
-            f"events.{sudden}.time what it takes, or read the speed from its history"
+            f"events.{event}.time what it takes, or read the speed from its history"
         )
+        if takes > 0.0:
+            advice = (
+                f"the wave takes longer through a segment than events.{event}.time, "
+                f"{quantity(takes, 's')}: take more segments"
+            )
     return f"peak end speed of {end} is {share} above the exact bound: {advice}"

@@ -162,3 +162,17 @@ def test_stiff_lines_from_far_too_short_ones_are_found(time):
     # of inextensible cables: 4122.76 N, and what is asked for
     assert lines["highline"].ends[0] == pytest.approx(4122.76, abs=0.02)
     assert lines["traction"].ends[1] == pytest.approx(4000.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("most", "said"), [(0.02, ""), (0.01, ", beyond max_strain of its material, 1 %")]
+)
+def test_a_strain_that_the_material_does_not_bear_is_told(tmp_path, most, said):
+    text = HELD.replace('EA = "1 MN"', f'EA = "1 MN"\nmax_strain = {most}')
+    fixed = text.replace(
+        '{ held = { pretension = "2 kN", direction = [1, 0, 0] } }', "{ fixed = [10.15, 0, 0] }"
+    )
+    rows = model_of(tmp_path, fixed).solve({})["numbers"]
+    (row,) = (row for row in rows if row["key"] == "stay/strain")
+    assert row["words"] == f"largest strain{said}"
+    assert row["value"] == pytest.approx(1.5)

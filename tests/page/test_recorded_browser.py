@@ -15,6 +15,7 @@ from page.browser import (
 )
 from page.test_bodies_on_the_page import transfer
 
+from lumpedcable.page import recorded
 from lumpedcable.page.open import write_recorded
 from lumpedcable.results import open_result
 
@@ -111,6 +112,18 @@ def test_scrubbing_shows_the_file_s_values(browser, url, file):
         row = page.locator("tr", has=page.locator('[data-key="energy/kinetic"]'))
         assert row.locator(".unit").inner_text() == "MJ"  # of the largest of all runs
         assert value_of(page, "energy/kinetic") == pytest.approx(kinetic[200] / 1e6, abs=0.000501)
+
+
+def test_a_link_s_run_is_that_of_the_file(browser, file, tmp_path, monkeypatch):
+    monkeypatch.setattr(recorded, "MOST_RUNS", 3)
+    few = write_recorded(file, tmp_path / "few.html").as_uri()  # runs 0, 4 and 7 of 8
+    with open_result(file) as result:
+        label = result.label(4)
+    with visit(browser, f"{few}#t=0&run=4&with=7") as page:
+        assert page.locator(".few").all_inner_texts() == ["3 of 8 runs"]
+        assert page.get_by_label("Run", exact=True).locator("option:checked").inner_text() == label
+    with visit(browser, f"{few}#t=0&run=1") as page:
+        assert page.locator(".few").all_inner_texts() == ["3 of 8 runs", "no run 1 here"]
 
 
 def test_runs_are_chosen_and_laid_over_each_other(browser, url, tmp_path):

@@ -54,6 +54,10 @@ def test_fields_are_the_file_s_to_what_a_screen_shows(file):
     pairs = [(line["position"][k], position[..., k]) for k in range(3)]
     for how, right in (*pairs, (line["tension"], tension)):
         told = unpacked(block, how)
+        # what no run has is not there
+        right, padding = right[..., : told.shape[2]], right[..., told.shape[2] :]
+        assert padding.size
+        assert np.isnan(padding).all()
         assert told.shape == right.shape
         # half a step of 64000 over the range, and float32's rounding in the file
         room = np.nanmax(right) - np.nanmin(right)
@@ -195,6 +199,36 @@ def test_a_large_file_is_thinned(file, monkeypatch):
     assert asked["first"] == 1
     with pytest.raises(ResultError, match="expected a run from 0 to 7, found 8"):
         recorded(file, 8)
+
+
+def test_runs_of_few_nodes_are_drawn_to_their_ends(tmp_path, monkeypatch):
+    path = synthetic_result.snapback(tmp_path / "r.h5", segments=60, sag=2.0)
+    few = 11  # nodes of run 2, as a sweep over segments leaves them
+    with h5py.File(path, "r+") as changed:
+        rope = changed["lines/rope"]
+        for name, count in (("position", few), ("velocity", few), ("tension", few - 1)):
+            rope[name][2, :, count:] = np.nan
+        for name, count in (("unstretched_position", few), ("unstretched_segment", few - 1)):
+            places = np.tile(rope[name][()], (8, 1))
+            places[2, count:] = np.nan
+            del rope[name]
+            rope[name] = places
+    monkeypatch.setattr(module, "MOST_NODES", 13)
+    head = recorded(path)
+    (line,) = head["lines"]
+    block = head.pack.text()
+    places, middles = unpacked(block, line["place"]), unpacked(block, line["middle"])
+    assert places.shape == (8, 13)
+    for run, count in ((0, 13), (2, few)):
+        drawn = places[run][np.isfinite(places[run])]
+        with open_result(path) as result:
+            own = result.line("rope").unstretched_position(run)
+        own = own[np.isfinite(own)]
+        assert len(drawn) == count
+        assert drawn[[0, -1]] == pytest.approx(own[[0, -1]])
+        assert np.isfinite(middles[run]).sum() == count - 1
+        for k in range(3):
+            assert (np.isfinite(unpacked(block, line["position"][k])[run, 0]).sum()) == count
 
 
 @pytest.mark.parametrize(

@@ -24,8 +24,9 @@ class Recorded {
     this.histories = head.histories.map((h) => ({ ...h, table: new Table(block, h.data),
       ends: h.extremes && new Table(block, h.extremes) }));
     const asked = new URLSearchParams(location.hash.slice(1));
-    this.run = within(asked.get("run"), head.runs.length) ?? head.first;
-    this.other = within(asked.get("with"), head.runs.length);
+    this.unknown = []; // runs asked for that are not here
+    this.run = this.numbered(asked.get("run")) ?? head.first;
+    this.other = this.numbered(asked.get("with"));
     this.line = this.scenery.lines[0].name;
     this.still = this.scenery.time.length < 2; // a scene at rest has no time to run through
     this.shell.transport.hidden = this.still;
@@ -57,12 +58,21 @@ class Recorded {
         rows.push(el("span.few", {}, `${head.runs.length} of ${head.runs_in_file} runs`));
       }
     }
+    for (const text of this.unknown) rows.push(el("span.few.unknown", {}, `no run ${text} here`));
     const times = this.scenery.time.length;
     if (head.times_in_file > times) {
       rows.push(el("span.few", { title: "Histories keep their largest and smallest values" },
         `${times} of ${head.times_in_file} times`));
     }
     shell.pickers.replaceChildren(...rows);
+  }
+
+  // which of the runs that are here has a number of the file's, null of none
+  numbered(text) {
+    if (text == null || text === "") return null;
+    const found = this.head.runs.findIndex((run) => String(run.number) === text);
+    if (found < 0) this.unknown.push(text);
+    return found < 0 ? null : found;
   }
 
   // one list for each swept number where they form a grid, else one list of runs
@@ -304,9 +314,4 @@ class Recorded {
     }
     return points;
   }
-}
-
-function within(text, count) {
-  const value = Number(text);
-  return text != null && text !== "" && Number.isInteger(value) && value >= 0 && value < count ? value : null;
 }
