@@ -288,6 +288,24 @@ def test_winches_pay_out_and_it_is_said(tmp_path):
     assert [mode["frequency"] for mode in told["modes"]] == pytest.approx(string, rel=0.01)
 
 
+def test_damping_has_a_column(tmp_path):
+    text = WINCH.replace('EA = "1 MN"', 'EA = "1 MN"\ndamping = "2 kN s"')
+    text = (
+        text[: text.index("end = {")]
+        + "end = { fixed = [40.5, 0, 10] }\n"
+        + text[text.index("[output]") :]
+    )
+    good_scenes.write(tmp_path, f"dimensions = 1\n{text.replace('gravity = 9.81', '')}")
+    said = say(tmp_path, "modes", "scene.toml", "-n", "2")
+    assert (said.code, said.err) == (0, "")
+    assert "Damping is the share of the critical one, to first order." in said.out
+    told = json.loads((tmp_path / "scene" / "modes.json").read_text())["modes"]
+    # B omega / (2 EA)
+    known = [2e3 / 1e6 * np.pi * mode["frequency"] for mode in told]
+    assert [mode["damping_ratio"] for mode in told] == pytest.approx(known, rel=1e-9)
+    assert f" {100 * known[0]:.3g} " in said.out
+
+
 def test_cargo_on_an_ideal_line_moves_in_modes(tmp_path):
     good_scenes.write(tmp_path, WINCH + CARGO)
     said = say(tmp_path, "modes", "scene.toml", "--set", 'lines.high.model="ideal"')

@@ -13,14 +13,14 @@ from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.linear import pick
 from lumpedcable.physics.waves import Cut
 
-__all__ = ["balanced", "reactions_at_rest"]
+__all__ = ["balanced", "nothing_at_ends", "reactions_at_rest"]
 
 BEFORE_ANYTHING = -jnp.inf  # s
 
 
 def reactions_at_rest(model: Model, displacement: Vectors) -> dict[str, Float[Array, " d"]]:
     """The forces (N) that keep the nodes of breakable ends where they are, at a displacement (m)."""
-    zero = _nothing(model)
+    zero = nothing_at_ends(model)
     if not zero:
         return {}
     found = evaluate(model, jnp.full((), BEFORE_ANYTHING), displacement, None, zero)
@@ -37,7 +37,7 @@ def balanced(model: Model) -> Model:
     bend it as well, most of all at an end that is held: a wave has no slope there, but the tension of a
     hanging line falls by its weight. See `ReleaseWaves`.
     """
-    lines, nothing = dict(model.lines), _nothing(model)
+    lines, nothing = dict(model.lines), nothing_at_ends(model)
     for name, line in model.lines.items():
         waves = line.waves
         if waves is None or not waves.corrected or not _is_loaded(line):
@@ -57,7 +57,7 @@ def _is_loaded(line: Line) -> bool:
     return bool(line.loads) or (line.drag is not None and line.current is not None)
 
 
-def _nothing(model: Model) -> dict[str, Float[Array, " d"]]:
+def nothing_at_ends(model: Model) -> dict[str, Float[Array, " d"]]:
     """No force (N) at the breakable ends."""
     return {
         end_name(name, node): jnp.zeros_like(model.lines[name].reference[:, 0])

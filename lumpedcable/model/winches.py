@@ -105,6 +105,13 @@ class Winch(AbstractReel):
         return line if self.drum is None else line + self.drum
 
     @property
+    def quickened(self) -> Float[Array, ""]:
+        """1 + gain / stretch (-), by which its drive multiplies what the line pulls too much."""
+        if self.control is None:
+            return jnp.ones(())
+        return 1.0 + self.control.gain / self.stretch
+
+    @property
     def driven(self) -> bool:
         """Whether its drive does more than keep one force."""
         return not (self.control is None and self.speed is None and self.schedule is None)

@@ -6,10 +6,11 @@ With F(x) the net force on the free nodes at rest and M their mass matrix, small
 
 K holds all that statics knows: elastic and geometric stiffness, bending, the drag of a current, a bed
 that holds what lies on it, up as well as down as long as the motion is small. M holds the masses
-along and across the line, added mass included, and the points at junctions. Damping and wave
-corrections take no part. The drag of a current has no energy and makes K unsymmetric, as thrust does
-that turns with its body: of the lowest modes of its symmetric part those of K are made then
-(Rayleigh-Ritz), and how well is reported. Two of them may feed each other, and grow as they swing.
+along and across the line, added mass included, and the points at junctions. Wave corrections take no
+part, and damping none in omega: how fast modes die out is found from them (`solve.modal_damping`). The
+drag of a current has no energy and makes K unsymmetric, as thrust does that turns with its body: of the
+lowest modes of its symmetric part those of K are made then (Rayleigh-Ritz), and how well is reported.
+Two of them may feed each other, and grow as they swing.
 
 Rigid bodies that have been found at rest move too, with the lines that are tied to them
 (`solve.modal_bodies`), bodies that run on lines, and lines that a winch keeps taut, as it pays them out
@@ -20,12 +21,13 @@ Frequencies converge with the square of the segment length: on N segments n half
 low by (n pi / N)^2 / 24, 0.05 % at 30 segments to a half-wave.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.layout import Layout
@@ -37,6 +39,8 @@ from lumpedcable.solve.modal_lumps import lowest_of_lumps
 from lumpedcable.solve.modal_rods import Rods, shares_of_rods
 
 __all__ = ["Modes", "natural_modes"]
+
+Damped = Callable[[dict[str, np.ndarray], dict[str, np.ndarray]], Array]
 
 TINY = 1e-300
 SAME = 1e-9  # relative: eigenvalues closer than this are one, with any mixture of their modes
@@ -57,6 +61,8 @@ class Modes:
     growth: rate (1/s) at which pairs of modes that feed each other grow as they swing, in quadrature,
         (k,); 0 of others. `square` is then that of the frequency.
     doubt: how far omega^2 may be off (-) where K is unsymmetric, (k,); 0 where it is not.
+    damping: share of critical damping (-), (k,); NaN where a mode does not swing by itself, None where
+        it is not asked for.
     unknowns: number of all modes there are.
     axes: the coordinates that modes can move in, orthonormal columns (3, d) in x, y, z.
     rigid: how rigid bodies and trolleys move, by name; those that are held are left out.
@@ -85,6 +91,7 @@ class Modes:
     winch_share: dict[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
     rolling: dict[str, float] = field(default_factory=dict)
     held: float = 0.0
+    damping: Float[np.ndarray, " k"] | None = None
 
     @property
     def unstable(self) -> np.ndarray:
@@ -104,8 +111,9 @@ class Modes:
 
 
 def natural_modes(
-    linear: Linear, net: Net, layout: Layout, coordinates: Coordinates, count: int
-) -> Modes:
+    linear: Linear, net: Net, layout: Layout, coordinates: Coordinates, count: int,
+    damped: Damped | None = None,
+) -> Modes:  # fmt: skip
     """The `count` lowest modes of a linearised model.
 
     Args:
@@ -115,6 +123,8 @@ def natural_modes(
         coordinates: those of the model. Nothing can move out of them: a line along x in one
             dimension has no transverse modes.
         count: number of modes, positive; fewer are returned where there are not so many.
+        damped: tells phi . C phi (kg/s) of motions of the model's lines and bodies, as
+            `solve.modal_damping` does; None: nothing is damped.
 
     Raises:
         ValueError: nothing can move.
@@ -148,6 +158,12 @@ def natural_modes(
         name: np.einsum("pdm,km->kdp", body.moves, turned[name])
         for name, body in here.bodies.items()
     }
+    damping = None
+    if damped is not None:
+        swings = (square > resolution) & (growth == 0.0)
+        damping = np.full(square.size, np.nan)
+        lost = np.asarray(damped(lines, turned))
+        damping[swings] = (lost / mass)[swings] / (2.0 * np.sqrt(square[swings]))
     payout = {name: turned[name][:, 0] for name in here.winches}
     shapes, scale = _shapes(lines, outlines, payout, layout, coordinates)
     places = {name: coordinates.expand(x, 0, place=True).T for name, x in here.reference.items()}
@@ -171,6 +187,7 @@ def natural_modes(
             name: here.winches[name].mass[0, 0] * paid**2 / mass for name, paid in payout.items()
         },
         rolling={name: float(force) for name, force in here.rolling.items()},
+        damping=damping,
     )
 
 

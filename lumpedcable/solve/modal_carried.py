@@ -75,11 +75,8 @@ def carried_motion(model: Model, net: Net) -> Carried:
         riders[name], rolling[name] = _rider(body, still[at : at + m], _tension(model, name))
         at += m
     for name, body in drums.items():
-        ratio = jnp.ones(())
-        if body.control is not None:
-            ratio = 1.0 + body.control.gain / body.stretch
-        lighter = lighter.at[at].set(1.0 / ratio)
-        winches[name] = _winch(body, ratio, d)
+        lighter = lighter.at[at].set(1.0 / body.quickened)
+        winches[name] = _winch(body, d)
         at += body.reference.size
     return Carried(-lighter[:, None] * slope, riders, winches, rolling)
 
@@ -118,12 +115,12 @@ def _rider(
     ), jnp.where(rolls, size, 0.0)
 
 
-def _winch(body: Winch, ratio: Float[Array, ""], d: int) -> Floating:
+def _winch(body: Winch, d: int) -> Floating:
     """The length that a winch has paid out, with the mass that it has under its drive."""
     q = body.reference
     return Floating(
         free=jnp.zeros_like(q).at[0].set(1.0),
-        mass=body.mass(q).at[0, 0].divide(ratio),
+        mass=body.mass(q).at[0, 0].divide(body.quickened),
         stiffness=jnp.zeros((q.size, q.size)),
         ends=jnp.zeros((0, d, q.size)),
         outline=jnp.zeros((0, d)),

@@ -30,6 +30,7 @@ from lumpedcable.scene import Scene
 from lumpedcable.solve.bound import step_bound
 from lumpedcable.solve.clamps import folded
 from lumpedcable.solve.integrate import advance, begin
+from lumpedcable.solve.modal_damping import modal_damping
 from lumpedcable.solve.modal_linear import linearised
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.plan import Numbers, Plan
@@ -49,6 +50,7 @@ __all__ = [
     "advance_batch",
     "begin_batch",
     "configure",
+    "damping_of",
     "linearise",
     "prepare_batch",
     "prepare_cells",
@@ -299,3 +301,5 @@ def followed(function: Callable[..., Any], *examples: Any) -> tuple[Callable[...
 
 linearise = program(linearised, options=RUN_ONCE)
 """Stiffness and masses of one model at rest, for its natural modes."""
+damping_of = program(modal_damping, options=RUN_ONCE)
+"""What damps natural modes of a model at rest."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -23,7 +24,7 @@ from lumpedcable.solve.modal import Modes, natural_modes
 from lumpedcable.solve.modal_carried import carried_rest
 from lumpedcable.solve.statics import force_scale, static_residual
 from lumpedcable.status import ADVICE, MEANING, Status
-from lumpedcable.study.compiled import Structure, linearise, prepare_batch
+from lumpedcable.study.compiled import Structure, damping_of, linearise, prepare_batch
 from lumpedcable.study.plan import common_coordinates
 
 __all__ = ["NoEquilibriumError", "find_modes"]
@@ -71,7 +72,9 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     net = make_net(model)
     outlines = {name: _outline(scene, name) @ coordinates.axes for name in scene.settling}
     try:
-        found = natural_modes(linearise(model, outlines), net, layout, coordinates, count)
+        damped = partial(damping_of, model) if _is_damped(model) else None
+        linear = linearise(model, outlines)
+        found = natural_modes(linear, net, layout, coordinates, count, damped)
     except ValueError as error:
         d = coordinates.dimensions
         if d == 3 or net.fixed.all():
@@ -85,6 +88,19 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
         shapes=found.shapes | shapes,
         held=_held(scene, model, net),
     )
+
+
+def _is_damped(model: Model) -> bool:
+    """Whether anything may resist small motions in proportion; rods take part in no such account."""
+    lines = model.lines.values()
+    if any(line.inextensible for line in lines):
+        return False
+    return any(
+        line.damping is not None
+        or line.resistances
+        or (line.drag is not None and line.current is not None)
+        for line in lines
+    ) or any(body.works() for body in model.bodies.values())
 
 
 def _hung(scene: Scene) -> Scene:

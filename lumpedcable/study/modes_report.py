@@ -20,6 +20,8 @@ from lumpedcable.study.tables import console_of, new_table
 __all__ = ["heading", "modes_contents", "modes_table", "shown"]
 
 MOVES = 0.05  # share of a mode's motion from which an axis is named
+DAMPED = 1e-6  # share of critical damping from which it is told
+STRONG = 0.2  # the same, from which to first order is not enough
 UNSETTLED = 0.02  # share of omega^2 in doubt, where K is unsymmetric, from which a mode says so
 BLURRED = 1e-3  # share of omega^2 lost in rounding from which a mode says so
 TINY = 1e-300
@@ -80,6 +82,8 @@ def _remark(modes: Modes, k: int) -> str:
     if _state(modes, k) == "stable" and modes.resolution[k] > BLURRED * modes.square[k]:
         share = 50.0 * modes.resolution[k] / modes.square[k]
         remarks.append(f"rounding leaves {share:.1g} % of doubt")
+    if modes.damping is not None and modes.damping[k] > STRONG:
+        remarks.append("strongly damped: to first order")
     if modes.doubt[k] > UNSETTLED and not modes.neutral[k]:
         remarks.append("not settled: ask for more modes (-n)")
     return "; ".join(remarks)
@@ -118,6 +122,8 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
     console, table = console_of(), new_table()
     bodies = bool(np.any(modes.bodies > 0.0))
     heads = ["mode", "frequency\n(Hz)", "period\n(s)", "along\nlines (%)", "across\nlines (%)"]
+    if damped := _is_damped(modes):
+        heads.insert(3, "damping\n(%)")
     for words in [*heads, *(["bodies\n(%)"] if bodies else [])]:
         table.add_column(Text(words), justify="right", vertical="bottom", no_wrap=True)
     rigid = bool(modes.rigid or modes.payout)
@@ -135,6 +141,7 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
             str(k + 1),
             "-" if np.isnan(frequency) else f"{frequency:.6g}",
             f"{1.0 / frequency:.6g}" if frequency > 0.0 else "-",
+            *([_percent(modes, k)] if damped else []),
             *(f"{100.0 * abs(share):.1f}" for share in shares),
             ", ".join(_directions(modes, k)),
             *(["; ".join(_told_moves(modes, k))] if rigid else []),
@@ -147,11 +154,25 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
         console.print(Text(note, "dim"))
 
 
+def _is_damped(modes: Modes) -> bool:
+    """Whether anything damps small motions."""
+    return modes.damping is not None and bool(np.any(modes.damping > DAMPED))
+
+
+def _percent(modes: Modes, k: int) -> str:
+    """A mode's share of critical damping, in percent."""
+    assert modes.damping is not None
+    share = modes.damping[k] if abs(modes.damping[k]) > DAMPED else 0.0
+    return "-" if np.isnan(modes.damping[k]) else f"{100.0 * share:.3g}"
+
+
 def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
     scene = study.runs[run]
     notes = [
-        f"Shares are of the kinetic energy. {_plane(modes)}{_damping(scene)}".strip(),
+        f"Shares are of the kinetic energy. {_plane(modes)}{_damping(scene, modes)}".strip(),
     ]
+    if _is_damped(modes):
+        notes.append("Damping is the share of the critical one, to first order.")
     if len(modes.square) < asked:
         one = modes.unknowns == 1
         notes.append(f"There {'is 1 mode' if one else f'are {modes.unknowns} modes'} in all.")
@@ -228,12 +249,18 @@ def _plane(modes: Modes) -> str:
     return f"Motion in {what} only; dimensions = 3 allows all. "
 
 
-def _damping(scene: Scene) -> str:
+def _damping(scene: Scene, modes: Modes) -> str:
+    """What resists the motion and is left out."""
+    current = scene.water is not None and scene.water.current is not None
+    told, counted = [], _is_damped(modes)
     drag = any(line.drag is not None for line in scene.lines.values())
     damped = [*scene.materials.values(), *([scene.seabed] if scene.seabed is not None else [])]
-    damping = any(part.damping is not None for part in damped)
+    damping = modes.damping is None and any(part.damping is not None for part in damped)
     left_out = [word for word, there in (("drag", drag), ("damping", damping)) if there]
-    told = [f"Without the {' and '.join(left_out)} of the motion."] if left_out else []
+    if left_out and not counted:
+        told.append(f"Without the {' and '.join(left_out)} of the motion.")
+    elif drag and not current:
+        told.append("Without drag, which grows with the square of the motion.")
     if any(material.relaxation for material in scene.materials.values()):
         told.append("Materials have the stiffness of slow loads, all that relaxes gone.")
     return " ".join(told)
@@ -241,7 +268,9 @@ def _damping(scene: Scene) -> str:
 
 def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any], dict[str, Any]]:
     """What goes into the file of natural modes: everything short, and places and shapes by part."""
-    table = []
+    table, damping = [], None
+    if modes.damping is not None:
+        damping = [None if np.isnan(share) else float(share) for share in modes.damping]
     for k, frequency in enumerate(modes.frequency):
         swings = _state(modes, k) in ("stable", "flutter")
         table.append(
@@ -253,6 +282,7 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
                 "omega_squared": float(modes.square[k]),
                 "omega_squared_rounding": float(modes.resolution[k]),
                 "growth": float(modes.growth[k]),
+                **({} if damping is None else {"damping_ratio": damping[k]}),
                 "modal_mass": float(modes.mass[k]),
                 "share_along_lines": float(modes.axial[k]),
                 "share_across_lines": float(modes.transverse[k]),

@@ -1,0 +1,173 @@
+"""How fast natural modes die out: closed forms, and the motion itself."""
+
+import numpy as np
+import pytest
+from engine_runs import run_text
+from modal_runs import STRING, modes_of
+from scipy.linalg import eigh
+
+BAR = f"dimensions = 1\n{STRING}".replace('EA = "1 MN"', 'EA = "1 MN"\ndamping = "2 kN s"')
+
+
+def test_a_bar_whose_material_damps(tmp_path):
+    found = modes_of(tmp_path, BAR)
+    # C = (B / EA) K: zeta = omega B / (2 EA)
+    omega = 2.0 * np.pi * found.frequency
+    assert found.damping == pytest.approx(omega * 2e3 / (2.0 * 1e6), rel=1e-9)
+
+
+def test_nothing_damps_a_string(tmp_path):
+    assert modes_of(tmp_path, f"dimensions = 2\n{STRING}").damping is None
+
+
+STREAM = (
+    "dimensions = 3\n[water]\ndensity = 1025\n"
+    'current = { profile = "uniform", velocity = [0, 0.5, 0] }\n' + STRING
+).replace(
+    'mass = "1 kg/m"',
+    'mass = "3 kg/m"\ndiameter = 0.02\ndrag = { normal = 1.2, tangential = 0.01 }\n'
+    "added_mass = { normal = 1, tangential = 0 }",
+)
+
+
+def test_a_string_in_a_stream(tmp_path):
+    found = modes_of(tmp_path, STREAM, 'materials.hooke.EA="1 MN"', count=4)
+    # 1/2 rho Cd d U^2 a metre (unstretched): 2 (1/2 rho Cd d U) along the stream, half of it across
+    drag = 1025 * 1.2 * 0.02 * 0.5
+    mass = 3.0 + 1025 * np.pi * 0.02**2 / 4
+    omega = 2.0 * np.pi * found.frequency
+    along = np.argmax([np.abs(found.shapes["rope"][k]).max(axis=0) for k in range(4)], axis=1)
+    expected = np.where(along == 1, 1.0, 0.5) * drag / mass / (2.0 * omega)
+    assert set(along) == {1, 2}
+    # it bows in the stream
+    assert found.damping == pytest.approx(expected, rel=1e-3)
+
+
+BUOY = """
+gravity = 10
+dimensions = 3
+
+[materials.hooke]
+law = "linear"
+EA = "1 MN"
+
+[lines.rope]
+material = "hooke"
+length = "10 m"
+segments = 2
+mass = "1e-6 kg/m"
+start = { fixed = [0, 0, 0] }
+end = "load.ring"
+
+[bodies.load]
+mass = 1000
+position = [0, 0, -11]
+inertia = [400, 500, 600]
+points = { ring = [0, 0, 1] }
+free = ["z"]
+settle = true
+control = { damping = [0, 0, 50] }
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+def test_a_body_that_is_damped(tmp_path):
+    found = modes_of(tmp_path, BUOY, count=1)
+    omega = np.sqrt(1e6 / 10.0 / 1000.0)
+    assert 2.0 * np.pi * found.frequency[0] == pytest.approx(omega, rel=1e-6)
+    assert found.damping[0] == pytest.approx(50.0 / (2.0 * 1000.0 * omega), rel=1e-6)
+
+
+WINCH = """
+dimensions = 1
+
+[materials.steel]
+law = "linear"
+EA = "1 MN"
+damping = "300 N s"
+
+[lines.wire]
+material = "steel"
+length = "10 m"
+segments = 5
+mass = "2 kg/m"
+start = { fixed = [0, 0, 0] }
+end.winch = { at = [12, 0, 0], tension = "50 kN", inertia = 30, damping = 700, control = { gain = 4 } }
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+def test_a_winch_that_is_damped(tmp_path):
+    found = modes_of(tmp_path, WINCH, count=5)
+    # EA (x' - x - l)^2 / 2 l of n equal segments of l = L / n; B (de/dt)^2 / 2 times l damps alike
+    n, EA, B, stretch = 5, 1e6, 300.0, 1.05
+    length = 12.0 / stretch
+    size = length / n
+    ways = np.zeros((n, 5))
+    for k in range(n):
+        for node, sign in ((k, -1.0), (k + 1, 1.0)):
+            if 0 < node < n:
+                ways[k, node - 1] = sign
+        ways[k, 4] = -stretch / n
+    stiffness, damping = EA / size * ways.T @ ways, B / size * ways.T @ ways
+    # the drive multiplies what the line pulls, not what its own damper does
+    ratio = 1.0 + 4.0 / stretch
+    damping[4, 4] += 700.0 / ratio
+    mass = np.diag([2.0 * size] * 4 + [(2.0 * length / 3.0 + 30.0) / ratio])
+    square, vectors = eigh(stiffness, mass)
+    expected = np.sum(vectors * (damping @ vectors), axis=0) / (2.0 * np.sqrt(square))
+    assert found.damping == pytest.approx(expected, rel=1e-6)
+
+
+HIGHLINE = """
+gravity = 9.81
+dimensions = 2
+
+[materials.steel]
+law = "linear"
+EA = "57 MN"
+
+[bodies.cargo]
+mass = 2000
+on = { line = "highline", place = "30 m" }
+
+[lines.highline]
+material = "steel"
+length = "60 m"
+segments = 40
+mass = "3 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = [60, 0, 0], tension = 80e3 } }
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+def test_a_swing_dies_out_as_they_say(tmp_path):
+    """Cargo on a line, let go 2 mm off its rest: sums of its modes as they decay."""
+    text = HIGHLINE.replace("tension = 80e3", "tension = 80e3, damping = 200")
+    found = modes_of(tmp_path, text, count=24)
+    rest = found.rigid["cargo"].position[2]
+    low = text.replace("[bodies.cargo]", f"[bodies.cargo]\nheight = {rest - 0.002}")
+    low = low.replace("duration = 1\nevery = 1", 'duration = "8 s"\nevery = "20 ms"')
+    ran = run_text(tmp_path, low)
+    height = ran.bodies["cargo"]["position"][0, :, 2]
+
+    def left(factor):
+        upright = np.abs(found.rigid["cargo"].moved[:, 2]) > 1e-6
+        omega, zeta = 2.0 * np.pi * found.frequency[upright], factor * found.damping[upright]
+        decay = np.exp(np.outer(ran.time, omega * (1j * np.sqrt(1.0 - zeta**2) - zeta)))
+        waves = np.column_stack([decay.real, decay.imag, np.ones_like(ran.time)])
+        part, *_ = np.linalg.lstsq(waves, height, rcond=None)
+        return np.std(height - waves @ part) / np.std(height)
+
+    assert left(1.0) < 2e-5
+    assert min(left(0.9), left(1.1)) > 5e-4
