@@ -48,7 +48,7 @@ class Observed(Column):
     """What was measured."""
     at: Text
     """Where: "LINE.start", "LINE.end", "LINE@DISTANCE" (unstretched, from the start), or a rigid
-    body."""
+    body or a trolley."""
     component: Literal["x", "y", "z"] | None = None
     """Component of a displacement, velocity or position. Absent: its size; needed for position."""
     noise: Any = None

@@ -21,6 +21,7 @@ from lumpedcable.model.state import Seen
 from lumpedcable.physics.vectors import size
 from lumpedcable.scene import Scene, format_quantity
 from lumpedcable.scene.bodies import Body
+from lumpedcable.scene.carried import CarriedBody
 from lumpedcable.scene.ends import tie_of
 from lumpedcable.scene.measures import PlaceKind
 from lumpedcable.scene.part import SIDES, did_you_mean
@@ -81,7 +82,11 @@ def watched(
     """
     match = _PLACE.fullmatch(at.strip())
     axis = None if component is None else "xyz".index(component)
-    bodies = [n for n, b in scene.bodies.items() if isinstance(b, Body) and b.rigid]
+    bodies = [
+        name
+        for name, body in scene.bodies.items()
+        if isinstance(body, CarriedBody) or (isinstance(body, Body) and body.rigid)
+    ]
     force = quantity in ("tension", PEAK)
     if force and (tied := _tied(scene, at.strip())) is not None:
         match = _PLACE.fullmatch(tied)
@@ -90,7 +95,7 @@ def watched(
             raise ValueError(f'expected a place on a line for a tension, found the body "{at}"')
         return Watched(quantity, at.strip(), None, axis, body=True), 0.0
     if match is None:
-        body = f", or a rigid body ({', '.join(bodies)})" if bodies else ""
+        body = f", or a rigid body or a trolley ({', '.join(bodies)})" if bodies else ""
         ends = [f"{name}.{side}" for name in scene.lines for side in SIDES]
         hint = did_you_mean(at.strip(), [*ends, *bodies])
         raise ValueError(
@@ -208,7 +213,10 @@ def look(
             return seen.ends[what.piece][what.node]
         assert weights is not None
         return seen.fields[what.piece]["tension"] @ weights
-    here = _of_body(model, seen, what) if what.body else _of_line(model, seen, what, weights)
+    if what.body:
+        here = _of_body(model, seen, what, coordinates.dimensions)
+    else:
+        here = _of_line(model, seen, what, weights)
     if what.component is None:
         return size(here)
     value = jnp.asarray(coordinates.axes)[what.component] @ here
@@ -235,10 +243,9 @@ def _of_line(model: Model, seen: Sample, what: Watched, weights) -> Float[Array,
     return field[:, what.node] if what.node is not None else field @ weights
 
 
-def _of_body(model: Model, seen: Sample, what: Watched) -> Float[Array, " d"]:
-    """Displacement, place (m) or velocity (m/s) of a body's centre of gravity."""
+def _of_body(model: Model, seen: Sample, what: Watched, d: int) -> Float[Array, " d"]:
+    """Displacement, place (m) or velocity (m/s) of a body's centre of gravity, or of a trolley."""
     q, rate = seen.bodies[what.piece]
-    d = next(iter(model.lines.values())).dimensions
     if what.quantity == "velocity":
         return rate[:d]
     return q[:d] - model.bodies[what.piece].reference[:d] * (what.quantity == "displacement")

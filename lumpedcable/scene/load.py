@@ -92,7 +92,11 @@ def load_study(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Stud
     Raises:
         SceneError: with every fault of file and overrides.
     """
-    file, overrides = FilePath(path), tuple(overrides)
+    # a text alone is one of them
+    file, overrides = (
+        FilePath(path),
+        (overrides,) if isinstance(overrides, str) else tuple(overrides),
+    )
     text, data = read_toml(file)
     reader = _Reader(file, text)
     sweep = reader.sweep(data.pop("sweep", {}))

@@ -61,7 +61,7 @@ def test_shares_of_the_travel_of_a_mass_on_a_spring(tmp_path):
 @pytest.mark.parametrize(
     ("of", "said"),
     [("max tension at sledge", 'a place on a line for a tension, found the body "sledge"'),
-     ("max velocity at slidr", r'or a rigid body \(slider, sledge\), found "slidr"')],
+     ("max velocity at slidr", r'or a rigid body or a trolley \(slider, sledge\), found "slidr"')],
 )  # fmt: skip
 def test_a_scalar_that_a_body_does_not_have(tmp_path, of, said):
     alone = "[bodies.sledge]\nmass = 1\nsize = [1, 1, 1]\nposition = [9, 0, 0]\nfree = ['x']\n"
@@ -87,3 +87,42 @@ def test_a_result_that_rounding_decides_is_said_to_be_one(tmp_path):
     )
     assert ["say nothing" in remark for remark in found.remarks] == [True, False]
     assert found.remarks[1] == "By 1 of the numbers it has no derivative here."
+
+
+HIGHLINE = """
+gravity = 10
+[materials.steel]
+law = "linear"
+EA = "57 MN"
+[bodies.cargo]
+mass = 2000
+height = 0
+on = { line = "highline", place = "30 m" }
+[lines.highline]
+model = "ideal"
+material = "steel"
+length = "60 m"
+segments = 20
+mass = "3 kg/m"
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = [60, 0, 0], tension = 80e3 } }
+[solver]
+method = "rk4"
+step = "1 ms"
+[output]
+duration = "2.5 s"
+every = "2 ms"
+"""
+
+
+def test_how_deep_cargo_falls_on_a_trolley(tmp_path):
+    study = study_of(tmp_path, HIGHLINE)
+    found = sensitivity_of(study, read_scalar("max displacement at cargo", study.scene))
+    # T (2 sqrt(h^2 + a^2) - 2 a) = m g h: h = 2 a k / (1 - k^2), k = m g / 2 T
+    k = 2000 * 10 / 2 / 80e3
+    assert found.value == pytest.approx(2 * 30 * k / (1 - k**2), rel=1e-6)
+    share = dict(zip(found.keys, found.shares, strict=True))
+    # at the output that is up to 1 ms away from the turn, where it still moves
+    assert share["bodies.cargo.mass"] == pytest.approx(1 + 2 * k**2 / (1 - k**2), rel=1e-3)
+    winch = share["lines.highline.end.winch.tension"]
+    assert winch == pytest.approx(-share["bodies.cargo.mass"], rel=1e-9)

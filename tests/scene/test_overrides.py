@@ -20,6 +20,7 @@ def test_override_by_full_path_and_by_unique_end():
     by_end = load_study(SNAPBACK, ["break.time=50 ms"])
     assert by_path.scene == by_end.scene
     assert by_path.scene.events["break"].time == 0.05
+    assert load_study(SNAPBACK, "break.time=50 ms").scene == by_end.scene  # one text alone
 
 
 def test_override_of_a_swept_key_takes_its_axis_away():
