@@ -24,11 +24,13 @@ _FITS = (
     "response",
     "sensitivity",
 )
+_MODES = ("NaturalModes", "modes")
 __all__ = [
     "Dependence",
     "Figures",
     "Fit",
     "FoundNumber",
+    "NaturalModes",
     "OutputError",
     "Page",
     "Result",
@@ -38,6 +40,7 @@ __all__ = [
     "__version__",
     "fit",
     "fit_ropes",
+    "modes",
     "open",
     "response",
     "run",
@@ -65,6 +68,7 @@ if TYPE_CHECKING:
         response,
         sensitivity,
     )
+    from lumpedcable.vibrations import NaturalModes, modes
 
 
 def __getattr__(name: str) -> Any:
@@ -73,6 +77,10 @@ def __getattr__(name: str) -> Any:
         from lumpedcable import fits
 
         return getattr(fits, name)
+    if name in _MODES:
+        from lumpedcable import vibrations
+
+        return getattr(vibrations, name)
     if name in __all__:
         from lumpedcable import api
 

@@ -325,6 +325,21 @@ def changed_study(
     return load_study(scene, texts)
 
 
+def study_with_run(
+    scene: str | Path, changes: Mapping[str, Any] | None, more: Mapping[str, Any], run: int
+) -> Study:
+    """The same, which has a run of this number.
+
+    Raises:
+        SceneError: the scene or a change is wrong.
+        ValueError: it has no such run.
+    """
+    study = changed_study(scene, changes, more)
+    if not (isinstance(run, int | np.integer) and 0 <= run < len(study.runs)):
+        raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run!r}")
+    return study
+
+
 def _text(value: Any) -> str:
     """A value as `--set` takes it."""
     if isinstance(value, str):

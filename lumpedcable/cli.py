@@ -267,28 +267,21 @@ def modes(
     folder = checked(output or Path(scene.stem))
     clock.mark("read")
 
-    from lumpedcable.results.modes import write_modes
     from lumpedcable.study.compiling import heard
-    from lumpedcable.study.modes import NoEquilibriumError, find_modes
-    from lumpedcable.study.modes_report import heading, modes_contents, modes_table, shown
-    from lumpedcable.view import ModeShapes, plot_modes
+    from lumpedcable.study.modes import NoEquilibriumError
+    from lumpedcable.vibrations import study_modes
 
     with _told():
         clock.mark("load")
         try:
             with heard(clock):
-                found = find_modes(study, count, run_)
+                found = study_modes(study, count, run_)
         except NoEquilibriumError as error:
             fail(f"{scene}: {error}", 1)
         clock.mark("find")
-        shapes = ModeShapes(*shown(found))
-        made = plot_modes(
-            shapes, f"Natural modes: {heading(study, run_)}", folder / "modes",
-            tuple(format_ or ["png"]),
-        )  # fmt: skip
-        write_modes(folder / "modes.json", *modes_contents(study, run_, found))
-    modes_table(study, run_, found, count)
-    for path in (*made, folder / "modes.json"):
+        made = [*found.plot(folder, tuple(format_ or ["png"])), *found.save(folder)]
+    found.report()
+    for path in made:
         print(path)
     clock.mark("tell")
     if timings:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lumpedcable.api import changed_study
+from lumpedcable.api import study_with_run
 from lumpedcable.shown import Drawn, Figures
 
 if TYPE_CHECKING:
@@ -325,7 +325,7 @@ def sensitivity(
         SceneError: the scene or a change is wrong, or the scene has no such scalar.
         ValueError: the scene has no such run.
     """
-    study = _study_with(scene, changes, more, run)
+    study = study_with_run(scene, changes, more, run)
     return study_sensitivity(study, of, run)
 
 
@@ -364,18 +364,8 @@ def response(
     """
     from lumpedcable.fitting.response import Response
 
-    study = _study_with(scene, changes, more, run)
+    study = study_with_run(scene, changes, more, run)
     return Response(study, of, by, run, spare)
-
-
-def _study_with(
-    scene: str | Path, changes: Mapping[str, Any] | None, more: Mapping[str, Any], run: int
-) -> Study:
-    """A changed scene that has a run of this number."""
-    study = changed_study(scene, changes, more)
-    if not (isinstance(run, int | np.integer) and 0 <= run < len(study.runs)):
-        raise ValueError(f"run: expected one from 0 to {len(study.runs) - 1}, found {run!r}")
-    return study
 
 
 def study_sensitivity(study: Study, of: str | None, run: int) -> Sensitivity:

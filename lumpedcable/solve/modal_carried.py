@@ -7,7 +7,8 @@ the line pulls too much by 1 + g / (1 + e): the drum then is as much lighter, an
 What a drive integrates, and its damping, take no part.
 
 A trolley that nothing holds along its line is at rest only where the line is level under it; elsewhere
-it is held in the direction in which it would roll away.
+it is held along the line's span. A winch with friction at its sheave is held as well: small motions do
+not overcome that, and leave the line as long as it is.
 """
 
 from typing import NamedTuple
@@ -16,11 +17,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.couple import posts_of
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import IdealCable, Trolley
+from lumpedcable.physics.vectors import size
 from lumpedcable.solve.carried import Unknowns, dimensions_of
 from lumpedcable.solve.modal_bodies import Floating
 
@@ -34,13 +37,15 @@ class Carried(NamedTuple):
     """K of a whole model, and its bodies: those that run on lines and winches, by name.
 
     stiffness (n, n): of all coordinates of places of the net, then of riders, then of winches, in N/m,
-    N and N m. rolling: by trolley, the force (N) in whose direction it is held, 0 where it rests.
+    N and N m. rolling: by trolley, the force (N) along the line's span against which it is held, 0 where
+    it rests. astray: what is left on it across that (N).
     """
 
     stiffness: Float[Array, "n n"]
     riders: dict[str, Floating]
     winches: dict[str, Floating]
     rolling: dict[str, Float[Array, ""]]
+    astray: dict[str, Float[Array, ""]]
 
 
 def carried_rest(model: Model, net: Net) -> Float[Array, "places d"]:
@@ -68,41 +73,52 @@ def carried_motion(model: Model, net: Net) -> Carried:
 
     slope, still = jax.jacfwd(force, has_aux=True)(x)
     lighter = jnp.ones(unknowns.size)
-    riders, winches, rolling = {}, {}, {}
+    riders, winches, rolling, astray = {}, {}, {}, {}
     at = unknowns.nodal
     for name, body in cargo.items():
         m = body.reference.size
-        riders[name], rolling[name] = _rider(body, still[at : at + m], _tension(model, name))
+        riders[name], rolling[name], astray[name] = _rider(
+            body, still[at : at + m], *_on(model, name)
+        )
         at += m
     for name, body in drums.items():
         lighter = lighter.at[at].set(1.0 / body.quickened)
         winches[name] = _winch(body, d)
         at += body.reference.size
-    return Carried(-lighter[:, None] * slope, riders, winches, rolling)
+    return Carried(-lighter[:, None] * slope, riders, winches, rolling, astray)
 
 
-def _tension(model: Model, name: str) -> Float[Array, ""]:
-    """That of the line that a body runs on (N)."""
-    law = next(coupled.law for coupled in model.couplings if coupled.body == name)
+def _on(model: Model, name: str) -> tuple[Float[Array, ""], Float[Array, " d"]]:
+    """The tension (N) of the line that a body runs on, and the level direction of its span."""
+    coupled = next(coupled for coupled in model.couplings if coupled.body == name)
+    law, posts = coupled.law, posts_of(model, coupled, jnp.zeros(()), None, None)
     assert isinstance(law, IdealCable | Trolley)  # there is no other
-    return law.tension
+    if posts is not None:
+        way = posts.end.place - posts.start.place
+    else:
+        assert coupled.line is not None
+        nodes = model.lines[coupled.line].reference
+        way = nodes[:, -1] - nodes[:, 0]
+    way = way.at[-1].set(0.0)
+    return law.tension, way / jnp.sqrt(jnp.sum(way**2))
 
 
 def _rider(
-    body: Rider, left: Float[Array, " m"], tension: Float[Array, ""]
-) -> tuple[Floating, Float[Array, ""]]:
-    """A trolley with its cargo, on which the forces `left` act; and the force along which it is held."""
+    body: Rider, left: Float[Array, " m"], tension: Float[Array, ""], span: Float[Array, " d"]
+) -> tuple[Floating, Float[Array, ""], Float[Array, ""]]:
+    """A trolley with its cargo, on which the forces `left` act; the force along its line's span against
+    which it is held, and what is left across that."""
     q, d = body.reference, body.dimensions
     free = jnp.ones_like(q) if body.free is None else body.free
-    push = (free * left).at[d:].set(0.0)
-    size = jnp.sqrt(jnp.sum(push**2))
-    rolls = size > AT_REST * tension
-    unit = jnp.where(rolls, push / jnp.where(rolls, size, 1.0), 0.0)
+    push = (free * left)[:d]
+    along, least = jnp.dot(push, span), AT_REST * tension
+    rolls = jnp.abs(along) > least
+    across = size(push - along * span)
 
     def points(q):
         return jnp.stack([q[:d], body.centre(q)])
 
-    return Floating(
+    mine = Floating(
         free=free,
         mass=body.mass(q),
         stiffness=jnp.zeros((q.size, q.size)),
@@ -110,16 +126,18 @@ def _rider(
         outline=points(q),
         moves=jax.jacfwd(points)(q),
         doubt=jnp.zeros_like(q),
-        away=unit,
+        away=jnp.where(rolls, jnp.zeros_like(q).at[:d].set(span), 0.0),
         turns=None if d == 2 and q.size > d else jnp.array(SWING)[: q.size - d],
-    ), jnp.where(rolls, size, 0.0)
+    )
+    return mine, jnp.where(rolls, jnp.abs(along), 0.0), jnp.where(across > least, across, 0.0)
 
 
 def _winch(body: Winch, d: int) -> Floating:
     """The length that a winch has paid out, with the mass that it has under its drive."""
     q = body.reference
+    slides = 1.0 if body.sheave is None else jnp.where(body.sheave.grip > 0.0, 0.0, 1.0)
     return Floating(
-        free=jnp.zeros_like(q).at[0].set(1.0),
+        free=jnp.zeros_like(q).at[0].set(slides),
         mass=body.mass(q).at[0, 0].divide(body.quickened),
         stiffness=jnp.zeros((q.size, q.size)),
         ends=jnp.zeros((0, d, q.size)),

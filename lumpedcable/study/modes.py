@@ -39,7 +39,7 @@ ROOM = {
 }
 
 
-class NoEquilibriumError(Exception):
+class NoEquilibriumError(ValueError):
     """Statics found no equilibrium to vibrate about; the message says what to do."""
 
 

@@ -17,11 +17,12 @@ from lumpedcable.solve.modal import Modes
 from lumpedcable.solve.modal_coupled import ROUNDING
 from lumpedcable.study.tables import console_of, new_table
 
-__all__ = ["heading", "modes_contents", "modes_table", "shown"]
+__all__ = ["conditions", "heading", "modes_contents", "modes_table", "shown"]
 
 MOVES = 0.05  # share of a mode's motion from which an axis is named
 DAMPED = 1e-6  # share of critical damping from which it is told
 STRONG = 0.2  # the same, from which to first order is not enough
+STILL = 1e-6  # of the largest motion: lines that move less do not
 UNSETTLED = 0.02  # share of omega^2 in doubt, where K is unsymmetric, from which a mode says so
 BLURRED = 1e-3  # share of omega^2 lost in rounding from which a mode says so
 TINY = 1e-300
@@ -92,7 +93,7 @@ def _remark(modes: Modes, k: int) -> str:
 def _directions(modes: Modes, k: int) -> list[str]:
     """The axes along which a mode's lines move, the busiest first."""
     motion = np.sum([np.sum(shape[k] ** 2, axis=0) for shape in modes.shapes.values()], axis=0)
-    return _busy(WAYS[:3], motion)
+    return _busy(WAYS[:3], motion) if np.sum(motion) > STILL**2 else []
 
 
 def _busy(names: tuple[str, ...], motion: np.ndarray) -> list[str]:
@@ -150,7 +151,13 @@ def modes_table(study: Study, run: int, modes: Modes, asked: int) -> None:
         table.add_row(*(Text(cell) for cell in cells))
     console.print(Text(heading(study, run), "bold"))
     console.print(table)
-    for note in _notes(study, run, modes, asked):
+    notes = conditions(study, run, modes)
+    if len(modes.square) < asked:
+        one = modes.unknowns == 1
+        notes.insert(1, f"There {'is 1 mode' if one else f'are {modes.unknowns} modes'} in all.")
+    if len(study.runs) > 1:
+        notes.append(f"Run {run} of 0 to {len(study.runs) - 1}; --run takes another.")
+    for note in notes:
         console.print(Text(note, "dim"))
 
 
@@ -166,16 +173,14 @@ def _percent(modes: Modes, k: int) -> str:
     return "-" if np.isnan(modes.damping[k]) else f"{100.0 * share:.3g}"
 
 
-def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
+def conditions(study: Study, run: int, modes: Modes) -> list[str]:
+    """What a reader should know about all modes: what they are about, and what takes no part."""
     scene = study.runs[run]
     notes = [
         f"Shares are of the kinetic energy. {_plane(modes)}{_damping(scene, modes)}".strip(),
     ]
     if _is_damped(modes):
         notes.append("Damping is the share of the critical one, to first order.")
-    if len(modes.square) < asked:
-        one = modes.unknowns == 1
-        notes.append(f"There {'is 1 mode' if one else f'are {modes.unknowns} modes'} in all.")
     unstable = int(np.count_nonzero(modes.unstable))
     if unstable:
         count = f"{unstable} mode{'s' if unstable > 1 else ''}"
@@ -200,10 +205,7 @@ def _notes(study: Study, run: int, modes: Modes, asked: int) -> list[str]:
         notes.append(
             f'"{name}" is held where the scene puts it; with settle = true it comes to rest and moves.'
         )
-    notes += [*_trolley_notes(scene, modes), *_reel_notes(scene)]
-    if len(study.runs) > 1:
-        notes.append(f"Run {run} of 0 to {len(study.runs) - 1}; --run takes another.")
-    return notes
+    return [*notes, *_trolley_notes(scene, modes), *_reel_notes(scene)]
 
 
 def _trolley_notes(scene: Scene, modes: Modes) -> Iterator[str]:
@@ -218,6 +220,11 @@ def _trolley_notes(scene: Scene, modes: Modes) -> Iterator[str]:
         elif modes.rolling[name] > 0.0:
             force = quantity(modes.rolling[name], "N", 3)
             yield f'"{name}" is held along its line, where {force} would set it going.'
+        if modes.astray[name] > 0.0:
+            force = quantity(modes.astray[name], "N", 3)
+            yield f'Not about rest: {force} are left on "{name}" across its line.'
+        if body.on.friction is not None and body.on.friction.coefficient > 0.0:
+            yield f'Friction, which may keep "{name}" from rolling, takes no part.'
 
 
 def _reel_notes(scene: Scene) -> Iterator[str]:
@@ -225,10 +232,15 @@ def _reel_notes(scene: Scene) -> Iterator[str]:
     ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
     reels = {reel_key(end) for end in ends}
     if "winch" in reels:
-        controls = [end.winch.control for end in ends if isinstance(end, WinchEnd)]
-        integral = any(c is not None and c.integral_time is not None for c in controls)
-        told = ", without what their control integrates" if integral else ""
-        yield f"Winches pay out and haul in to keep their tension{told}."
+        winches = [end.winch for end in ends if isinstance(end, WinchEnd)]
+        rubs = [w.sheave is not None and w.sheave.friction * w.sheave.wrap > 0.0 for w in winches]
+        if not all(rubs):
+            controls = [winch.control for winch in winches]
+            integral = any(c is not None and c.integral_time is not None for c in controls)
+            told = ", without what their control integrates" if integral else ""
+            yield f"Winches pay out and haul in to keep their tension{told}."
+        if any(rubs):
+            yield "Friction at their sheaves, which small motions do not overcome, holds winches."
     if "drum" in reels:
         yield "Drums are held: each line keeps the length that it has at rest."
 
@@ -305,6 +317,7 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
             "frequency": "Hz", "period": "s", "omega_squared": "rad2/s2", "growth": "1/s",
             "modal_mass": "kg", "position": "m", "shapes": "largest displacement 1",
         },
+        "conditions": conditions(study, run, modes),
         "dimensions": modes.axes.shape[1],
         "unknowns": modes.unknowns,
         "stiffness_asymmetry": modes.asymmetry,
@@ -321,6 +334,10 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
             name: {"position": body.position.tolist(), "shapes": np.round(body.moved, 12).tolist()}
             for name, body in modes.rigid.items()
         }
+    for key, forces in (("held_against", modes.rolling), ("left_across", modes.astray)):
+        if told := {name: force for name, force in forces.items() if force > 0.0}:
+            head["units"][key] = "N"
+            head[key] = told
     if modes.payout:
         head["units"]["winches"] = "m, as shapes"
         parts["winches"] = {

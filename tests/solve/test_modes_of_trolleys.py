@@ -227,3 +227,60 @@ def test_a_line_on_a_winch_alone(tmp_path, gain):
     assert found.bodies == pytest.approx(share, abs=1e-8)
     moves = found.shapes["wire"][:, 1:-1, 0].T
     assert moves * vectors[4] == pytest.approx(found.payout[name] * vectors[:4], abs=1e-8)
+
+
+STREAM = """
+dimensions = 3
+gravity = 9.81
+
+[water]
+density = 1025
+surface = 30
+current = { velocity = [0, 2, 0] }
+
+[materials.steel]
+law = "linear"
+EA = "57 MN"
+
+[bodies.cargo]
+mass = 2000
+on = { line = "highline", place = "20 m" }
+
+[lines.highline]
+material = "steel"
+length = "60 m"
+segments = 12
+mass = "3 kg/m"
+diameter = 0.05
+drag = { normal = 1.2, tangential = 0.01 }
+start = { fixed = [0, 0, 0] }
+end = { winch = { at = [60, 0, 0], tension = 80e3 } }
+
+[output]
+duration = 1
+every = 1
+"""
+
+
+def test_a_trolley_is_held_along_its_line_alone(tmp_path):
+    found = modes_of(tmp_path, STREAM, count=12)
+    sag = -found.rigid["cargo"].position[2]
+    # an ideal cable draws it to and fro along the span, the stream half of the line's drag across it
+    ways = np.array([-20.0, 0.0, sag]), np.array([40.0, 0.0, sag])
+    along = TENSION * sum(way / np.linalg.norm(way) for way in ways)[0]
+    # the line's own weight is a twelfth of what it carries
+    assert found.rolling["cargo"] == pytest.approx(along, rel=0.05)
+    drag = 0.5 * 1025 * 1.2 * 0.05 * 2.0**2 * 60.0
+    assert found.astray["cargo"] == pytest.approx(0.5 * drag, rel=0.02)
+    assert np.all(np.abs(found.rigid["cargo"].moved[:, 0]) < 1e-6)
+    assert np.any(np.abs(found.rigid["cargo"].moved[:, 1]) > 0.5)
+
+
+def test_friction_at_a_sheave_holds_the_winch(tmp_path):
+    text = WINCH.replace("CONTROL", ', sheave = { friction = 0.1, wrap = "90 deg" }')
+    found = modes_of(tmp_path, text, count=5)
+    # beads of a rod between two fixed points: 2 sqrt(k / m) sin(n pi / 2 N)
+    size = 12.0 / 1.05 / 5
+    known = 2.0 * np.sqrt(1e6 / size / (2.0 * size)) * np.sin(np.arange(1, 5) * np.pi / 10)
+    assert 2.0 * np.pi * found.frequency == pytest.approx(known, rel=1e-9)
+    assert np.all(found.payout["winch of wire"] == 0.0)
