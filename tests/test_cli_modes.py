@@ -298,12 +298,20 @@ def test_damping_has_a_column(tmp_path):
     good_scenes.write(tmp_path, f"dimensions = 1\n{text.replace('gravity = 9.81', '')}")
     said = say(tmp_path, "modes", "scene.toml", "-n", "2")
     assert (said.code, said.err) == (0, "")
-    assert "Damping is the share of the critical one, to first order." in said.out
+    assert (
+        "Damping is the share of the critical one, to first order: good while it is small."
+        in said.out
+    )
     told = json.loads((tmp_path / "scene" / "modes.json").read_text())["modes"]
     # B omega / (2 EA)
     known = [2e3 / 1e6 * np.pi * mode["frequency"] for mode in told]
     assert [mode["damping_ratio"] for mode in told] == pytest.approx(known, rel=1e-9)
     assert f" {100 * known[0]:.3g} " in said.out
+    # of 0.055, five and fifty times as much
+    for factor, remark in ((5, "strongly damped"), (50, "damped too strongly to swing")):
+        more = f"materials.hooke.damping={2e3 * factor}"
+        said = say(tmp_path, "modes", "scene.toml", "-n", "1", "--set", more)
+        assert said.out.count(remark) == 1
 
 
 def test_cargo_on_an_ideal_line_moves_in_modes(tmp_path):

@@ -4,7 +4,7 @@ Lines, trolleys and paid-out lengths L act on each other through the nodes next 
 all nodes of a line that grows, so that K is the derivative of the whole residual of statics. A
 winch has the mass m L / 3 + J / r^2 that it has in dynamics. With a gain g its drive multiplies what
 the line pulls too much by 1 + g / (1 + e): the drum then is as much lighter, and K stays symmetric.
-What a drive integrates, and its damping, take no part.
+What a drive integrates takes no part.
 
 A trolley that nothing holds along its line is at rest only where the line is level under it; elsewhere
 it is held along the line's span. A winch with friction at its sheave is held as well: small motions do

@@ -84,7 +84,8 @@ def _remark(modes: Modes, k: int) -> str:
         share = 50.0 * modes.resolution[k] / modes.square[k]
         remarks.append(f"rounding leaves {share:.1g} % of doubt")
     if modes.damping is not None and modes.damping[k] > STRONG:
-        remarks.append("strongly damped: to first order")
+        creeps = modes.damping[k] > 1.0
+        remarks.append("damped too strongly to swing" if creeps else "strongly damped")
     if modes.doubt[k] > UNSETTLED and not modes.neutral[k]:
         remarks.append("not settled: ask for more modes (-n)")
     return "; ".join(remarks)
@@ -180,7 +181,9 @@ def conditions(study: Study, run: int, modes: Modes) -> list[str]:
         f"Shares are of the kinetic energy. {_plane(modes)}{_damping(scene, modes)}".strip(),
     ]
     if _is_damped(modes):
-        notes.append("Damping is the share of the critical one, to first order.")
+        notes.append(
+            "Damping is the share of the critical one, to first order: good while it is small."
+        )
     unstable = int(np.count_nonzero(modes.unstable))
     if unstable:
         count = f"{unstable} mode{'s' if unstable > 1 else ''}"
