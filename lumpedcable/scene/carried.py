@@ -110,7 +110,7 @@ class CarriedBody(Part):
     on: On
     """The line and the place on it."""
     height: Length | None = None
-    """Height z in m of the trolley at t = 0. Absent: at rest on the line."""
+    """Height z in m of the trolley at t = 0. Absent: at rest on the line, but for the way along it."""
     depth: PositiveLength | None = None
     """Distance in m from the trolley down to the centre of gravity. Absent: a point at the trolley."""
     inertia: MomentOfInertia | None = None

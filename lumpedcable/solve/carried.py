@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.bodies import AbstractBody, body_key
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.couple import (
     Coupled,
     Found,
@@ -40,7 +40,7 @@ from lumpedcable.solve.statics import (
     worst,
 )
 
-__all__ = ["Unknowns", "carried_equilibrium", "dimensions_of", "is_carried"]
+__all__ = ["Unknowns", "carried_equilibrium", "dimensions_of", "is_carried", "span_of"]
 
 HALVINGS = 80
 EVENINGS = (
@@ -55,13 +55,13 @@ def is_carried(model: Model) -> bool:
 
 
 class Unknowns(NamedTuple):
-    """What can move: all places (m), then coordinates of bodies, each a name and an index.
+    """What can move: all places (m), then bodies, each a name and a direction of its coordinates (m,).
 
     `d` is the number of the scene's dimensions; a scene of ideal lines alone has no net.
     """
 
     net: Net | None
-    slots: tuple[tuple[str, int], ...]
+    slots: tuple[tuple[str, Array], ...]
     d: int
 
     @property
@@ -82,12 +82,12 @@ class Unknowns(NamedTuple):
         moved = dict(lines)
         for name, body in model.bodies.items():
             moved[body_key(name)] = jnp.zeros_like(body.reference)
-        for k, (name, index) in enumerate(self.slots, self.nodal):
-            moved[body_key(name)] = moved[body_key(name)].at[index].set(x[k])
+        for k, (name, way) in enumerate(self.slots, self.nodal):
+            moved[body_key(name)] = moved[body_key(name)] + x[k] * way
         return moved
 
     def residual(self, model: Model, x: Array) -> Array:
-        """Net force (N) on every place, -x where held, and along each coordinate of a body."""
+        """Net force (N) on every place, -x where held, and in the directions of bodies."""
         moved, t = self.split(model, x), jnp.zeros(())
         found, parts = Found(), []
         live = {name: live_line(model, name, moved, None) for name in model.lines}
@@ -108,20 +108,44 @@ class Unknowns(NamedTuple):
             held = jnp.asarray(self.net.fixed)[:, None]
             parts.append(jnp.where(held, -places, force).ravel())
         forces = {}
-        for name, index in self.slots:
+        for name, way in self.slots:
             if name not in forces:
                 body = model.bodies[name]
                 q = body.reference + moved[body_key(name)]
                 force = body.force(q, jnp.zeros_like(q))
                 pull = body_force(model, name, found)
                 forces[name] = force if pull is None else force + pull
-            parts.append(forces[name][index][None])
+            parts.append(jnp.dot(way, forces[name])[None])
         return jnp.concatenate(parts)
 
 
-def _index(body: AbstractBody) -> int:
-    """Which of a body's coordinates statics finds: a winch's length, a trolley's height."""
-    return body.dimensions - 1 if isinstance(body, Rider) else 0
+def span_of(model: Model, name: str) -> Float[Array, " d"]:
+    """The level direction from post to post of the line that a body runs on."""
+    coupled = next(coupled for coupled in model.couplings if coupled.body == name)
+    posts = posts_of(model, coupled, jnp.zeros(()), None, None)
+    if posts is not None:
+        way = posts.end.place - posts.start.place
+    else:
+        assert coupled.line is not None  # only an ideal cable has no nodes
+        nodes = model.lines[coupled.line].reference
+        way = nodes[:, -1] - nodes[:, 0]
+    way = way.at[-1].set(0.0)
+    return way / size(way)
+
+
+def _found(model: Model, name: str) -> list[Array]:
+    """What statics finds of a body: a winch's length, a trolley's height and in space its way aside."""
+    body = model.bodies[name]
+    none = jnp.zeros_like(body.reference)
+    if isinstance(body, Winch):
+        return [none.at[0].set(1.0)]
+    if not isinstance(body, Rider) or not body.settles:
+        return []
+    found = [none.at[body.dimensions - 1].set(1.0)]
+    if body.dimensions == 3:
+        span = span_of(model, name)
+        found.append(none.at[0].set(-span[1]).at[1].set(span[0]))
+    return found
 
 
 def carried_equilibrium(
@@ -134,11 +158,7 @@ def carried_equilibrium(
     Jacobian frozen.
     """
     model = _guessed(model)
-    slots = tuple(
-        (name, _index(body))
-        for name, body in model.bodies.items()
-        if isinstance(body, Winch) or (isinstance(body, Rider) and body.settles)
-    )
+    slots = tuple((name, way) for name in model.bodies for way in _found(model, name))
     net = make_net(model, ordered=False) if model.lines else None
     unknowns = Unknowns(net, slots, dimensions_of(model))
     size = unknowns.size

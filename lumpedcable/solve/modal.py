@@ -69,7 +69,7 @@ class Modes:
     payout: what each winch pays out, where shapes are in m, (k,) in m by the winch's name; winch_share:
         its share of the kinetic energy, (k,), which is in that of bodies.
     rolling: the force (N) that would set a trolley going along its line, where it is held; 0 where it
-        moves. astray: what is left on it across the line, where it is not at rest.
+        moves.
     held: net force (N) on joints where the scene puts them, which modes leave out; 0 where they stay.
     """
 
@@ -90,7 +90,6 @@ class Modes:
     payout: dict[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
     winch_share: dict[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
     rolling: dict[str, float] = field(default_factory=dict)
-    astray: dict[str, float] = field(default_factory=dict)
     held: float = 0.0
     damping: Float[np.ndarray, " k"] | None = None
 
@@ -188,7 +187,6 @@ def natural_modes(
             name: here.winches[name].mass[0, 0] * paid**2 / mass for name, paid in payout.items()
         },
         rolling={name: float(force) for name, force in here.rolling.items()},
-        astray={name: float(force) for name, force in here.astray.items()},
         damping=damping,
     )
 

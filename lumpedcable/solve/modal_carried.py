@@ -17,14 +17,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from lumpedcable.model.couple import posts_of
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import IdealCable, Trolley
-from lumpedcable.physics.vectors import size
-from lumpedcable.solve.carried import Unknowns, dimensions_of
+from lumpedcable.solve.carried import Unknowns, dimensions_of, span_of
 from lumpedcable.solve.modal_bodies import Floating
 
 __all__ = ["Carried", "carried_motion", "carried_rest"]
@@ -38,14 +36,13 @@ class Carried(NamedTuple):
 
     stiffness (n, n): of all coordinates of places of the net, then of riders, then of winches, in N/m,
     N and N m. rolling: by trolley, the force (N) along the line's span against which it is held, 0 where
-    it rests. astray: what is left on it across that (N).
+    it rests.
     """
 
     stiffness: Float[Array, "n n"]
     riders: dict[str, Floating]
     winches: dict[str, Floating]
     rolling: dict[str, Float[Array, ""]]
-    astray: dict[str, Float[Array, ""]]
 
 
 def carried_rest(model: Model, net: Net) -> Float[Array, "places d"]:
@@ -60,9 +57,9 @@ def carried_motion(model: Model, net: Net) -> Carried:
     cargo = {name: body for name, body in model.bodies.items() if isinstance(body, Rider)}
     drums = {name: body for name, body in model.bodies.items() if isinstance(body, Winch)}
     slots = tuple(
-        (name, index)
+        (name, way)
         for name, body in (cargo | drums).items()
-        for index in range(body.reference.size)
+        for way in jnp.eye(body.reference.size)
     )
     unknowns = Unknowns(net if model.lines else None, slots, d)
     x = jnp.zeros(unknowns.size)
@@ -73,47 +70,35 @@ def carried_motion(model: Model, net: Net) -> Carried:
 
     slope, still = jax.jacfwd(force, has_aux=True)(x)
     lighter = jnp.ones(unknowns.size)
-    riders, winches, rolling, astray = {}, {}, {}, {}
+    riders, winches, rolling = {}, {}, {}
     at = unknowns.nodal
     for name, body in cargo.items():
         m = body.reference.size
-        riders[name], rolling[name], astray[name] = _rider(
-            body, still[at : at + m], *_on(model, name)
-        )
+        riders[name], rolling[name] = _rider(body, still[at : at + m], *_on(model, name))
         at += m
     for name, body in drums.items():
         lighter = lighter.at[at].set(1.0 / body.quickened)
         winches[name] = _winch(body, d)
         at += body.reference.size
-    return Carried(-lighter[:, None] * slope, riders, winches, rolling, astray)
+    return Carried(-lighter[:, None] * slope, riders, winches, rolling)
 
 
 def _on(model: Model, name: str) -> tuple[Float[Array, ""], Float[Array, " d"]]:
     """The tension (N) of the line that a body runs on, and the level direction of its span."""
-    coupled = next(coupled for coupled in model.couplings if coupled.body == name)
-    law, posts = coupled.law, posts_of(model, coupled, jnp.zeros(()), None, None)
+    law = next(coupled.law for coupled in model.couplings if coupled.body == name)
     assert isinstance(law, IdealCable | Trolley)  # there is no other
-    if posts is not None:
-        way = posts.end.place - posts.start.place
-    else:
-        assert coupled.line is not None
-        nodes = model.lines[coupled.line].reference
-        way = nodes[:, -1] - nodes[:, 0]
-    way = way.at[-1].set(0.0)
-    return law.tension, way / jnp.sqrt(jnp.sum(way**2))
+    return law.tension, span_of(model, name)
 
 
 def _rider(
     body: Rider, left: Float[Array, " m"], tension: Float[Array, ""], span: Float[Array, " d"]
-) -> tuple[Floating, Float[Array, ""], Float[Array, ""]]:
-    """A trolley with its cargo, on which the forces `left` act; the force along its line's span against
-    which it is held, and what is left across that."""
+) -> tuple[Floating, Float[Array, ""]]:
+    """A trolley with its cargo, on which the forces `left` act; and the force along its line's span
+    against which it is held."""
     q, d = body.reference, body.dimensions
     free = jnp.ones_like(q) if body.free is None else body.free
-    push = (free * left)[:d]
-    along, least = jnp.dot(push, span), AT_REST * tension
-    rolls = jnp.abs(along) > least
-    across = size(push - along * span)
+    along = jnp.abs(jnp.dot((free * left)[:d], span))
+    rolls = along > AT_REST * tension
 
     def points(q):
         return jnp.stack([q[:d], body.centre(q)])
@@ -129,7 +114,7 @@ def _rider(
         away=jnp.where(rolls, jnp.zeros_like(q).at[:d].set(span), 0.0),
         turns=None if d == 2 and q.size > d else jnp.array(SWING)[: q.size - d],
     )
-    return mine, jnp.where(rolls, jnp.abs(along), 0.0), jnp.where(across > least, across, 0.0)
+    return mine, jnp.where(rolls, along, 0.0)
 
 
 def _winch(body: Winch, d: int) -> Floating:

@@ -34,7 +34,7 @@ class Linear(NamedTuple):
     lines' own nodes, or of their rods. reference: their places (d, nodes) in m, in the model's
     coordinates. doubt: what rounding of the places leaves uncertain of each segment's tension over
     its length (n,), in N/m. bodies: rigid bodies and trolleys that move, by name; places: their
-    coordinates at rest. winches: what they have paid out moves. rolling and astray: as in `Carried`.
+    coordinates at rest. winches: what they have paid out moves. rolling: as in `Carried`.
     """
 
     stiffness: BlockTridiagonal | Float[Array, "n n"]
@@ -47,7 +47,6 @@ class Linear(NamedTuple):
     places: dict[str, Float[Array, " m"]]
     winches: dict[str, Floating]
     rolling: dict[str, Float[Array, ""]]
-    astray: dict[str, Float[Array, ""]]
 
     @property
     def movers(self) -> dict[str, Floating]:
@@ -65,7 +64,7 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
     d = dimensions_of(model)
     known = with_known_tensions(model)
     if is_carried(model):
-        stiffness, bodies, winches, rolling, astray = carried_motion(known, net)
+        stiffness, bodies, winches, rolling = carried_motion(known, net)
     else:
         blocks = (net.size // net.width, net.width * d)
 
@@ -75,7 +74,7 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
         still, (lower, diagonal, upper) = block_jacobian(force, jnp.zeros(blocks))
         stiffness = -lower, -diagonal, -upper
         bodies = floating(model, net, still.reshape(net.size, d), outlines or {})
-        winches, rolling, astray = {}, {}, {}
+        winches, rolling = {}, {}
     points = jnp.zeros(net.size)
     for junction in model.junctions:
         if junction.mass is not None:
@@ -109,7 +108,6 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
         places={name: model.bodies[name].reference for name in bodies},
         winches=winches,
         rolling=rolling,
-        astray=astray,
     )
 
 

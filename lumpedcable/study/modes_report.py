@@ -223,9 +223,6 @@ def _trolley_notes(scene: Scene, modes: Modes) -> Iterator[str]:
         elif modes.rolling[name] > 0.0:
             force = quantity(modes.rolling[name], "N", 3)
             yield f'"{name}" is held along its line, where {force} would set it going.'
-        if modes.astray[name] > 0.0:
-            force = quantity(modes.astray[name], "N", 3)
-            yield f'Not about rest: {force} are left on "{name}" across its line.'
         if body.on.friction is not None and body.on.friction.coefficient > 0.0:
             yield f'Friction, which may keep "{name}" from rolling, takes no part.'
 
@@ -337,10 +334,9 @@ def modes_contents(study: Study, run: int, modes: Modes) -> tuple[dict[str, Any]
             name: {"position": body.position.tolist(), "shapes": np.round(body.moved, 12).tolist()}
             for name, body in modes.rigid.items()
         }
-    for key, forces in (("held_against", modes.rolling), ("left_across", modes.astray)):
-        if told := {name: force for name, force in forces.items() if force > 0.0}:
-            head["units"][key] = "N"
-            head[key] = told
+    if held := {name: force for name, force in modes.rolling.items() if force > 0.0}:
+        head["units"]["held_against"] = "N"
+        head["held_against"] = held
     if modes.payout:
         head["units"]["winches"] = "m, as shapes"
         parts["winches"] = {
