@@ -151,6 +151,7 @@ every = 1
 """
 
 
+@pytest.mark.slow
 def test_a_swing_dies_out_as_they_say(tmp_path):
     """Cargo on a line, let go 2 mm off its rest: sums of its modes as they decay."""
     text = HIGHLINE.replace("tension = 80e3", "tension = 80e3, damping = 200")

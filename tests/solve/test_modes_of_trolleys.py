@@ -107,6 +107,7 @@ def test_a_light_line_holds_cargo_as_an_ideal_one(tmp_path):
     assert np.all(errors[:, 0] < 5e-4), errors
 
 
+@pytest.mark.slow
 def test_it_moves_as_they_say(tmp_path):
     text = "dimensions = 2\n" + highline("lumped")
     found = modes_of(tmp_path, text, count=24)
@@ -152,7 +153,8 @@ every = 1
 """
 
 
-def test_a_string_that_carries_a_mass(tmp_path):
+@pytest.mark.parametrize("meshes", [(40,), pytest.param((40, 160), marks=pytest.mark.slow)])
+def test_a_string_that_carries_a_mass(tmp_path, meshes):
     per_metre = 3.0 * 1.0 / (1.0 + 80e3 / 57e6)
 
     def left(w):
@@ -169,15 +171,18 @@ def test_a_string_that_carries_a_mass(tmp_path):
         if values[k] * values[k + 1] < 0.0
     ][:3]
     errors = []
-    for segments in (40, 160):
+    for segments in meshes:
         found = modes_of(tmp_path, BEAD, f"lines.highline.segments={segments}", count=8)
         across = found.frequency[
             (found.transverse + found.bodies > 0.99) & (found.frequency > 1e-3)
         ]
         errors.append(2.0 * np.pi * across[:3] / known - 1.0)
-    order = order_of(np.abs(errors), 4)
-    assert np.all(np.abs(order - 2.0) < 0.05), order
-    assert np.all(np.abs(errors[1]) < 1e-4), errors
+    # of the beads alone it is (n pi / N)^2 / 24 of the frequency, 2e-3 of the third at 40 segments
+    assert np.all(np.abs(errors[0]) < 2e-3), errors
+    if len(meshes) > 1:
+        order = order_of(np.abs(errors), 4)
+        assert np.all(np.abs(order - 2.0) < 0.05), order
+        assert np.all(np.abs(errors[1]) < 1e-4), errors
 
 
 WINCH = """
@@ -262,6 +267,7 @@ every = 1
 """
 
 
+@pytest.mark.slow
 def test_a_trolley_is_held_along_its_line_alone(tmp_path):
     found = modes_of(tmp_path, STREAM, count=12)
     sag = -found.rigid["cargo"].position[2]
