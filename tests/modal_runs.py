@@ -70,6 +70,18 @@ def modes_at(folder, text, nodes, *overrides, count=4):
     return natural_modes(linearise(model), make_net(model), layout, coordinates, count)
 
 
+def springs_on_a_winch(n, stretch):
+    """How far each of n equal springs in a row between two held points is stretched (m), (n, n).
+
+    By the n - 1 places between them, and by what a winch pays out, which is shared by all of them.
+    """
+    ways = np.zeros((n, n))
+    ways[:, n - 1] = -stretch / n
+    ways[:-1, : n - 1] += np.eye(n - 1)
+    ways[1:, : n - 1] -= np.eye(n - 1)
+    return ways
+
+
 def modes_of(folder, text, *overrides, count=4, run=0):
     """Modes of a scene text about the equilibrium that the engine finds."""
     return find_modes(study_of(folder, text, *overrides), count, run)

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from engine_runs import run_text
-from modal_runs import STRING, modes_of
+from modal_runs import STRING, modes_of, springs_on_a_winch
 from scipy.linalg import eigh
 
 BAR = f"dimensions = 1\n{STRING}".replace('EA = "1 MN"', 'EA = "1 MN"\ndamping = "2 kN s"')
@@ -109,12 +108,7 @@ def test_a_winch_that_is_damped(tmp_path):
     n, EA, B, stretch = 5, 1e6, 300.0, 1.05
     length = 12.0 / stretch
     size = length / n
-    ways = np.zeros((n, 5))
-    for k in range(n):
-        for node, sign in ((k, -1.0), (k + 1, 1.0)):
-            if 0 < node < n:
-                ways[k, node - 1] = sign
-        ways[k, 4] = -stretch / n
+    ways = springs_on_a_winch(n, stretch)
     stiffness, damping = EA / size * ways.T @ ways, B / size * ways.T @ ways
     # the drive multiplies what the line pulls, not what its own damper does
     ratio = 1.0 + 4.0 / stretch
@@ -123,52 +117,3 @@ def test_a_winch_that_is_damped(tmp_path):
     square, vectors = eigh(stiffness, mass)
     expected = np.sum(vectors * (damping @ vectors), axis=0) / (2.0 * np.sqrt(square))
     assert found.damping == pytest.approx(expected, rel=1e-6)
-
-
-HIGHLINE = """
-gravity = 9.81
-dimensions = 2
-
-[materials.steel]
-law = "linear"
-EA = "57 MN"
-
-[bodies.cargo]
-mass = 2000
-on = { line = "highline", place = "30 m" }
-
-[lines.highline]
-material = "steel"
-length = "60 m"
-segments = 40
-mass = "3 kg/m"
-start = { fixed = [0, 0, 0] }
-end = { winch = { at = [60, 0, 0], tension = 80e3 } }
-
-[output]
-duration = 1
-every = 1
-"""
-
-
-@pytest.mark.slow
-def test_a_swing_dies_out_as_they_say(tmp_path):
-    """Cargo on a line, let go 2 mm off its rest: sums of its modes as they decay."""
-    text = HIGHLINE.replace("tension = 80e3", "tension = 80e3, damping = 200")
-    found = modes_of(tmp_path, text, count=24)
-    rest = found.rigid["cargo"].position[2]
-    low = text.replace("[bodies.cargo]", f"[bodies.cargo]\nheight = {rest - 0.002}")
-    low = low.replace("duration = 1\nevery = 1", 'duration = "8 s"\nevery = "20 ms"')
-    ran = run_text(tmp_path, low)
-    height = ran.bodies["cargo"]["position"][0, :, 2]
-
-    def left(factor):
-        upright = np.abs(found.rigid["cargo"].moved[:, 2]) > 1e-6
-        omega, zeta = 2.0 * np.pi * found.frequency[upright], factor * found.damping[upright]
-        decay = np.exp(np.outer(ran.time, omega * (1j * np.sqrt(1.0 - zeta**2) - zeta)))
-        waves = np.column_stack([decay.real, decay.imag, np.ones_like(ran.time)])
-        part, *_ = np.linalg.lstsq(waves, height, rcond=None)
-        return np.std(height - waves @ part) / np.std(height)
-
-    assert left(1.0) < 2e-5
-    assert min(left(0.9), left(1.1)) > 5e-4

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from engine_runs import order_of, run_text
-from modal_runs import modes_of
+from modal_runs import modes_of, springs_on_a_winch
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
@@ -107,25 +107,39 @@ def test_a_light_line_holds_cargo_as_an_ideal_one(tmp_path):
     assert np.all(errors[:, 0] < 5e-4), errors
 
 
+def left_by(modes, time, height, faster=1.0, fainter=1.0):
+    """What decaying modes leave of heights over time, as a share of how much those vary.
+
+    Their frequencies and their damping are taken so many times as large.
+    """
+    upright = np.abs(modes.rigid["cargo"].moved[:, 2]) > 1e-6
+    omega = 2.0 * np.pi * faster * modes.frequency[upright]
+    zeta = 0.0 * omega if modes.damping is None else fainter * modes.damping[upright]
+    waves = np.exp(np.outer(time, omega * (1j * np.sqrt(1.0 - zeta**2) - zeta)))
+    waves = np.column_stack([waves.real, waves.imag, np.ones_like(time)])
+    part, *_ = np.linalg.lstsq(waves, height, rcond=None)
+    return np.std(height - waves @ part) / np.std(height)
+
+
 @pytest.mark.slow
-def test_it_moves_as_they_say(tmp_path):
+@pytest.mark.parametrize("damping", [0, 200])
+def test_it_moves_and_dies_out_as_they_say(tmp_path, damping):
     text = "dimensions = 2\n" + highline("lumped")
+    if damping:
+        text = text.replace(f"tension = {TENSION}", f"tension = {TENSION}, damping = {damping}")
     found = modes_of(tmp_path, text, count=24)
+    assert (found.damping is None) == (damping == 0)
+    # let go 2 mm below its rest
     rest = found.rigid["cargo"].position[2]
     low = text.replace("[bodies.cargo]", f"[bodies.cargo]\nheight = {rest - 0.002}")
     low = low.replace("duration = 1\nevery = 1", 'duration = "8 s"\nevery = "20 ms"')
     ran = run_text(tmp_path, low)
-    time, height = ran.time, ran.bodies["cargo"]["position"][0, :, 2]
-
-    def left(factor):
-        upright = found.frequency[np.abs(found.rigid["cargo"].moved[:, 2]) > 1e-6]
-        waves = np.cos(2.0 * np.pi * factor * np.outer(time, upright))
-        waves = np.column_stack([waves, np.ones_like(time)])
-        part, *_ = np.linalg.lstsq(waves, height, rcond=None)
-        return np.std(height - waves @ part) / np.std(height)
-
-    assert left(1.0) < 1e-4
-    assert min(left(0.99), left(1.01)) > 0.05
+    moved = ran.time, ran.bodies["cargo"]["position"][0, :, 2]
+    assert left_by(found, *moved) < 2e-5
+    # of any phase, so that even wrong ones meet most of it
+    assert min(left_by(found, *moved, faster) for faster in (0.99, 1.01)) > 0.02
+    if damping:
+        assert min(left_by(found, *moved, 1.0, fainter) for fainter in (0.9, 1.1)) > 5e-4
 
 
 BEAD = """
@@ -214,14 +228,8 @@ def test_a_line_on_a_winch_alone(tmp_path, gain):
     n, EA, stretch = 5, 1e6, 1.05
     length = 12.0 / stretch
     size = length / n
-    stiffness = np.zeros((5, 5))
-    for k in range(n):
-        change = np.zeros(5)
-        for node, sign in ((k, -1.0), (k + 1, 1.0)):
-            if 0 < node < n:
-                change[node - 1] = sign
-        change[4] = -stretch / n
-        stiffness += EA / size * np.outer(change, change)
+    ways = springs_on_a_winch(n, stretch)
+    stiffness = EA / size * ways.T @ ways
     mass = np.diag([2.0 * size] * 4 + [(2.0 * length / 3.0 + 30.0) / (1.0 + gain / stretch)])
     known, vectors = eigh(stiffness, mass)
     assert found.square == pytest.approx(known, rel=1e-8)
