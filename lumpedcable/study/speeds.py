@@ -63,16 +63,14 @@ def excess_words(
     if not peak > (1.0 + EXCESS) * exact + more:
         return ""
     share = f"{100.0 * (peak / exact - 1.0):.0f} %"
+    event, takes = sudden or ("", np.inf)
     advice = "take more segments"
-    if sudden is not None:
-        event, takes = sudden
+    if takes == 0.0:
         advice = (
             "a break at once overshoots at first on any mesh: give "
             f"events.{event}.time what it takes, or read the speed from its history"
         )
-        if takes > 0.0:
-            advice = (
-                f"the wave takes longer through a segment than events.{event}.time, "
-                f"{quantity(takes, 's')}: take more segments"
-            )
+    elif sudden is not None:
+        so_short = f"events.{event}.time, {quantity(takes, 's')}"
+        advice = f"the wave takes longer through a segment than {so_short}: {advice}"
     return f"peak end speed of {end} is {share} above the exact bound: {advice}"
