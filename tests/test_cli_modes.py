@@ -209,7 +209,10 @@ def test_what_is_left_out_is_said(tmp_path):
     assert (said.code, said.err) == (0, "")
     assert "Damping is the share of the critical one, to first order" in said.out
     assert "Without" not in said.out  # what drags in a current is counted
-    assert "Materials have the stiffness of slow loads, all that relaxes gone." in said.out
+    assert (
+        "Materials that relax are as stiff, and lose as much, as at each mode's frequency."
+        in said.out
+    )
     assert "Drag of a current, or thrust that turns with its body, makes" in said.out
     assert "unstable" not in said.out
     told = json.loads((tmp_path / "scene" / "modes.json").read_text())

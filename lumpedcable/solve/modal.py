@@ -7,10 +7,11 @@ With F(x) the net force on the free nodes at rest and M their mass matrix, small
 K holds all that statics knows: elastic and geometric stiffness, bending, the drag of a current, a bed
 that holds what lies on it, up as well as down as long as the motion is small. M holds the masses
 along and across the line, added mass included, and the points at junctions. Wave corrections take no
-part, and damping none in omega: how fast modes die out is found from them (`solve.modal_damping`). The
-drag of a current has no energy and makes K unsymmetric, as thrust does that turns with its body: of the
-lowest modes of its symmetric part those of K are made then (Rayleigh-Ritz), and how well is reported.
-Two of them may feed each other, and grow as they swing.
+part, and damping none in omega: how fast modes die out is found from them (`solve.modal_damping`).
+Materials that relax are in each mode as stiff as at its omega (`solve.modal_relaxing`). The drag of a
+current has no energy and makes K unsymmetric, as thrust does that turns with its body: of the lowest
+modes of its symmetric part those of K are made then (Rayleigh-Ritz), and how well is reported. Two of
+them may feed each other, and grow as they swing.
 
 Rigid bodies that have been found at rest move too, with the lines that are tied to them
 (`solve.modal_bodies`), bodies that run on lines, and lines that a winch keeps taut, as it pays them out
@@ -23,6 +24,7 @@ low by (n pi / N)^2 / 24, 0.05 % at 30 segments to a half-wave.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import jax
@@ -36,6 +38,7 @@ from lumpedcable.solve.modal_bodies import RigidMotion, rigid_motions
 from lumpedcable.solve.modal_coupled import MORE, ROUNDING, Found, lowest_coupled
 from lumpedcable.solve.modal_linear import Linear
 from lumpedcable.solve.modal_lumps import lowest_of_lumps
+from lumpedcable.solve.modal_relaxing import Relaxing, Solved, modes_that_relax
 from lumpedcable.solve.modal_rods import Rods, shares_of_rods
 
 __all__ = ["Modes", "natural_modes"]
@@ -43,6 +46,7 @@ __all__ = ["Modes", "natural_modes"]
 Damped = Callable[[dict[str, np.ndarray], dict[str, np.ndarray]], Array]
 
 TINY = 1e-300
+EPS = float(np.finfo(float).eps)
 SAME = 1e-9  # relative: eigenvalues closer than this are one, with any mixture of their modes
 
 
@@ -112,7 +116,7 @@ class Modes:
 
 def natural_modes(
     linear: Linear, net: Net, layout: Layout, coordinates: Coordinates, count: int,
-    damped: Damped | None = None,
+    damped: Damped | None = None, relaxing: Relaxing | None = None,
 ) -> Modes:  # fmt: skip
     """The `count` lowest modes of a linearised model.
 
@@ -125,28 +129,23 @@ def natural_modes(
         count: number of modes, positive; fewer are returned where there are not so many.
         damped: tells phi . C phi (kg/s) of motions of the model's lines and bodies, as
             `solve.modal_damping` does; None: nothing is damped.
+        relaxing: what branches of materials add to its stiffness; None: nothing relaxes.
 
     Raises:
         ValueError: nothing can move.
     """
     here: Any = jax.device_get(linear)
-    rods = any(isinstance(own, Rods) for own in here.frames.values())
     if net.fixed.all() and not any(body.ways.size for body in here.movers.values()):
         raise ValueError("nothing can move: every node is held")
     # two more than asked for, so that a pair of equal ones is not parted
-    if rods or here.movers:
-        found = lowest_coupled(here, net, count + 2)
+    lowest = partial(_lowest, net, count + 2)
+    finish = partial(_solved, here, coordinates, count)
+    if relaxing is None:
+        found = finish(lowest(here))
     else:
-        found = lowest_of_lumps(here.stiffness, here.mass, net, count + 2)
-    if found.asymmetry > ROUNDING:
-        square, growth, resolution, vectors, doubt = _unsymmetric(found)
-    else:
-        square, resolution = found.square, found.resolution
-        vectors = found.vectors @ _aligned(found, here, coordinates)
-        growth = doubt = np.zeros(square.size)
-    square, growth, resolution, doubt = (x[:count] for x in (square, growth, resolution, doubt))
-    motion, turned = found.spread(vectors[:, :count])
-
+        found = modes_that_relax(here, relaxing, lowest, finish, count)
+    square, growth, motion, turned = found.square, found.growth, found.motion, found.turned
+    resolution = found.resolution
     lines = {name: np.moveaxis(motion[:, places], 1, 2) for name, places in net.index.items()}
     for name, spring in here.doubt.items():
         turns = np.sum(np.diff(lines[name], axis=2) ** 2, axis=1)
@@ -159,11 +158,13 @@ def natural_modes(
         for name, body in here.bodies.items()
     }
     damping = None
-    if damped is not None:
+    if damped is not None or found.loss is not None:
         swings = (square > resolution) & (growth == 0.0)
-        damping = np.full(square.size, np.nan)
-        lost = np.asarray(damped(lines, turned))
-        damping[swings] = (lost / mass)[swings] / (2.0 * np.sqrt(square[swings]))
+        damping, omega = np.full(square.size, np.nan), np.sqrt(square[swings])
+        lost = np.zeros(square.size) if damped is None else np.asarray(damped(lines, turned))
+        damping[swings] = (lost / mass)[swings] / (2.0 * omega)
+        if found.loss is not None:
+            damping[swings] += (found.loss / mass)[swings] / (2.0 * omega**2)
     payout = {name: turned[name][:, 0] for name in here.winches}
     shapes, scale = _shapes(lines, outlines, payout, layout, coordinates)
     places = {name: coordinates.expand(x, 0, place=True).T for name, x in here.reference.items()}
@@ -178,7 +179,7 @@ def natural_modes(
         bodies=bodies,
         asymmetry=found.asymmetry,
         growth=growth,
-        doubt=doubt,
+        doubt=found.doubt,
         unknowns=found.unknowns,
         axes=coordinates.axes,
         rigid=rigid_motions(here.bodies, turned, mass, scale, here.places, coordinates),
@@ -188,6 +189,30 @@ def natural_modes(
         },
         rolling={name: float(force) for name, force in here.rolling.items()},
         damping=damping,
+    )
+
+
+def _lowest(net: Net, count: int, linear: Any) -> Found:
+    """The `count` lowest modes of the symmetric part of one K and M."""
+    if linear.movers or any(isinstance(own, Rods) for own in linear.frames.values()):
+        return lowest_coupled(linear, net, count)
+    return lowest_of_lumps(linear.stiffness, linear.mass, net, count)
+
+
+def _solved(linear: Any, coordinates: Coordinates, count: int, found: Found) -> Solved:
+    """The `count` lowest modes of K and M, out of those of its symmetric part."""
+    if found.asymmetry > ROUNDING:
+        square, growth, resolution, vectors, doubt = _unsymmetric(found)
+    else:
+        square, resolution = found.square, found.resolution
+        vectors = found.vectors @ _aligned(found, linear, coordinates)
+        growth = doubt = np.zeros(square.size)
+    motion, turned = found.spread(vectors[:, :count])
+    # what nothing at all resists is 0 but for numbers that mean nothing
+    resolution = np.maximum(resolution, EPS**2 * np.max(np.abs(square), initial=0.0))
+    square, growth, resolution, doubt = (x[:count] for x in (square, growth, resolution, doubt))
+    return Solved(
+        square, growth, resolution, doubt, motion, turned, found.asymmetry, found.unknowns
     )
 
 

@@ -8,8 +8,8 @@ exp(-zeta omega t),
 (J. W. Strutt, Lord Rayleigh, The Theory of Sound I, 1877, section 102): to the order of zeta where modes
 are apart. C has the damping of materials, of beds, of bodies and winches, and the drag of a current, by
 which a small motion against it is resisted in proportion. Drag in still water goes with the square of
-the motion and is none of it; nor is friction, which small motions do not overcome; nor what materials
-lose that relax.
+the motion and is none of it; nor is friction, which small motions do not overcome; what materials lose
+that relax hangs on the frequency (`solve.modal_relaxing`).
 """
 
 from collections.abc import Mapping

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from lumpedcable.model import inertia
 from lumpedcable.model.line import node_tangent
 from lumpedcable.model.model import Model
-from lumpedcable.model.net import make_net
+from lumpedcable.model.net import Net, make_net
 from lumpedcable.physics.rod import ROD_SHARES
 from lumpedcable.physics.tension import tension_and_stiffness
 from lumpedcable.solve.blocks import BlockTridiagonal, block_jacobian
@@ -20,7 +20,9 @@ from lumpedcable.solve.modal_carried import carried_motion
 from lumpedcable.solve.modal_rods import Rods, rods_of, with_known_tensions
 from lumpedcable.solve.statics import forces_at_rest
 
-__all__ = ["Linear", "linearised"]
+__all__ = ["Linear", "Stiffness", "linearised", "stiffness_of"]
+
+Stiffness = BlockTridiagonal | Float[Array, "n n"]
 
 EPS = float(np.finfo(float).eps)
 
@@ -37,7 +39,7 @@ class Linear(NamedTuple):
     coordinates at rest. winches: what they have paid out moves. rolling: as in `Carried`.
     """
 
-    stiffness: BlockTridiagonal | Float[Array, "n n"]
+    stiffness: Stiffness
     mass: Float[Array, "places d d"]
     points: Float[Array, " places"]
     frames: dict[str, inertia.Frame | Rods]
@@ -66,14 +68,8 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
     if is_carried(model):
         stiffness, bodies, winches, rolling = carried_motion(known, net)
     else:
-        blocks = (net.size // net.width, net.width * d)
-
-        def force(x):
-            return forces_at_rest(known, x.reshape(net.size, d), net).reshape(blocks)
-
-        still, (lower, diagonal, upper) = block_jacobian(force, jnp.zeros(blocks))
-        stiffness = -lower, -diagonal, -upper
-        bodies = floating(model, net, still.reshape(net.size, d), outlines or {})
+        still, stiffness = _resistance(known, net)
+        bodies = floating(model, net, still, outlines or {})
         winches, rolling = {}, {}
     points = jnp.zeros(net.size)
     for junction in model.junctions:
@@ -109,6 +105,26 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
         winches=winches,
         rolling=rolling,
     )
+
+
+def stiffness_of(model: Model) -> Stiffness:
+    """K of a model at its reference alone, as in `Linear`."""
+    net, known = make_net(model), with_known_tensions(model)
+    if is_carried(model):
+        return carried_motion(known, net).stiffness
+    return _resistance(known, net)[1]
+
+
+def _resistance(model: Model, net: Net) -> tuple[Float[Array, "places d"], BlockTridiagonal]:
+    """Net force (N) on every place at rest, without what holds it, and K (N/m) by blocks of the net."""
+    d = dimensions_of(model)
+    blocks = (net.size // net.width, net.width * d)
+
+    def force(x):
+        return forces_at_rest(model, x.reshape(net.size, d), net).reshape(blocks)
+
+    still, (lower, diagonal, upper) = block_jacobian(force, jnp.zeros(blocks))
+    return still.reshape(net.size, d), (-lower, -diagonal, -upper)
 
 
 def _nodal_masses(nodes: inertia.Frame, d: int) -> Float[Array, "nodes d d"]:

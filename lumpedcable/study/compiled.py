@@ -32,6 +32,7 @@ from lumpedcable.solve.clamps import folded
 from lumpedcable.solve.integrate import advance, begin
 from lumpedcable.solve.modal_damping import modal_damping
 from lumpedcable.solve.modal_linear import linearised
+from lumpedcable.solve.modal_relaxing import stiffer
 from lumpedcable.solve.observe import Sample
 from lumpedcable.solve.plan import Numbers, Plan
 from lumpedcable.solve.targets import rest_of
@@ -55,6 +56,7 @@ __all__ = [
     "prepare_batch",
     "prepare_cells",
     "prepare_many",
+    "stiffer_of",
     "understood",
 ]
 
@@ -303,3 +305,5 @@ linearise = program(linearised, options=RUN_ONCE)
 """Stiffness and masses of one model at rest, for its natural modes."""
 damping_of = program(modal_damping, options=RUN_ONCE)
 """What damps natural modes of a model at rest."""
+stiffer_of = program(stiffer, options=RUN_ONCE)
+"""What branches of materials that relax add to its stiffness."""

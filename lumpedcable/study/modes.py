@@ -22,9 +22,10 @@ from lumpedcable.scene.ends import JoinedEnd
 from lumpedcable.solve.carried import is_carried
 from lumpedcable.solve.modal import Modes, natural_modes
 from lumpedcable.solve.modal_carried import carried_rest
+from lumpedcable.solve.modal_relaxing import Relaxing, kinds_of
 from lumpedcable.solve.statics import force_scale, static_residual
 from lumpedcable.status import ADVICE, MEANING, Status
-from lumpedcable.study.compiled import Structure, damping_of, linearise, prepare_batch
+from lumpedcable.study.compiled import Structure, damping_of, linearise, prepare_batch, stiffer_of
 from lumpedcable.study.plan import common_coordinates
 
 __all__ = ["NoEquilibriumError", "find_modes"]
@@ -74,13 +75,15 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     try:
         damped = partial(damping_of, model) if _is_damped(model) else None
         linear = linearise(model, outlines)
-        found = natural_modes(linear, net, layout, coordinates, count, damped)
+        found = natural_modes(linear, net, layout, coordinates, count, damped, _relaxing(model))
     except ValueError as error:
         d = coordinates.dimensions
         if d == 3 or net.fixed.all():
             raise SceneError([study.fault("lines", str(error))]) from None
         message = f"expected {'2 or ' if d == 1 else ''}3 for natural modes, found {d}: {ROOM[d]}"
         raise SceneError([study.fault("dimensions", message)]) from None
+    if any(line.inextensible for line in model.lines.values()):
+        found = replace(found, damping=None)  # rods keep no account of theirs
     nodes, shapes = _ideal_lines(scene, model, coordinates, found)
     return replace(
         found,
@@ -101,6 +104,14 @@ def _is_damped(model: Model) -> bool:
         or (line.drag is not None and line.current is not None)
         for line in lines
     ) or any(body.works() for body in model.bodies.values())
+
+
+def _relaxing(model: Model) -> Relaxing | None:
+    """What the branches of its materials add to the stiffness of a model; None where there are none."""
+    times, shares = kinds_of(model)
+    if not times.size:
+        return None
+    return Relaxing(times, jax.device_get(stiffer_of(model, shares)))
 
 
 def _hung(scene: Scene) -> Scene:

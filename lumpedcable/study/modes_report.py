@@ -274,7 +274,8 @@ def _damping(scene: Scene, modes: Modes) -> str:
     elif drag and not current:
         told.append("Without drag, which grows with the square of the motion.")
     if any(material.relaxation for material in scene.materials.values()):
-        told.append("Materials have the stiffness of slow loads, all that relaxes gone.")
+        lost = "" if modes.damping is None else ", and lose as much,"
+        told.append(f"Materials that relax are as stiff{lost} as at each mode's frequency.")
     return " ".join(told)
 
 
