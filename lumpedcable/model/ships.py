@@ -50,7 +50,11 @@ def waves_of(
     if settled is not None:
         d = coordinates.dimensions
         place = jnp.asarray(coordinates.origin) + jnp.asarray(coordinates.axes) @ settled[:d]
-        yaw = settled[5] if settled.size == 6 else yaw
+        if d == 3 and settled.size == 6:
+            yaw = settled[5]
+        elif d == 2 and settled.size == 3:
+            about = coordinates.normal[2]  # 0 of an upright plane, in which it keeps its heading
+            yaw = jnp.where(jnp.abs(about) > 0.5, about * settled[2], yaw)
     if isinstance(part, PressureWaves):
         law = _pressed(scene, body, place, yaw)
     else:

@@ -10,9 +10,11 @@ from typing import Any
 import h5py
 import numpy as np
 
+from lumpedcable.results.errors import ResultError
+from lumpedcable.results.folder import is_study_folder
 from lumpedcable.results.opening import read_only
 
-__all__ = ["copy_whole", "damaged", "joined"]
+__all__ = ["copy_whole", "damaged", "is_whole", "joined"]
 
 _AT_ONCE = 2**22  # numbers that are copied at once
 _OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}  # attributes HDF5 keeps itself
@@ -60,6 +62,27 @@ def copy_whole(source: Path, target: Path) -> None:
         )
         for path in shown:
             _fill(copy, path, file[path])
+
+
+def is_whole(file: h5py.File) -> bool:
+    """Whether a results file is complete, by its own word, and all files that it shows are there.
+
+    Raises:
+        ResultError: none is, and nothing else of their study: its file has been copied alone.
+    """
+    status = file.get("status")
+    complete = bool(file.attrs.get("complete", False))
+    if not complete or not isinstance(status, h5py.Dataset) or not status.is_virtual:
+        return complete
+    folder = Path(file.filename).parent
+    names = sorted({source.file_name for source in status.virtual_sources()})
+    there = [name for name in names if (folder / name).exists() or Path(name).exists()]
+    if not there and not is_study_folder(folder):
+        raise ResultError(
+            f"{file.filename} shows what lies in {folder / names[0]} and other files, of which "
+            "none is there: move the whole folder of a study"
+        )
+    return len(there) == len(names)
 
 
 def damaged(dataset: h5py.Dataset) -> str:

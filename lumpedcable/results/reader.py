@@ -19,6 +19,7 @@ from lumpedcable.results.axes import Axis
 from lumpedcable.results.errors import ResultError, check_known, did_you_mean, first_line
 from lumpedcable.results.folder import HOW_TO_SHOW, StudyFolder, is_study_folder
 from lumpedcable.results.ground import tables
+from lumpedcable.results.joined import is_whole
 from lumpedcable.results.lines import Index, LineData, dataset_of, frames_of, read
 from lumpedcable.results.opening import read_only
 from lumpedcable.results.schema import axes_words, check_version, partial_of
@@ -41,7 +42,7 @@ class ResultFile:
         path: where it lies.
         attributes: attributes of the whole file; `complete` is a bool, `versions`, `overrides` and
             `dimensions` are unpacked from their JSON text.
-        complete: whether the study ran to its end.
+        complete: whether the study ran to its end, and all its files are there.
         runs: number of runs.
         time: saved times in s, shape (time,).
         frames: which of them have fields of lines, shape (frame,).
@@ -53,7 +54,7 @@ class ResultFile:
         self._file = file
         self.series: Series = Series(file)
         self.attributes: dict[str, Any] = _attributes(file)
-        self.complete: bool = bool(self.attributes.get("complete", False))
+        self.complete: bool = is_whole(file)
         self.attributes["complete"] = self.complete
         shape = dataset_of(file, "run").shape
         if len(shape) != 1:

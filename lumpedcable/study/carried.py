@@ -8,6 +8,7 @@ import numpy as np
 
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import winch_name
+from lumpedcable.model.needs import TOLERANCE
 from lumpedcable.results import Variable
 from lumpedcable.scene import Scene
 from lumpedcable.scene.carried import CarriedBody, post_of, reel_key
@@ -182,17 +183,40 @@ def _has_sign(part: Measure) -> bool:
 
 
 def rider_fields(coordinates: Coordinates, q, v) -> dict[str, NDArray[np.float64]]:
-    """Places of trolleys (m), roll, pitch and yaw of what hangs under them (rad), and their rates."""
+    """Places of trolleys (m), roll, pitch and yaw of what hangs under them (rad), and their rates.
+
+    What hangs swings and does not twist: it rolls and pitches to where its hanger points.
+    """
     d = coordinates.dimensions
-    found = {}
-    for places, angles, values in (("position", "attitude", q), ("velocity", "turning", v)):
-        found[places] = coordinates.expand(values[..., :d], 2, place=places == "position")
-        swing = values[..., d:]
-        turned = np.zeros((*values.shape[:-1], 3))
-        if swing.shape[-1] == 1:
-            # a swing towards the first axis turns from it towards the vertical one
-            turned = -swing * coordinates.normal
-        elif swing.shape[-1] == 2:
-            turned[..., 0], turned[..., 1] = swing[..., 1], -swing[..., 0]
-        found[angles] = turned
-    return found
+    swing, rate = q[..., d:], v[..., d:]
+    attitude, turning = np.zeros((2, *q.shape[:-1], 3))
+    if swing.shape[-1] == 1 and np.count_nonzero(np.abs(coordinates.normal) > TOLERANCE) > 1:
+        attitude, turning = _swung_askew(coordinates.axes[:, 0], swing[..., 0], rate[..., 0])
+    elif swing.shape[-1] == 1:
+        # a swing towards the first axis turns from it towards the vertical one
+        attitude, turning = -swing * coordinates.normal, -rate * coordinates.normal
+    elif swing.shape[-1] == 2:
+        for turned, values in ((attitude, swing), (turning, rate)):
+            turned[..., 0], turned[..., 1] = values[..., 1], -values[..., 0]
+    return {
+        "position": coordinates.expand(q[..., :d], 2, place=True),
+        "velocity": coordinates.expand(v[..., :d], 2),
+        "attitude": attitude,
+        "turning": turning,
+    }
+
+
+def _swung_askew(
+    ahead: NDArray[np.float64], swing: NDArray[np.float64], rate: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Roll, pitch and yaw (.., 3) in rad, and their rates, of a swing in an upright plane `ahead`.
+
+    The hanger n = (sin a x, sin a y, -cos a) has n = (-sin p cos r, sin r, -cos p cos r) of its roll r
+    and pitch p.
+    """
+    (x, y, _), s, c = ahead, np.sin(swing), np.cos(swing)
+    level = np.sqrt(c**2 + (s * x) ** 2)
+    attitude, turning = np.zeros((2, *swing.shape, 3))
+    attitude[..., 0], turning[..., 0] = np.arctan2(s * y, level), c * y * rate / level
+    attitude[..., 1], turning[..., 1] = -np.arctan2(s * x, c), -x * rate / level**2
+    return attitude, turning

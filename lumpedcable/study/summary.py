@@ -152,10 +152,7 @@ def _too_long(ended: Ended, run: int) -> str:
     """What is said of a run whose step is too long from the start."""
     step, stable = (quantity(float(x), "s", 3) for x in (ended.step, ended.bound[run]))
     key = "solver.courant" if ended.contents.scene.solver.step is None else "solver.step"
-    return (
-        f"the step is too long: {step}, the largest stable one of the line at rest is {stable}; "
-        f"lower {key}"
-    )
+    return f"the step is too long: {step}; up to {stable} is stable at any strain; lower {key}"
 
 
 def _about(message: str, scene: Scene, name: str) -> str:

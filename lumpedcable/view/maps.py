@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from lumpedcable.results.human import scale
 from lumpedcable.results.reader import Axis, ResultFile
-from lumpedcable.results.sound import WELL
+from lumpedcable.results.sound import NOT_YET, WELL
 from lumpedcable.view import style
 from lumpedcable.view.groups import ends_note, file_tag
 
@@ -98,7 +98,7 @@ def map_figure(result: ResultFile, end: str, quantity: str, axes: list[Axis], wh
     tables = [_table(_along(a), _along(b), values * factor, which) for a, b in pairs]
     known = np.concatenate([table[np.isfinite(table)] for table in tables])
     colours = Normalize(float(known.min()), float(known.max()))
-    well = np.array([end in WELL for end in result.status])
+    well = np.array([end in WELL and end != NOT_YET for end in result.status])
     without = np.where(well & np.isnan(values), 1.0, np.nan)
     hatched = False
     for ax, (a, b), table in zip(panels, pairs, tables, strict=True):

@@ -82,12 +82,13 @@ def bars_figure(result: ResultFile, name: str) -> Figure:
     if lying:
         ax.barh(places, values, color=style.COLOURS[0], height=0.7)
         ax.set_yticks(places, labels)
-        ax.invert_yaxis()  # the first run on top, as in a table
+        ax.set_ylim(result.runs - 0.5, -0.5)  # the first run on top, as in a table
         ax.set_xlim(ends)
         ax.set_xlabel(style.wrapped(words, style.WIDTH - LABEL_WIDTH - 1.0))
     else:
         ax.bar(places, values, color=style.COLOURS[0], width=0.7)
         ax.set_xticks(places, labels, rotation=90 if max(map(len, labels)) > 3 else 0)
+        ax.set_xlim(-0.5, result.runs - 0.5)
         ax.set_ylim(ends)
         ax.set_ylabel(style.wrapped(words, 2.0))
     ax.grid(False, axis="y" if lying else "x")

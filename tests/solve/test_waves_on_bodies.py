@@ -123,3 +123,56 @@ def test_what_feels_nothing_is_told(tmp_path, body, words):
     said = say(tmp_path, "check", "scene.toml")
     assert said.code == 2
     assert words in " ".join(said.err.split())
+
+
+MOORED = """
+[materials.m]
+law = "linear"
+EA = 1e4
+
+[bodies.s]
+mass = 100
+size = [4, 1, 1]
+position = [0, 0, 0]
+attitude = [0, 0, 0.8]
+points = { b = [2, 0, 0], q = [-2, 0, 0] }
+settle = true
+waves = { surge = { amplitude = 100, period = 2 } }
+
+[lines.a]
+material = "m"
+length = 9
+segments = 1
+mass = 1
+start = "s.q"
+end = { fixed = [-12, 0.5, 0] }
+
+[lines.b]
+material = "m"
+length = 9
+segments = 1
+mass = 1
+start = "s.b"
+end = { fixed = [12, -0.7, 0] }
+
+[solver]
+step = 0.002
+
+[output]
+duration = 0.1
+every = 0.01
+"""
+
+
+@pytest.mark.parametrize("dimensions", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_waves_push_along_the_heading_at_which_a_body_has_settled(tmp_path, dimensions):
+    """Not along the one that is guessed: the ship lies between its anchors."""
+    text = f"dimensions = {dimensions}\n{MOORED}"
+    if dimensions == 3:
+        text = text.replace("settle", 'free = ["x", "y", "yaw"]\nsettle')
+    ran = run_text(tmp_path, text)
+    body = ran.bodies["s"]
+    yaw = body["attitude"][0, 0, 2]
+    assert yaw == pytest.approx(np.arctan2(-1.2, 24.0), abs=1e-3)
+    moved = body["position"][0, -1] - body["position"][0, 0]
+    assert np.arctan2(moved[1], moved[0]) == pytest.approx(yaw, abs=0.01)

@@ -130,6 +130,25 @@ def test_a_shard_that_is_damaged_is_named(whole, tmp_path):
     assert f"{folder.name(1)} is damaged; once it is deleted" in told.err
 
 
+def test_a_file_that_shows_shards_is_not_complete_without_them(whole, tmp_path):
+    shutil.copytree(whole.path, tmp_path / "s")
+    folder = StudyFolder.open(tmp_path / "s")
+    assert "state     complete" in say(tmp_path, "info", "s/study.h5").out
+    folder.file(1).unlink()
+    told = say(tmp_path, "info", "s/study.h5")
+    assert told.code == 0
+    assert "incomplete: 7 of 12 runs" in told.out
+    # and alone it shows nothing
+    (tmp_path / "alone").mkdir()
+    shutil.copy(folder.view, tmp_path / "alone")
+    for command in (["info"], ["plot"], ["export", "--to", "csv"]):
+        told = say(tmp_path / "alone", command[0], "study.h5", *command[1:])
+        assert told.code == 2
+        assert "of which none is there: move the whole folder of a study" in told.err.replace(
+            "\n", " "
+        )
+
+
 def test_what_is_there_is_kept_and_what_is_not_is_computed(scene, whole, tmp_path):
     folder, laid = open_study(load_study(scene), tmp_path / "s", 5)
     assert folder.missing() == [0, 1, 2]

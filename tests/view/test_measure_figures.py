@@ -42,6 +42,7 @@ def test_bars_are_the_numbers_of_the_runs(file):
     assert list(limit.get_ydata()) == [3.0, 3.0]
     low, high = ax.get_ylim()
     assert low <= 0.0 < 4.0 < high
+    assert ax.get_xlim() == (-0.5, len(HEIGHTS) - 0.5)
     assert "least height (m)" in ax.get_ylabel()
     figure.canvas.draw()  # the dollars of a name open no formula, at an axis neither
 
@@ -55,6 +56,7 @@ def test_long_names_stand_beside_their_bars(file, tmp_path):
     (ax,) = figure.axes
     assert [bar.get_width() for bar in ax.patches] == pytest.approx(HEIGHTS)
     assert [t.get_text().replace("\n", " ") for t in ax.get_yticklabels()] == names
+    assert ax.get_ylim() == (len(HEIGHTS) - 0.5, -0.5)
     (limit,) = ax.lines
     assert list(limit.get_xdata()) == [3.0, 3.0]
     # all text lies within the figure, and none on another

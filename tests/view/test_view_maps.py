@@ -224,5 +224,19 @@ def test_cells_with_runs_without_a_number_are_hatched(tmp_path):
     assert not any(ax.patches for ax in figures["map_peak_end_speed"].axes[:3])
 
 
+def test_cells_with_runs_that_are_not_computed_yet_are_not_hatched(tmp_path):
+    grid = [g.ravel() for g in np.meshgrid(TENSIONS, TIMES, DRAGS, indexing="ij")]
+    path = study(tmp_path / "a.h5", *grid)
+    with h5py.File(path, "r+") as file:
+        file["status"].attrs["flag_values"] = np.array([0, 1], "i1")
+        file["status"].attrs["flag_meanings"] = "ok interrupted"
+        file["status"][5] = 1
+        file["summary/rope.end/front_arrival"][5] = np.nan
+    with open_result(path) as result:
+        figure = dict(map_figures(result))["map_front_arrival"]()
+    assert not any(ax.patches for ax in figure.axes[:3])
+    assert "Hatched" not in words(figure)
+
+
 def words(figure):
     return " ".join(text.get_text().replace("\n", " ") for text in figure.texts)
