@@ -53,6 +53,7 @@ class Account:
         # strain (-) and tension (N) at rest of recoiling ends of lines with loads, (runs, 2)
         self.rests: dict[str, NDArray[np.float64]] = {}
         self._start: dict[str, NDArray[np.float64]] | None = None
+        self._finished = False
 
     @property
     def _tables(self) -> dict[str, dict[str, NDArray[np.float64]]]:
@@ -61,8 +62,8 @@ class Account:
 
     @property
     def complete(self) -> bool:
-        """Whether all outputs were reached."""
-        return self.reached == self.count
+        """Whether all outputs were reached, and the state at their end was looked at."""
+        return self._finished
 
     def add(self, samples: Sample, first: int, count: int) -> None:
         """Samples (runs, count, ...) from output `first` on."""
@@ -89,6 +90,7 @@ class Account:
             values = np.asarray(largest, float)[:lived]
             self.peaks |= parts_of(name, ready.model.lines[name], values, nodes=False)
         self.displacement = {k: np.asarray(x)[:lived] for k, x in run.y.displacement.items()}
+        self._finished = True
 
     def noted(self) -> dict[str, NDArray[Any]]:
         """What has been added, by name, to go on from in another process."""

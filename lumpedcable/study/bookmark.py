@@ -122,11 +122,11 @@ class Bookmark:
             How many of its outputs are there.
         """
         found, self._found = self._found, {}
-        if "run" not in found:
+        if "done" not in found:
             return 0
         for event, starts in triggers.starts.items():
             starts[...] = found[f"starts/{event}"]
-        batch.resume(found["run"])
+        batch.resume({k[6:]: v for k, v in found.items() if k.startswith("batch/")})
         account.restore({k[8:]: v for k, v in found.items() if k.startswith("account/")})
         return int(found["done"])
 
@@ -139,13 +139,11 @@ class Bookmark:
             self._write({})
 
     def note(self, done: int, account: Account, batch: Batch) -> None:
-        """The first `done` outputs of a part are in the file, and what is kept of them in the account.
-
-        A batch that has given up lanes is not noted any more: it goes on from the note before.
-        """
-        if self._due() and batch.whole:
+        """The first `done` outputs of a part are in the file, and summed up in the account."""
+        if self._due():
             self._write(
-                {"done": np.asarray(done), "run": np.asarray(batch.run.numbers)}
+                {"done": np.asarray(done)}
+                | {f"batch/{name}": values for name, values in batch.noted().items()}
                 | {f"account/{name}": values for name, values in account.noted().items()}
                 | {f"starts/{event}": values for event, values in account.starts.items()}
             )

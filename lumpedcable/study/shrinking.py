@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -46,6 +46,7 @@ class Batch:
         self.rows = np.arange(len(part.runs))  # of the part's runs, those that have a lane
         self._last: Any = None
         self._ends: Any = None
+        self._noted_last: list[Any] = []  # arrays of the same, in whose place it comes
 
     def advance(self, done: int, count: int, between: Callable[[], None]) -> Sample:
         """Samples (runs, count, ...) of all runs, of the outputs after number `done`; their fields alone
@@ -59,6 +60,9 @@ class Batch:
         found = jax.tree.map(lambda x: np.asarray(x)[:lived], found)
         reached = 1 + fields_done(done, count - 1, after)  # with those of the last output
         found = _first(unpacked(found), count, reached)
+        if self._noted_last:
+            self._last = jax.tree.unflatten(jax.tree.structure(found), self._noted_last)
+            self._noted_last = []
         if lived < len(self.part.runs):
             found = jax.tree.map(self._among_all, self._last, found)
         self._last = jax.tree.map(lambda x: x[:, -1:], found)
@@ -94,16 +98,26 @@ class Batch:
             between()
         return found
 
-    @property
-    def whole(self) -> bool:
-        """Whether all runs of the part still have a lane."""
-        return len(self.rows) == len(self.part.runs)
+    def noted(self) -> dict[str, NDArray[Any]]:
+        """What another process needs to go on from here, besides what it begins with."""
+        found = {"run": np.asarray(self.run.numbers), "rows": self.rows}
+        if self._ends is not None:
+            found |= _numbered("last", self._last) | _numbered("ends", self._ends)
+        return found
 
-    def resume(self, numbers: NDArray[np.float64]) -> None:
-        """Go on from states (lanes, n) that another process has come to, while all runs have a lane."""
+    def resume(self, found: Mapping[str, NDArray[Any]]) -> None:
+        """Go on from where another process was, which has `noted` it."""
         known = self.triggers.known(self.ready.packed)
-        self.ready = _at_hand(self.ready._replace(packed=known))
-        self.run = Packed(numbers, self.run.form)
+        ready, self.rows, self.size = self.ready, found["rows"], len(found["run"])
+        if self.size < self.part.size:
+            ends = jax.tree.structure(self.run.tree())
+            self._ends = jax.tree.unflatten(ends, _in_order("ends", found))
+            self._noted_last = _in_order("last", found)
+            kept = filled(self.rows, self.size)
+            ready, known = rows_of(ready._replace(packed=known), kept), rows_of(known, kept)
+            self.plan = plan_of(self.part.structure.scene, self.part.structure.layout, self.size)
+        self.ready = _at_hand(ready._replace(packed=known))
+        self.run = Packed(found["run"], self.run.form)
 
     @property
     def steps_at_once(self) -> int:
@@ -175,6 +189,16 @@ def until_look(done: int, count: int) -> int:
 def looks_at(done: int, count: int) -> bool:
     """Whether lanes may be given up after output number `done` of `count`."""
     return done % -(-count // LOOKS) == 0
+
+
+def _numbered(name: str, tree: Any) -> dict[str, NDArray[Any]]:
+    """The arrays of a tree, in their order."""
+    return {f"{name}/{k}": np.asarray(leaf) for k, leaf in enumerate(jax.tree.leaves(tree))}
+
+
+def _in_order(name: str, found: Mapping[str, NDArray[Any]]) -> list[NDArray[Any]]:
+    """Those arrays again."""
+    return [found[f"{name}/{k}"] for k in range(sum(key.startswith(f"{name}/") for key in found))]
 
 
 def _at_hand(ready: Ready) -> Ready:
