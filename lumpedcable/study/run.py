@@ -129,7 +129,7 @@ def run_runs(
                 table = mark.table(empty_table(contents, len(some)))
                 tables.append((some, table))
                 if mark.passed:
-                    tell(len(some) * laid.count)
+                    tell.found(len(some) * laid.count)
                     continue
                 try:
                     _run_block(outlet, _Block(some, first, table))
@@ -158,6 +158,11 @@ class _Teller:
         """Learn from a call how much to ask for next, also of the next part, at most `most`."""
         if seconds < PACE:
             self.pace = max(self.pace, min(2 * self.pace, most))
+
+    def found(self, outputs: int) -> None:
+        """Outputs that an earlier process has finished: told with the next of this one, since compiling
+        comes before those, and nobody could tell from it how long the rest will take."""
+        self.done += outputs
 
     def __call__(self, outputs: int) -> None:
         self.done += outputs
@@ -202,7 +207,7 @@ def _run_block(outlet: _Outlet, block: _Block) -> None:
         for part, ready in _prepared(outlet, block, laid.structures[index], rows):
             left -= len(part.runs)
             if outlet.mark.passes():
-                tell(len(part.runs) * laid.count)
+                tell.found(len(part.runs) * laid.count)
                 continue
             account = Account(part, laid.count, laid.coordinates)
             try:
@@ -288,7 +293,7 @@ def _run_part(
         tell(count * lived)
 
     done = outlet.mark.resume(account, batch, triggers)
-    tell(done * lived)
+    tell.found(done * lived)
     while done < account.count:
         now = min(tell.pace, batch.outputs_at_once, account.count - done)
         if stops:

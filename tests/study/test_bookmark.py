@@ -127,6 +127,22 @@ def test_it_ends_as_if_nothing_had_been(tmp_path, text, changes, share):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["cut.h5", "scene.toml", "whole.h5"]
 
 
+def test_what_was_there_is_told_after_compiling(tmp_path, monkeypatch):
+    """With the first piece of what was not, so that a rate tells of nothing but pieces."""
+    study, target = study_of(tmp_path, ROPE + SWEEP), tmp_path / "cut.h5"
+    interrupted(study, target, 0.9)
+    told, before = [], []
+    plainly = shrinking.Batch.advance
+    monkeypatch.setattr(
+        shrinking.Batch,
+        "advance",
+        lambda batch, *given: (before.append(max(told)), plainly(batch, *given))[1],
+    )
+    run_study(study, target, lambda done, _: told.append(done), None, lambda: None)
+    assert before[0] == 0
+    assert before[1] > 0.7 * told[-1]
+
+
 def test_blocks_that_had_ended_are_not_run_again(tmp_path, monkeypatch):
     monkeypatch.setattr(run, "kind", lambda: batches.CPU._replace(block=1, first=2))
     study, target = study_of(tmp_path, ROPE + SWEEP), tmp_path / "cut.h5"
