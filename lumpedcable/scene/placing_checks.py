@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lumpedcable.scene.bodies import Body
-from lumpedcable.scene.carried import CarriedBody, WinchEnd, post_of, reel_key
+from lumpedcable.scene.carried import post_of, reel_key
 from lumpedcable.scene.ends import (
     FixedEnd,
     HarmonicMotion,
@@ -167,12 +167,8 @@ def settling_problems(
     """Yield what stands in the way of statics that finds where bodies are at rest."""
     told = None
     rods = [n for n, x in lines.items() if x and _law(materials.get(x.material)) == "inextensible"]
-    hauled = [n for n, x in lines.items() if x and {type(x.start), type(x.end)} & {WinchEnd}]
-    hauled += [n for n, body in bodies.items() if isinstance(body, CarriedBody)]
     if rods:
         told = f'expected lines with a law of tension, found the inextensible "{rods[0]}"'
-    elif hauled:
-        told = f'expected neither winches nor bodies on lines, found "{hauled[0]}"'
     for name, body in bodies.items():
         if not isinstance(body, Body) or not body.settle:
             continue

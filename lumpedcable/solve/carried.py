@@ -34,9 +34,9 @@ from lumpedcable.solve.softening import Stages
 from lumpedcable.solve.statics import (
     Equilibrium,
     force_scale,
+    forces_at_rest,
     held_position,
     norm,
-    static_residual,
     worst,
 )
 
@@ -86,10 +86,10 @@ class Unknowns(NamedTuple):
             moved[body_key(name)] = moved[body_key(name)] + x[k] * way
         return moved
 
-    def residual(self, model: Model, x: Array) -> Array:
-        """Net force (N) on every place, -x where held, and in the directions of bodies."""
+    def acting(self, model: Model, x: Array) -> tuple[Array | None, Found]:
+        """Net force (N) on every place (places, d), without what holds it, and what makes it up."""
         moved, t = self.split(model, x), jnp.zeros(())
-        found, parts = Found(), []
+        found, force = Found(), None
         live = {name: live_line(model, name, moved, None) for name in model.lines}
         for name, line in live.items():
             forces = line.forces(moved[name], None)
@@ -98,16 +98,22 @@ class Unknowns(NamedTuple):
         found.add_passing(model, t, None, None)
         if self.net is not None:
             own = eqx.tree_at(lambda m: m.lines, model, live)
-            places = x[: self.nodal].reshape(-1, self.d)
-            force = static_residual(own, places, self.net)
+            force = forces_at_rest(own, x[: self.nodal].reshape(-1, self.d), self.net)
             extra = {n: jnp.zeros_like(line.reference) for n, line in live.items()}
             for coupled, pull in zip(model.couplings, found.pulls, strict=True):
                 if coupled.line is not None and pull.line is not None:
                     extra[coupled.line] = extra[coupled.line] + pull.line
             force = force + self.net.gather(extra)
+        return force, found
+
+    def residual(self, model: Model, x: Array) -> Array:
+        """Net force (N) on every place, -x where held, and in the directions of bodies."""
+        moved, parts, forces = self.split(model, x), [], {}
+        acting, found = self.acting(model, x)
+        if acting is not None and self.net is not None:
             held = jnp.asarray(self.net.fixed)[:, None]
-            parts.append(jnp.where(held, -places, force).ravel())
-        forces = {}
+            places = x[: self.nodal].reshape(-1, self.d)
+            parts.append(jnp.where(held, -places, acting).ravel())
         for name, way in self.slots:
             if name not in forces:
                 body = model.bodies[name]

@@ -18,6 +18,7 @@ from lumpedcable.model.model import Model, Vectors
 from lumpedcable.physics.place import place_at_end
 from lumpedcable.scene import Scene
 from lumpedcable.scene.part import Part, children
+from lumpedcable.solve.carried import is_carried
 from lumpedcable.solve.start import Places, at_places, start_of
 from lumpedcable.solve.statics import Equilibrium, equilibrium, held_position, laid_out_exactly
 
@@ -40,12 +41,12 @@ def rest_near(
 
     Lines without joints between them are laid out from nothing, but for other places of bodies alone:
     that is sure, and stays so where a line from before hangs slack because it has become longer. Rods go
-    through their stages each time.
+    through their stages each time, and lines on winches and what runs on them are found anew.
     """
     model = at_places(assemble(scene, layout, coordinates), places)
     rods = any(line.inextensible for line in model.lines.values())
     anew = places is None and not model.junctions
-    if rods or anew or laid_out_exactly(model):
+    if rods or anew or is_carried(model) or laid_out_exactly(model):
         return start_of(scene, layout, coordinates, places)
     near = _carried_along(model, nodes) if places else dict(jax.lax.stop_gradient(nodes))
     for name, node, end in model.outer_ends():

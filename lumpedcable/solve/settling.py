@@ -23,6 +23,7 @@ from jaxtyping import Array, Bool, Float
 from lumpedcable.model.attached import attached_ends
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
+from lumpedcable.model.couple import body_force
 from lumpedcable.model.layout import Layout
 from lumpedcable.model.model import Model, Vectors
 from lumpedcable.model.net import make_net
@@ -30,10 +31,12 @@ from lumpedcable.model.ships import waves_of
 from lumpedcable.model.turned import clamp_force
 from lumpedcable.physics.afloat import BodyLift
 from lumpedcable.physics.bearing import BedBearing
+from lumpedcable.physics.coupling import IdealCable
 from lumpedcable.physics.vectors import size
 from lumpedcable.physics.wave_force import WaveForce
 from lumpedcable.scene import Scene
 from lumpedcable.scene.bodies import Body
+from lumpedcable.solve.carried import Unknowns, is_carried
 from lumpedcable.solve.near import finished, frozen, nodes_of, rest_near
 from lumpedcable.solve.start import Places, start_of
 from lumpedcable.solve.statics import (
@@ -276,7 +279,8 @@ def _body(model: Model, name: str) -> RigidBody:
 
 def _scale(model: Model, names: list[str]) -> Float[Array, ""]:
     """The largest force (N) on lines and bodies, those of the water on a hull left out."""
-    sizes = [force_scale(model)]
+    cables = (coupled.law for coupled in model.couplings)
+    sizes = [force_scale(model), *(law.tension for law in cables if isinstance(law, IdealCable))]
     for body in (_body(model, name) for name in names):
         d = body.translation.size
         still = body.force(body.reference, jnp.zeros_like(body.reference))
@@ -320,17 +324,21 @@ def _forces(model: Model, names: list[str]) -> Float[Array, " q"]:
     """Generalised forces on bodies at rest (N, N m), their lines at equilibrium with them."""
     net = make_net(model, ordered=False)
     d = _body(model, names[0]).translation.size
-    pulls = forces_at_rest(model, jnp.zeros((net.size, d)), net)
+    still = jnp.zeros((net.size, d))
+    if is_carried(model):
+        pulls, acting = Unknowns(net if model.lines else None, (), d).acting(model, still.ravel())
+    else:
+        pulls, acting = forces_at_rest(model, still, net), None
     found = []
     for name in names:
         body, ends = _body(model, name), list(attached_ends(model, name))
         q = body.reference
         force = body.force(q, jnp.zeros_like(q))
-        if ends:
+        if ends and pulls is not None:
             own = pulls[np.array([net.index[line][node] for line, node, _ in ends])]
             points = jnp.stack([end.point for *_, end in ends])
             places = jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
             force = force + jnp.einsum("kdm,kd->m", places, own)
-        moment = clamp_force(model, name, q)
-        found.append(force if moment is None else force + moment)
+        pushed = clamp_force(model, name, q) if acting is None else body_force(model, name, acting)
+        found.append(force if pushed is None else force + pushed)
     return jnp.concatenate(found)

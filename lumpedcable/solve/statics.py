@@ -168,7 +168,7 @@ def rounding_force(model: Model) -> Float[Array, ""]:
     """Force (N) below which a residual is rounding: places are known to a few units in their last
     digit, strains to that over a segment's length, and tensions to that times the stiffness; other
     loads to that times their own. What is slack here may be taut at rest, and as stiff as that."""
-    sizes = []
+    sizes = [jnp.zeros(())]
     for line in model.lines.values():
         e = jnp.maximum(line.reference_strain, 0.0)
         stiff = jnp.max(jnp.abs(line.law.tension(e + 1e-6) - line.law.tension(e))) / 1e-6

@@ -208,6 +208,11 @@ def conditions(study: Study, run: int, modes: Modes) -> list[str]:
         notes.append(
             f'"{name}" is held where the scene puts it; with settle = true it comes to rest and moves.'
         )
+    if modes.rolling or modes.payout:  # cargo and winches move in modes, and hold all others
+        for name in scene.settling:
+            notes.append(
+                f'"{name}" is held where it has come to rest, beside winches or cargo on lines.'
+            )
     return [*notes, *_trolley_notes(scene, modes), *_reel_notes(scene)]
 
 
