@@ -66,16 +66,22 @@ def held_back(
 
     Friction takes of a node's momentum along the bed what would stop it in this kick, or mu N dt
     where that is less: a node that it stops does not creep, and one that goes on has it against the
-    velocity after the kick, also where added mass is not the same along and across the line. Of a line
+    velocity after the kick, also where added mass is not the same along and across the line: then what
+    is pushed along the bed goes a little up or down as well, where the line lifts off. Of a line
     with a winch the velocity is that of its substance: where friction holds it, nodes move past it.
     """
     after = before + change
     slides = after if e.past is None else after + e.past
-    level = _level(_grip(model, name).bed.normal(e.line.shape), slides)
+    normal = _grip(model, name).bed.normal(e.line.shape)
+    level = _level(normal, slides)
     limit = grip_limit(model, name, t, e, before)
-    alike = model.lines[name].added_mass is None
-    force, stopped = _friction(level, _Masses(e.nodes, alike), limit, dt)
-    return after - stopped, e._replace(grip=force)
+    if model.lines[name].added_mass is None:
+        force, stopped = _friction(level, _Masses(e.nodes, True), limit, dt)
+        return after - stopped, e._replace(grip=force)
+    mass = _Masses(e.nodes, False)
+    force, stopped = _friction(level, mass.along(normal), limit, dt)
+    raised = normal * dot(normal, mass.divided(force)) * dt
+    return after - stopped + raised, e._replace(grip=force)
 
 
 def joint_held_back(
@@ -97,7 +103,9 @@ def joint_held_back(
     n = normal[:, 0 if normal.shape[1] == 1 else node]
     after = before[name][:, node] + dt * gain
     level = (after - n * jnp.dot(n, after))[:, None]
-    force, stopped = _friction(level, MatrixInertia(matrix), limit, dt)
+    mass = MatrixInertia(matrix)
+    force, stopped = _friction(level, mass.along(n), limit, dt)
+    stopped = stopped - n[:, None] * dot(n[:, None], mass.divided(force)) * dt
     for k, (member, place) in enumerate(members):
         own = found[member].grip
         assert own is not None  # as was looked at above
@@ -116,6 +124,21 @@ class _Masses:
 
     def __init__(self, nodes: inertia.Frame, alike: bool):
         self.nodes, self.alike = nodes, alike or nodes.tangent is None or nodes.tangent.shape[0] < 3
+
+    def along(self, normal: Float[Array, "d nodes"]) -> _Masses:
+        """What resists forces along a bed, whose way up is `normal`.
+
+        With P what leaves the normal out, the velocity along the bed yields to them by P M^-1 P =
+        P / m_n + (1/m_t - 1/m_n) q q^T, q = P t: that of nodes whose line lies along q.
+        """
+        nodes = self.nodes
+        if nodes.tangent is None:
+            return self
+        flat = _level(normal, nodes.tangent)
+        square = dot(flat, flat)
+        yields = 1.0 / nodes.mass_n + (1.0 / nodes.mass_t - 1.0 / nodes.mass_n) * square
+        flat = flat / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+        return _Masses(nodes._replace(tangent=flat, mass_t=1.0 / yields), self.alike)
 
     def times(self, vector: Array) -> Array:
         """M v."""
@@ -142,6 +165,16 @@ class MatrixInertia:
 
     def __init__(self, matrix: Array):
         self.matrix, self.alike = matrix, matrix.shape[0] < 3
+
+    def along(self, n: Float[Array, " d"]) -> MatrixInertia:
+        """What resists forces along a bed, whose way up is n: P M^-1 P inverted, any mass along n."""
+        d = n.shape[0]
+        plane = jnp.eye(d, dtype=n.dtype) - jnp.outer(n, n)
+        yields = jnp.stack([solve_small(self.matrix, way) for way in plane]) @ plane
+        yields = yields + jnp.outer(n, n) * (d / jnp.trace(self.matrix))
+        return MatrixInertia(
+            jnp.stack([solve_small(yields, way) for way in jnp.eye(d, dtype=n.dtype)])
+        )
 
     def times(self, vector: Array) -> Array:
         """M v."""

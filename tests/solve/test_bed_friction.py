@@ -334,3 +334,46 @@ def test_a_method_that_knows_no_friction_of_bodies_is_told(tmp_path):
     with pytest.raises(SceneError, match=r"bodies\.block\.friction") as error:
         scene_of(tmp_path, text)
     assert '"leapfrog"' in str(error.value)
+
+
+LIFTED = """
+gravity = 9.81
+[water]
+density = 1025
+[seabed]
+height = 0
+stiffness = 2e4
+damping = 500
+friction = 0.8
+[materials.r]
+law = "linear"
+EA = 2e5
+tension_only = true
+damping = 50
+[lines.c]
+material = "r"
+length = 9
+segments = 3
+mass = 4
+diameter = 0.06
+drag = { normal = 1.4, tangential = 0.05 }
+added_mass = { normal = 1 }
+start = { fixed = [0, 0, 0] }
+end = { motion = { position = [7, 0, 2.5], velocity = [0.5, 0, 0], ramp = 1 } }
+[solver]
+step = 0.002
+[output]
+duration = 2
+every = 0.1
+"""
+
+
+@pytest.mark.slow
+def test_what_lifts_off_slides_alike_in_a_plane_and_in_space(tmp_path):
+    """Added mass across the line makes its inertia along the bed one of both, as it lifts off."""
+    plane, space = (run_text(tmp_path, f"dimensions = {d}\n{LIFTED}") for d in (2, 3))
+    lost = [ran.energy["lost_friction"][0, -1] for ran in (plane, space)]
+    assert lost[0] > 1.0
+    assert lost[0] == pytest.approx(lost[1], rel=1e-8)
+    np.testing.assert_allclose(plane.places["c"], space.places["c"], atol=1e-9)
+    assert plane.outcomes[0].energy_closure < 1e-3
