@@ -353,20 +353,30 @@ def _place(layout: Layout, model: Model, name: str) -> Float[Array, " d"]:
 
 
 def sag_of(nodes: Float[Array, "d nodes"], up: Float[Array, " d"]) -> Float[Array, ""]:
-    """Depth (m) of a line's nodes (m) under the middle of its chord, a parabola between nodes.
+    """Depth (m) of a line's nodes (m) under the middle of its chord.
 
-    A line of one segment is its chord.
+    Between two nodes it is on the parabolas through either and its neighbours, the more on one the
+    nearer its node: smooth as nodes go past the middle, and the same whichever end is the first. A line
+    of one segment is its chord.
     """
     if nodes.shape[1] == 2:
         return jnp.zeros((), nodes.dtype)
     chord = nodes[:, -1] - nodes[:, 0]
     across = chord - jnp.dot(chord, up) * up
     along = across @ (nodes - nodes[:, :1]) / jnp.dot(across, across)
-    k = jnp.clip(jnp.searchsorted(along, 0.5), 1, nodes.shape[1] - 2)
-    s, z = (jax.lax.dynamic_slice(v, (k - 1,), (3,)) for v in (along, up @ nodes))
+    last, height = nodes.shape[1] - 1, up @ nodes
+    k = jnp.clip(jnp.searchsorted(along, 0.5), 1, last)
+    before, after = (_parabola(along, height, jnp.clip(n, 1, last - 1)) for n in (k - 1, k))
+    share = (0.5 - along[k - 1]) / (along[k] - along[k - 1])
+    middle = 0.5 * jnp.dot(up, nodes[:, 0] + nodes[:, -1])
+    return middle - (before + share * (after - before))
+
+
+def _parabola(along: Float[Array, " nodes"], height: Float[Array, " nodes"], k) -> Float[Array, ""]:
+    """Height (m) in the middle, 0.5 of the way along, on the parabola through the nodes about k."""
+    s, z = (jax.lax.dynamic_slice(v, (k - 1,), (3,)) for v in (along, height))
     shares = [
         jnp.prod((0.5 - s[jnp.array(others)]) / (s[i] - s[jnp.array(others)]))
         for i, others in enumerate(((1, 2), (0, 2), (0, 1)))
     ]
-    middle = 0.5 * jnp.dot(up, nodes[:, 0] + nodes[:, -1])
-    return middle - jnp.dot(jnp.stack(shares), z)
+    return jnp.dot(jnp.stack(shares), z)
