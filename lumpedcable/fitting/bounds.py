@@ -15,7 +15,7 @@ from lumpedcable.fitting.transforms import before_bounds, share_of
 from lumpedcable.study.compiled import RUN_ONCE
 from lumpedcable.study.kept import program
 
-__all__ = ["AT_BOUND", "at_bounds", "falling", "inside", "way_of", "with_slopes"]
+__all__ = ["AT_BOUND", "at_bounds", "falling", "inside", "slopes", "way_of", "with_slopes"]
 
 Array = NDArray[np.float64]
 AT_BOUND = 1e-4  # share of the gap between bounds (or of the start) within which a value is at one
@@ -65,13 +65,14 @@ def with_slopes(spec: Spec, arrays: Arrays, found: Found) -> Found:
     moved = z != found.z
     if not np.any(moved):
         return found
-    slope = np.asarray(_slopes(spec, arrays, z))
+    slope = np.asarray(slopes(spec, arrays, z)[2])
     return found._replace(slope=np.where(moved, slope, found.slope))
 
 
 @partial(program, static=("spec",), options=RUN_ONCE)
-def _slopes(spec: Spec, arrays: Arrays, z):
-    return value_and_jacobian(spec, arrays, z)[2]
+def slopes(spec: Spec, arrays: Arrays, z):
+    """The residual (n,), the model's answers, and the derivatives (n, p) of the former by z."""
+    return value_and_jacobian(spec, arrays, z)
 
 
 def falling(problem: FitProblem, arrays: Arrays, found: Found) -> NDArray[np.bool_]:

@@ -134,9 +134,15 @@ def _quality(fitted: Fitted) -> str:
 
 def _spread_of_starts(fitted: Fitted) -> str:
     losses = np.array([start.loss for start in fitted.starts])
-    same = int(np.sum(losses <= losses.min() * (1.0 + 1e-4) + 1e-9))
-    text = f"{same} of {losses.size} searches ended at this minimum"
-    text += "." if same == losses.size else ", the others above it."
+    near = losses <= losses.min() * (1.0 + 1e-4) + 1e-9
+    ended = np.array([start.converged for start in fitted.starts])
+    text = f"{np.sum(near)} of {losses.size} searches ended at this minimum"
+    above, late = int(np.sum(~near & ended)), int(np.sum(~near & ~ended))
+    if above:
+        text += f", {'the others' if not late else above} above it"
+    if late:
+        text += f"; {late} had not come to an end after method.max_steps"
+    text += "."
     if fitted.sampled:
         text = (
             "The first search ended badly, so that others began at the best of "

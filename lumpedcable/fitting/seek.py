@@ -13,6 +13,7 @@ from scipy.stats import qmc
 
 from lumpedcable.fitting.arrays import Arrays, Spec
 from lumpedcable.fitting.bounds import falling, inside, with_slopes
+from lumpedcable.fitting.branches import as_begun, in_order
 from lumpedcable.fitting.data import FitProblem
 from lumpedcable.fitting.linear import is_linear, linear_start
 from lumpedcable.fitting.minimise import Found, search
@@ -30,6 +31,7 @@ __all__ = [
     "at_own_steps",
     "beside",
     "chance_of",
+    "ordered",
     "seek",
     "settled",
     "wants_others",
@@ -106,19 +108,32 @@ def seek(
         sought = go(start)
     assert sought is not None
     if problem.method.starts is not None or not wants_others(problem, spec, sought):
-        return sought
+        return ordered(problem, spec, sought)
     badly = bad_end(problem, spec, sought)
     for start in _others(problem, spec, arrays, sought):
         sought = go(start)
         alike = [abs(s.loss - sought.loss) <= SAME * sought.loss for s in sought.starts]
         if sum(alike) >= ALIKE or not bad_end(problem, spec, sought):
             break
+    sought = ordered(problem, spec, sought)
     if not badly:
         return sought
     began = None
     if problem.records:  # by the program that the sample was tried with
         began = np.asarray(_plain(spec, arrays, to_unbounded(arrays.transform, first))[1])
     return sought._replace(sampled=SAMPLE, began=began)
+
+
+def ordered(problem: FitProblem, spec: Spec, sought: Sought) -> Sought:
+    """The best search with the branches of each material in the order in which they began."""
+    found = as_begun(problem, spec, sought.arrays, sought.best)
+    if found is sought.best:
+        return sought
+    values = np.asarray(to_values(sought.arrays.transform, found.z))
+    best = int(np.argmin([start.loss for start in sought.starts]))
+    starts = list(sought.starts)
+    starts[best] = starts[best]._replace(values=values, loss=float(np.sum(found.residual**2)))
+    return sought._replace(starts=tuple(starts), best=found)
 
 
 def _starts(problem: FitProblem) -> list[Array]:
@@ -163,7 +178,7 @@ def _others(problem: FitProblem, spec: Spec, arrays: Arrays, sought: Sought) -> 
     if _many_minima(problem):
         spread = [p.spread for p in problem.parameters]
         best = min(sought.starts, key=lambda s: s.loss).values
-        retimed = np.where(spread, _in_order(problem, places), best)
+        retimed = np.where(spread, in_order(problem, places), best)
         solved = linear_start(problem, retimed, turned=False)
         if solved is not None:
             yield solved
@@ -175,26 +190,6 @@ def _others(problem: FitProblem, spec: Spec, arrays: Arrays, sought: Sought) -> 
         losses.append(float(np.sum(np.asarray(rows) ** 2)))
     order = np.argsort(np.nan_to_num(losses, nan=np.inf), kind="stable")
     yield from places[order[:RESCUES]]
-
-
-def _in_order(problem: FitProblem, places: Array) -> Array:
-    """Places (count, p) with the times of a material's branches in the order of their starts.
-
-    Two branches that change places are the same material, of which the file means one. Where bounds do
-    not allow it they stay.
-    """
-    low, high, start = problem.ranges
-    alike: dict[tuple[str, str | None], list[int]] = {}
-    for k, p in enumerate(problem.parameters):
-        if p.spread:
-            alike.setdefault((p.key.split(".")[1], p.experiment), []).append(k)
-    found = places.copy()
-    for index in alike.values():
-        ranked = np.array(index)[np.argsort(start[index], kind="stable")]
-        turned = np.sort(places[:, ranked], axis=1)
-        inside = np.all((low[ranked] < turned) & (turned < high[ranked]), axis=1)
-        found[:, ranked] = np.where(inside[:, None], turned, places[:, ranked])
-    return found
 
 
 _plain = program(penalised, ("spec",), RUN_OFTEN)
