@@ -10,6 +10,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from lumpedcable.fitting.bounds import way_of
 from lumpedcable.fitting.linear import start_faults
 from lumpedcable.fitting.profile import untold
 from lumpedcable.fitting.remarks import read_roughly, remarks_of
@@ -32,6 +33,7 @@ __all__ = [
 WIDE = 140  # columns where no terminal says how many there are
 MOST_ROWS = 30
 MOST_NUMBERS = 5
+ROUNDING = 1e-9  # of the way to a bound: a number is at it
 
 
 def print_fit(fitted: Fitted, others: Mapping[str, Fitted] | None = None) -> None:
@@ -81,8 +83,8 @@ def print_ropes(fits: Mapping[str, Fitted], title: str) -> None:
     table = table_of(heads, left=texts, wrap=texts)
     for name, f in list(fits.items())[:MOST_ROWS]:
         found = [
-            f"{format_quantity(float(x), p.unit, 5)} ± {format_quantity(float(s), p.unit, 2)}"
-            for p, x, s in zip(shown, f.values, f.certainty.std, strict=False)
+            f"{format_quantity(_at_its_bound(f, k), p.unit, 5)} ± {format_quantity(float(s), p.unit, 2)}"
+            for k, (p, s) in enumerate(zip(shown, f.certainty.std, strict=False))
         ]
         said = [] if f.converged else [status_of(f)]
         said += ["at a bound"] if any(f.at_bound) else []
@@ -132,7 +134,7 @@ def _values(fitted: Fitted) -> Table:
         low, high = certainty.low[k], certainty.high[k]
         if k in profiles:
             said = f"{said}, interval by profile" if said else "interval by profile"
-        value, std = fitted.values[k], certainty.std[k]
+        value, std = _at_its_bound(fitted, k), certainty.std[k]
         digits = _digits(value, std, 4)
         interval = f"{show(low, digits=digits)} to {show(high, digits=digits)}"
         table.add_row(
@@ -140,6 +142,14 @@ def _values(fitted: Fitted) -> Table:
             interval, said,
         )  # fmt: skip
     return table
+
+
+def _at_its_bound(fitted: Fitted, k: int) -> float:
+    """A number as it was found; the bound itself, of one that is nothing but rounding away from it."""
+    p, value = fitted.problem.parameters[k], float(fitted.values[k])
+    edge = p.low if abs(value - p.low) < abs(value - p.high) else p.high
+    near = fitted.at_bound[k] and abs(value - edge) <= ROUNDING * way_of(p)
+    return edge if near else value
 
 
 def _choices(all_: Mapping[str, Fitted]) -> Table:

@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize
 
 from lumpedcable.fitting.profile import flagged, with_profiles
 from lumpedcable.fitting.remarks import remarks_of
-from lumpedcable.fitting.report import contents_of
+from lumpedcable.fitting.report import contents_of, print_fit
 from lumpedcable.fitting.ropes import fit_ropes
 from lumpedcable.fitting.run import fit_problem
 from lumpedcable.fitting.uncertainty import Profile, certainty_of
@@ -332,3 +332,9 @@ def test_a_profile_goes_up_to_where_runs_fail_and_says_so(tmp_path):
     edge = brentq(lambda p4: end_of(p4) / 20.0 - 1.5, 450e3 - 270.2e3, 190e3)
     assert edge < profile.x[0] < edge + 0.02 * (190e3 - edge)
     assert any("Runs fail with nylon p4 below 181" in words for words in remarks_of(fitted))
+
+
+def test_a_number_at_its_bound_is_told_as_that(tmp_path, capsys):
+    print_fit(bent(tmp_path, KNOWN))
+    row = next(r for r in capsys.readouterr().out.splitlines() if "at its bound" in r)
+    assert row.split()[5:7] == ["0", "N"]
