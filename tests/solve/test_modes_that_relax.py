@@ -213,6 +213,7 @@ every = "10 ms"
 """
 
 
+@pytest.mark.slow
 def test_a_weight_swings_and_dies_out_as_they_say(tmp_path):
     found = modes_of(tmp_path, WEIGHT, count=1)
     ran = run_text(tmp_path, WEIGHT.replace("settle = true", "velocity = [0, 0, 0.01]"))
@@ -257,6 +258,7 @@ every = 1
 """
 
 
+@pytest.mark.slow
 def test_cargo_on_a_line_that_has_no_time_to_relax(tmp_path):
     """As on one whose law is as steep there: a table through the same tension."""
     slow = 'law = "linear"\nEA = "4 MN"\nrelaxation.only = { EA = "6 MN", time = "1e6 s" }'

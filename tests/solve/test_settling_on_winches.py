@@ -43,7 +43,7 @@ SPRING = (
 )
 
 
-@pytest.mark.parametrize("aboard", [False, True])
+@pytest.mark.parametrize("aboard", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_winch_against_a_spring(tmp_path, aboard):
     """What the winch pulls with stretches the other line, wherever the winch stands."""
     start, end = winch((0, 0, 0), 20e3), '"box.tail"'
@@ -67,6 +67,7 @@ TWO = (
 )
 
 
+@pytest.mark.slow
 def test_a_load_between_two_winches(tmp_path):
     ran = run_text(tmp_path, TWO)
     assert ran.statuses == ["OK"]
