@@ -1,10 +1,14 @@
 """Branches of a material keep their names by where they begin, whatever way a search takes."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 import lumpedcable as lc
+from lumpedcable.fitting.remarks import _spread_of_starts
+from lumpedcable.fitting.seek import Start
 
 SCENE = """
 [materials.rope]
@@ -72,3 +76,25 @@ def test_the_shorter_time_stays_the_shorter(tmp_path, seed, turned):
     spread = np.sqrt(np.diag(np.linalg.inv(own.jac.T @ own.jac))) * TRUE
     spread = spread[[0, 3, 4, 1, 2]] if turned else spread
     assert [n.std for n in numbers] == pytest.approx(spread.tolist(), rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ([(5.0, True), (5.0, True)], "2 of 2 searches ended at this minimum."),
+        ([(5.0, True), (7.0, True)], "1 of 2 searches ended at this minimum, the others above it."),
+        (
+            [(5.0, True), (7.0, False)],
+            "1 of 2 searches ended at this minimum; 1 had not come to an end after method.max_steps.",
+        ),
+        (
+            [(5.0, True), (7.0, False), (8.0, True)],
+            "1 of 3 searches ended at this minimum, 1 above it; 1 had not come to an end after "
+            "method.max_steps.",
+        ),
+    ],
+)
+def test_searches_that_ran_out_are_told_apart(ends, said):
+    none = np.zeros(1)
+    starts = tuple(Start(none, none, loss, 200, 0, ended) for loss, ended in ends)
+    assert _spread_of_starts(SimpleNamespace(starts=starts, sampled=0)) == said
