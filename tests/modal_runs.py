@@ -70,6 +70,33 @@ def modes_at(folder, text, nodes, *overrides, count=4):
     return natural_modes(linearise(model), make_net(model), layout, coordinates, count)
 
 
+def line_on_a_winch(material, drive=""):
+    """A wire of 1 MN and 2 kg/m, 12 m between post and winch (30 kg), which stretches it by 5 %.
+
+    `material` are more keys of its material, `drive` of the winch, each after a comma.
+    """
+    return f"""
+dimensions = 1
+
+[materials.steel]
+law = "linear"
+EA = "1 MN"
+{material}
+
+[lines.wire]
+material = "steel"
+length = "10 m"
+segments = 5
+mass = "2 kg/m"
+start = {{ fixed = [0, 0, 0] }}
+end.winch = {{ at = [12, 0, 0], tension = "50 kN", inertia = 30{drive} }}
+
+[output]
+duration = 1
+every = 1
+"""
+
+
 def springs_on_a_winch(n, stretch):
     """How far each of n equal springs in a row between two held points is stretched (m), (n, n).
 

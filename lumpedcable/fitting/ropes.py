@@ -16,15 +16,7 @@ from lumpedcable.fitting.minimise import Found, searches
 from lumpedcable.fitting.profile import flagged, with_profiles
 from lumpedcable.fitting.residual import unpacked
 from lumpedcable.fitting.run import Fitted, fit_problem, fitted_from
-from lumpedcable.fitting.seek import (
-    Sought,
-    Start,
-    at_own_steps,
-    beside,
-    ordered,
-    seek,
-    wants_others,
-)
+from lumpedcable.fitting.seek import Sought, Start, at_own_steps, beside, seek, wants_others
 from lumpedcable.fitting.transforms import to_unbounded, to_values
 
 __all__ = ["fit_ropes"]
@@ -87,8 +79,6 @@ def _together(problems: Mapping[str, FitProblem], made: Mapping[str, Setting]) -
         sought = Sought((one,), mine, own, 0)
         if problem.method.starts is not None or wants_others(problem, spec, sought):
             sought = seek(problem, *made[name])
-        else:
-            sought = ordered(problem, spec, sought)
         alone = clock.perf_counter() - begun
         fits[name] = fitted_from(problem, spec, sought, share + alone)
     return fits

@@ -16,7 +16,7 @@ from lumpedcable.fitting.data import FitProblem
 from lumpedcable.fitting.minimise import REVERSE_FROM, Found
 from lumpedcable.fitting.outliers import Forgiven, deviations_of, forgiven, influence
 from lumpedcable.fitting.residual import Prediction, group_start, unpacked
-from lumpedcable.fitting.seek import Sought, Start, seek
+from lumpedcable.fitting.seek import Sought, Start, ordered, seek
 from lumpedcable.fitting.transforms import slope_at, to_values
 from lumpedcable.fitting.uncertainty import (
     Certainty,
@@ -138,6 +138,7 @@ def fitted_from(problem: FitProblem, spec: Spec, sought: Sought, seconds: float)
     Raises:
         SceneError: they never came to where numbers are finite.
     """
+    sought = ordered(problem, spec, sought)
     found, arrays = sought.best, sought.arrays
     values = np.asarray(to_values(arrays.transform, found.z))
     prediction = jax.tree.map(np.asarray, unpacked(arrays, found.flat))

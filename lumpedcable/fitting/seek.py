@@ -108,14 +108,13 @@ def seek(
         sought = go(start)
     assert sought is not None
     if problem.method.starts is not None or not wants_others(problem, spec, sought):
-        return ordered(problem, spec, sought)
+        return sought
     badly = bad_end(problem, spec, sought)
     for start in _others(problem, spec, arrays, sought):
         sought = go(start)
         alike = [abs(s.loss - sought.loss) <= SAME * sought.loss for s in sought.starts]
         if sum(alike) >= ALIKE or not bad_end(problem, spec, sought):
             break
-    sought = ordered(problem, spec, sought)
     if not badly:
         return sought
     began = None

@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -81,10 +80,9 @@ def kinds_of(model: Model) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 def stiffer(model: Model, shares: Mapping[str, Float[Array, "k branches"]]) -> Stiffness:
-    """D_k of a model at rest at its reference: by how much K is more where those branches hold fast."""
-    slow = stiffness_of(model)
+    """K + D_k (k, ..) of a model at rest at its reference: its stiffness where those branches hold."""
 
-    def more(share):
+    def fast(share):
         lines = {}
         for name, part in share.items():
             line = model.lines[name]
@@ -93,10 +91,9 @@ def stiffer(model: Model, shares: Mapping[str, Float[Array, "k branches"]]) -> S
             at_rest = Memory(own.at_rest(line.law, line.reference_strain))
             held = Relaxation(own.stiff * part, own.time)
             lines[name] = replace(line, relaxation=held, memory=at_rest)
-        fast = stiffness_of(replace(model, lines={**model.lines, **lines}))
-        return jax.tree.map(jnp.subtract, fast, slow)
+        return stiffness_of(replace(model, lines={**model.lines, **lines}))
 
-    return jax.lax.map(more, dict(shares))
+    return jax.lax.map(fast, dict(shares))
 
 
 def modes_that_relax(

@@ -306,4 +306,4 @@ linearise = program(linearised, options=RUN_ONCE)
 damping_of = program(modal_damping, options=RUN_ONCE)
 """What damps natural modes of a model at rest."""
 stiffer_of = program(stiffer, options=RUN_ONCE)
-"""What branches of materials that relax add to its stiffness."""
+"""Its stiffness where branches of materials that relax hold fast."""

@@ -22,6 +22,7 @@ from lumpedcable.scene.ends import JoinedEnd
 from lumpedcable.solve.carried import is_carried
 from lumpedcable.solve.modal import Modes, natural_modes
 from lumpedcable.solve.modal_carried import carried_rest
+from lumpedcable.solve.modal_linear import Linear
 from lumpedcable.solve.modal_relaxing import Relaxing, kinds_of
 from lumpedcable.solve.statics import force_scale, static_residual
 from lumpedcable.status import ADVICE, MEANING, Status
@@ -75,7 +76,9 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
     try:
         damped = partial(damping_of, model) if _is_damped(model) else None
         linear = linearise(model, outlines)
-        found = natural_modes(linear, net, layout, coordinates, count, damped, _relaxing(model))
+        found = natural_modes(
+            linear, net, layout, coordinates, count, damped, _relaxing(model, linear)
+        )
     except ValueError as error:
         d = coordinates.dimensions
         if d == 3 or net.fixed.all():
@@ -106,12 +109,13 @@ def _is_damped(model: Model) -> bool:
     ) or any(body.works() for body in model.bodies.values())
 
 
-def _relaxing(model: Model) -> Relaxing | None:
+def _relaxing(model: Model, linear: Linear) -> Relaxing | None:
     """What the branches of its materials add to the stiffness of a model; None where there are none."""
     times, shares = kinds_of(model)
     if not times.size:
         return None
-    return Relaxing(times, jax.device_get(stiffer_of(model, shares)))
+    fast, slow = jax.device_get((stiffer_of(model, shares), linear.stiffness))
+    return Relaxing(times, jax.tree.map(np.subtract, fast, slow))
 
 
 def _hung(scene: Scene) -> Scene:

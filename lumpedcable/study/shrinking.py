@@ -107,16 +107,15 @@ class Batch:
 
     def resume(self, found: Mapping[str, NDArray[Any]]) -> None:
         """Go on from where another process was, which has `noted` it."""
-        known = self.triggers.known(self.ready.packed)
-        ready, self.rows, self.size = self.ready, found["rows"], len(found["run"])
+        ready = self.ready._replace(packed=self.triggers.known(self.ready.packed))
+        self.rows, self.size = found["rows"], len(found["run"])
         if self.size < self.part.size:
             ends = jax.tree.structure(self.run.tree())
             self._ends = jax.tree.unflatten(ends, _in_order("ends", found))
             self._noted_last = _in_order("last", found)
-            kept = filled(self.rows, self.size)
-            ready, known = rows_of(ready._replace(packed=known), kept), rows_of(known, kept)
+            ready = rows_of(ready, filled(self.rows, self.size))
             self.plan = plan_of(self.part.structure.scene, self.part.structure.layout, self.size)
-        self.ready = _at_hand(ready._replace(packed=known))
+        self.ready = _at_hand(ready)
         self.run = Packed(found["run"], self.run.form)
 
     @property

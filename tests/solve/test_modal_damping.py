@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from modal_runs import STRING, modes_of, springs_on_a_winch
+from modal_runs import STRING, line_on_a_winch, modes_of, springs_on_a_winch
 from scipy.linalg import eigh
 
 BAR = f"dimensions = 1\n{STRING}".replace('EA = "1 MN"', 'EA = "1 MN"\ndamping = "2 kN s"')
@@ -80,30 +80,9 @@ def test_a_body_that_is_damped(tmp_path):
     assert found.damping[0] == pytest.approx(50.0 / (2.0 * 1000.0 * omega), rel=1e-6)
 
 
-WINCH = """
-dimensions = 1
-
-[materials.steel]
-law = "linear"
-EA = "1 MN"
-damping = "300 N s"
-
-[lines.wire]
-material = "steel"
-length = "10 m"
-segments = 5
-mass = "2 kg/m"
-start = { fixed = [0, 0, 0] }
-end.winch = { at = [12, 0, 0], tension = "50 kN", inertia = 30, damping = 700, control = { gain = 4 } }
-
-[output]
-duration = 1
-every = 1
-"""
-
-
 def test_a_winch_that_is_damped(tmp_path):
-    found = modes_of(tmp_path, WINCH, count=5)
+    drive = ", damping = 700, control = { gain = 4 }"
+    found = modes_of(tmp_path, line_on_a_winch('damping = "300 N s"', drive), count=5)
     # EA (x' - x - l)^2 / 2 l of n equal segments of l = L / n; B (de/dt)^2 / 2 times l damps alike
     n, EA, B, stretch = 5, 1e6, 300.0, 1.05
     length = 12.0 / stretch

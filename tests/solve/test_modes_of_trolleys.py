@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from engine_runs import order_of, run_text
-from modal_runs import modes_of, springs_on_a_winch
+from modal_runs import line_on_a_winch, modes_of, springs_on_a_winch
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
@@ -199,31 +199,10 @@ def test_a_string_that_carries_a_mass(tmp_path, meshes):
         assert np.all(np.abs(errors[1]) < 1e-4), errors
 
 
-WINCH = """
-dimensions = 1
-
-[materials.steel]
-law = "linear"
-EA = "1 MN"
-
-[lines.wire]
-material = "steel"
-length = "10 m"
-segments = 5
-mass = "2 kg/m"
-start = { fixed = [0, 0, 0] }
-end = { winch = { at = [12, 0, 0], tension = "50 kN", inertia = 30 CONTROL } }
-
-[output]
-duration = 1
-every = 1
-"""
-
-
 @pytest.mark.parametrize("gain", [0.0, 4.0])
 def test_a_line_on_a_winch_alone(tmp_path, gain):
-    text = WINCH.replace("CONTROL", f", control = {{ gain = {gain} }}" if gain else "")
-    found = modes_of(tmp_path, text, count=5)
+    drive = f", control = {{ gain = {gain} }}" if gain else ""
+    found = modes_of(tmp_path, line_on_a_winch("", drive), count=5)
     # energy of n equal springs of l = L / n by places x and L: EA (x' - x - l)^2 / 2 l
     n, EA, stretch = 5, 1e6, 1.05
     length = 12.0 / stretch
@@ -293,7 +272,7 @@ def test_a_trolley_is_held_along_its_line_alone(tmp_path):
 
 
 def test_friction_at_a_sheave_holds_the_winch(tmp_path):
-    text = WINCH.replace("CONTROL", ', sheave = { friction = 0.1, wrap = "90 deg" }')
+    text = line_on_a_winch("", ', sheave = { friction = 0.1, wrap = "90 deg" }')
     found = modes_of(tmp_path, text, count=5)
     # beads of a rod between two fixed points: 2 sqrt(k / m) sin(n pi / 2 N)
     size = 12.0 / 1.05 / 5

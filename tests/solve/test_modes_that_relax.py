@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from engine_runs import run_text
-from modal_runs import STRING, modes_of, springs_on_a_winch
+from modal_runs import STRING, line_on_a_winch, modes_of, springs_on_a_winch
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
@@ -147,25 +147,7 @@ every = 1
 
 
 def test_a_relaxing_line_on_a_winch(tmp_path):
-    text = """
-dimensions = 1
-[materials.steel]
-law = "linear"
-EA = "1 MN"
-relaxation.only = { EA = "500 kN", time = "20 ms" }
-
-[lines.wire]
-material = "steel"
-length = "10 m"
-segments = 5
-mass = "2 kg/m"
-start = { fixed = [0, 0, 0] }
-end.winch = { at = [12, 0, 0], tension = "50 kN", inertia = 30 }
-
-[output]
-duration = 1
-every = 1
-"""
+    text = line_on_a_winch('relaxation.only = { EA = "500 kN", time = "20 ms" }')
     found = modes_of(tmp_path, text, count=5)
     n, stretch = 5, 1.05
     length = 12.0 / stretch
