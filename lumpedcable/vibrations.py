@@ -12,6 +12,7 @@ Everything that takes time to import is imported when it is used.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -133,8 +134,8 @@ def modes(
         NoEquilibriumError: no state of rest was found; a ValueError, whose text says what to do.
         ValueError: the scene has no such run, or `count` is below 1.
     """
-    if count < 1:
-        raise ValueError(f"count: expected at least 1, found {count}")
+    if not isinstance(count, Integral) or count < 1:
+        raise ValueError(f"count: expected a whole number of at least 1, found {count!r}")
     return study_modes(study_with_run(scene, changes, more, run), count, run)
 
 

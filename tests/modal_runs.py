@@ -4,16 +4,21 @@ from functools import partial
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from engine_runs import scene_of, study_of
 
 from lumpedcable.model.assemble import assemble
+from lumpedcable.model.attached import follow
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.coordinates import Coordinates, coordinates_of
 from lumpedcable.model.layout import make_layout
 from lumpedcable.model.line import placed
+from lumpedcable.model.motion import acceleration
 from lumpedcable.model.net import make_net
 from lumpedcable.solve.modal import natural_modes
-from lumpedcable.study.compiled import Structure, linearise
+from lumpedcable.solve.targets import rest_of
+from lumpedcable.study.compiled import RUN_ONCE, Structure, linearise
 from lumpedcable.study.modes import find_modes
 
 # two fixed ends 105 m apart: 5 % strain, 50 kN, in as many dimensions as a test asks for
@@ -68,6 +73,53 @@ def modes_at(folder, text, nodes, *overrides, count=4):
         nodes = {next(iter(scene.lines)): nodes}
     model, layout, coordinates = model_at(scene, nodes)
     return natural_modes(linearise(model), make_net(model), layout, coordinates, count)
+
+
+def at_rest(scene):
+    """The scene's state of rest, its bodies where they have settled."""
+    coordinates = coordinates_of([scene])
+    layout, numbers = make_layout(scene), scene.numbers()
+
+    @partial(jax.jit, compiler_options=RUN_ONCE)
+    def rest(numbers):
+        return rest_of(scene.with_numbers(numbers), layout, coordinates)
+
+    return rest({key: jnp.asarray(value, float) for key, value in numbers.items()})
+
+
+def slopes_of_dynamics(model, bodies, held=()):
+    """-da/dx of the dynamics at rest, of free nodes and then of bodies by name.
+
+    `held` are coordinates that stay, (body, number).
+    """
+    net = make_net(model)
+    free = np.flatnonzero(~net.fixed)
+    still = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
+    still |= {body_key(n): jnp.zeros_like(body.reference) for n, body in model.bodies.items()}
+    ways = [
+        (body_key(name), k)
+        for name in bodies
+        for k in range(model.bodies[name].reference.size)
+        if (name, k) not in held
+    ]
+    d = next(iter(model.lines.values())).dimensions
+    count = free.size * d
+
+    def unpacked(x):
+        places = jnp.zeros((net.size, d)).at[free].set(x[:count].reshape(-1, d))
+        moved = {**still, **net.spread(places)}
+        for (key, k), step in zip(ways, x[count:], strict=True):
+            moved[key] = moved[key].at[k].set(step)
+        return follow(model, jnp.zeros(()), moved)
+
+    @partial(jax.jit, compiler_options=RUN_ONCE)
+    def gain(x):
+        found, _ = acceleration(model, jnp.zeros(()), unpacked(x), still, {})
+        nodes = net.pick({name: found[name] for name in model.lines})[free]
+        own = [found[key][k][None] for key, k in ways]
+        return jnp.concatenate([nodes.ravel(), *own])
+
+    return -jax.jacfwd(gain)(jnp.zeros(count + len(ways)))
 
 
 def line_on_a_winch(material, drive=""):

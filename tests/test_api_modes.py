@@ -45,7 +45,8 @@ def test_modes_are_an_object(scene, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"count": 0}, "count: expected at least 1, found 0"),
+        ({"count": 0}, "count: expected a whole number of at least 1, found 0"),
+        ({"count": 1.5}, "count: expected a whole number of at least 1, found 1.5"),
         ({"run": 2}, "run: expected one from 0 to 1"),
     ],
 )

@@ -157,8 +157,9 @@ class SeaFlow(eqx.Module):
     u = sum a w C cos(w t - k X + e) along the waves and -sum a w S sin(w t - k X + e) upwards (m/s),
     with C = cosh k(h + z) / sinh k h and S = sinh k(h + z) / sinh k h at the height z <= 0 (m) over the
     mean surface, both exp(k z) on deep water; and the local acceleration du/dt (m/s2). Above the mean
-    surface the water moves as in it, below the bed not at all upwards. Both grow over `ramp` (s) as
-    in `growth`. (G. B. Airy 1845; DNV-RP-C205, section 3.2.2.)
+    surface the water moves as in it, below the bed not at all upwards. The amplitudes a grow over
+    `ramp` (s) as in `growth`, and both with them; that they do is left out of du/dt.
+    (G. B. Airy 1845; DNV-RP-C205, section 3.2.2.)
 
     Scene coordinates x (d,) are at X = `way` . x + `ahead` (m), and at the height `up` . x + `above` (m)
     over the mean surface.

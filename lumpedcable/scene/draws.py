@@ -1,6 +1,6 @@
 """Numbers drawn for a sweep: independent, in a Latin hypercube, or by Sobol's sequence.
 
-The same seed, count and keys draw the same numbers anywhere.
+The same seed, count and keys in the same order draw the same numbers anywhere.
 """
 
 from __future__ import annotations

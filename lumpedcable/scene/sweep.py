@@ -201,6 +201,7 @@ class _Reader:
         unknown = [key for key in raw if key not in known]
         for key in unknown:
             words = f"expected {either(known)}, found {found(key)}{did_you_mean(key, known)}"
+            words += "; distributions are drawn in sweep.sample" * (key in DRAW)
             self._tell((*place, key), words)
         return not unknown
 

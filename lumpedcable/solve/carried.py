@@ -23,6 +23,7 @@ from lumpedcable.model.line import placed
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.riders import Rider
+from lumpedcable.model.turned import turned
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.bisection import bisected
 from lumpedcable.physics.coupling import IdealCable, Posts, PostState
@@ -89,6 +90,7 @@ class Unknowns(NamedTuple):
     def acting(self, model: Model, x: Array) -> tuple[Array | None, Found]:
         """Net force (N) on every place (places, d), without what holds it, and what makes it up."""
         moved, t = self.split(model, x), jnp.zeros(())
+        model = turned(model, None, moved)
         found, force = Found(), None
         live = {name: live_line(model, name, moved, None) for name in model.lines}
         for name, line in live.items():
@@ -106,23 +108,32 @@ class Unknowns(NamedTuple):
             force = force + self.net.gather(extra)
         return force, found
 
-    def residual(self, model: Model, x: Array) -> Array:
-        """Net force (N) on every place, -x where held, and in the directions of bodies."""
+    def forces(self, model: Model, x: Array) -> Array:
+        """Net force (N) on every place, without what holds it, and in the directions of bodies.
+
+        On bodies that is all but the pull of lines that are tied to them.
+        """
         moved, parts, forces = self.split(model, x), [], {}
         acting, found = self.acting(model, x)
-        if acting is not None and self.net is not None:
-            held = jnp.asarray(self.net.fixed)[:, None]
-            places = x[: self.nodal].reshape(-1, self.d)
-            parts.append(jnp.where(held, -places, acting).ravel())
+        if acting is not None:
+            parts.append(acting.ravel())
         for name, way in self.slots:
             if name not in forces:
                 body = model.bodies[name]
                 q = body.reference + moved[body_key(name)]
                 force = body.force(q, jnp.zeros_like(q))
-                pull = body_force(model, name, found)
+                pull = body_force(model, name, found, moved)
                 forces[name] = force if pull is None else force + pull
             parts.append(jnp.dot(way, forces[name])[None])
         return jnp.concatenate(parts)
+
+    def residual(self, model: Model, x: Array) -> Array:
+        """The same, with -x on places that are held."""
+        force = self.forces(model, x)
+        if self.net is None:
+            return force
+        held = jnp.repeat(jnp.asarray(self.net.fixed), self.d)
+        return jnp.where(jnp.pad(held, (0, len(self.slots))), -x, force)
 
 
 def span_of(model: Model, name: str) -> Float[Array, " d"]:

@@ -31,7 +31,15 @@ from lumpedcable.model.turned import (
     swing_of,
 )
 
-__all__ = ["Clamp", "Floating", "RigidMotion", "floating", "rigid_motions"]
+__all__ = [
+    "Clamp",
+    "Floating",
+    "RigidMotion",
+    "floating",
+    "pull_of_lines",
+    "resting",
+    "rigid_motions",
+]
 
 EPS = float(np.finfo(float).eps)
 
@@ -114,33 +122,62 @@ def floating(
 
 def _floating(model: Model, net: Net, name: str, forces, outline) -> Floating:
     body = model.bodies[name]
-    q, still = body.reference, jnp.zeros_like(body.reference)
-    d = outline.shape[1]
-    turn = jax.vmap(jax.jacfwd(body.place), (None, 0))
-    points = [end.point for _, _, end in attached_ends(model, name)]
-    points = jnp.stack(points) if points else jnp.zeros((0, d))
-    pulls = forces[net.tied[name]] if name in net.tied else jnp.zeros((0, d))
-
-    clamped = clamped_to(model, name)
+    still = jnp.zeros_like(body.reference)
 
     def force(q):
-        own = body.force(q, still) + jnp.einsum("edm,ed->m", turn(q, points), pulls)
+        own = body.force(q, still) + pull_of_lines(model, net, name, forces, q)
         moment = clamp_force(model, name, q)
         return own if moment is None else own + moment
 
+    q = body.reference
+    return resting(model, net, name, forces, outline, force(q))._replace(
+        stiffness=-jax.jacfwd(force)(q),
+        clamps=tuple(_clamp(model, net, body, each) for each in clamped_to(model, name)),
+    )
+
+
+def resting(
+    model: Model, net: Net, name: str, forces: Float[Array, "places d"],
+    outline: Float[Array, "p d"], left: Float[Array, " m"],
+) -> Floating:  # fmt: skip
+    """A body on which `left` (N, N m) is what does not balance, without a stiffness of its own."""
+    body, d = model.bodies[name], outline.shape[1]
+    q = body.reference
+    ends, pulls = _tied(model, net, name, forces, q)
     free = jnp.ones_like(q) if body.free is None else body.free
-    ends, moment = turn(q, points), jnp.arange(q.size) >= d
+    moment = jnp.arange(q.size) >= d
     known = jnp.einsum("edm,ed->m", jnp.abs(ends), jnp.abs(pulls))
     return Floating(
         free=free,
         mass=body.mass(q),
-        stiffness=-jax.jacfwd(force)(q),
+        stiffness=jnp.zeros((q.size, q.size)),
         ends=ends,
         outline=jax.vmap(body.place, (None, 0))(q, outline),
-        moves=turn(q, outline),
-        doubt=jnp.where(moment, free * (jnp.abs(force(q)) + 8.0 * EPS * known), 0.0),
-        clamps=tuple(_clamp(model, net, body, each) for each in clamped),
+        moves=_turn(body, q, outline),
+        doubt=jnp.where(moment, free * (jnp.abs(left) + 8.0 * EPS * known), 0.0),
     )
+
+
+def pull_of_lines(
+    model: Model, net: Net, name: str, forces: Float[Array, "places d"], q: Float[Array, " m"]
+) -> Float[Array, " m"]:
+    """What the lines that are tied to a body at q do to it with the `forces` on their ends (N, N m)."""
+    ends, pulls = _tied(model, net, name, forces, q)
+    return jnp.einsum("edm,ed->m", ends, pulls)
+
+
+def _tied(model: Model, net: Net, name: str, forces, q):
+    """J (e, d, m) of the ends that are tied to a body, and the forces (e, d) on them."""
+    d = forces.shape[1]
+    points = [end.point for _, _, end in attached_ends(model, name)]
+    points = jnp.stack(points) if points else jnp.zeros((0, d))
+    pulls = forces[net.tied[name]] if name in net.tied else jnp.zeros((0, d))
+    return _turn(model.bodies[name], q, points), pulls
+
+
+def _turn(body: AbstractBody, q: Float[Array, " m"], points: Float[Array, "p d"]) -> Array:
+    """J (p, d, m) of points along a body's own axes (m)."""
+    return jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
 
 
 def _clamp(model: Model, net: Net, body: AbstractBody, clamped: Clamped) -> Clamp:

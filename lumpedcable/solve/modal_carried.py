@@ -11,19 +11,21 @@ it is held along the line's span. A winch with friction at its sheave is held as
 not overcome that, and leave the line as long as it is.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.bodies import body_key
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net
 from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import IdealCable, Trolley
 from lumpedcable.solve.carried import Unknowns, dimensions_of, span_of
-from lumpedcable.solve.modal_bodies import Floating
+from lumpedcable.solve.modal_bodies import Floating, pull_of_lines, resting
 
 __all__ = ["Carried", "carried_motion", "carried_rest"]
 
@@ -32,15 +34,15 @@ AT_REST = 1e-6  # of its line's tension: what may be left on a trolley that rest
 
 
 class Carried(NamedTuple):
-    """K of a whole model, and its bodies: those that run on lines and winches, by name.
+    """K of a whole model, and what moves beside its nodes: bodies and winches, by name.
 
-    stiffness (n, n): of all coordinates of places of the net, then of riders, then of winches, in N/m,
-    N and N m. rolling: by trolley, the force (N) along the line's span against which it is held, 0 where
-    it rests.
+    stiffness (n, n): of all coordinates of places of the net, then of bodies, those that run on lines
+    first, then of winches, in N/m, N and N m; ends of lines do not go with the bodies yet. rolling: by
+    trolley, the force (N) along the line's span against which it is held, 0 where it rests.
     """
 
     stiffness: Float[Array, "n n"]
-    riders: dict[str, Floating]
+    bodies: dict[str, Floating]
     winches: dict[str, Floating]
     rolling: dict[str, Float[Array, ""]]
 
@@ -51,36 +53,52 @@ def carried_rest(model: Model, net: Net) -> Float[Array, "places d"]:
     return unknowns.residual(model, jnp.zeros(unknowns.size)).reshape(net.size, -1)
 
 
-def carried_motion(model: Model, net: Net) -> Carried:
-    """Everything at its reference, which is rest."""
+def carried_motion(model: Model, net: Net, outlines: Mapping[str, Float[Array, "p d"]]) -> Carried:
+    """Everything at its reference, which is rest; rigid bodies that move have `outlines` (m)."""
     d = dimensions_of(model)
+    hulls = {name: model.bodies[name] for name in outlines}
     cargo = {name: body for name, body in model.bodies.items() if isinstance(body, Rider)}
     drums = {name: body for name, body in model.bodies.items() if isinstance(body, Winch)}
     slots = tuple(
         (name, way)
-        for name, body in (cargo | drums).items()
+        for name, body in (cargo | hulls | drums).items()
         for way in jnp.eye(body.reference.size)
     )
     unknowns = Unknowns(net if model.lines else None, slots, d)
     x = jnp.zeros(unknowns.size)
 
+    def places(force):
+        return force[: unknowns.nodal].reshape(-1, d)
+
     def force(x):
-        found = unknowns.residual(model, x)
-        return found, found
+        force, moved = unknowns.forces(model, x), unknowns.split(model, x)
+        # what the pull itself changes by is in the forces on the ends
+        pulls, at = jax.lax.stop_gradient(places(force)), unknowns.nodal
+        for name, body in (cargo | hulls).items():
+            m = body.reference.size
+            if name in hulls:
+                q = body.reference + moved[body_key(name)]
+                force = force.at[at : at + m].add(pull_of_lines(model, net, name, pulls, q))
+            at += m
+        return force, force
 
     slope, still = jax.jacfwd(force, has_aux=True)(x)
     lighter = jnp.ones(unknowns.size)
-    riders, winches, rolling = {}, {}, {}
+    bodies, winches, rolling = {}, {}, {}
     at = unknowns.nodal
     for name, body in cargo.items():
         m = body.reference.size
-        riders[name], rolling[name] = _rider(body, still[at : at + m], *_on(model, name))
+        bodies[name], rolling[name] = _rider(body, still[at : at + m], *_on(model, name))
+        at += m
+    for name, outline in outlines.items():
+        m = model.bodies[name].reference.size
+        bodies[name] = resting(model, net, name, places(still), outline, still[at : at + m])
         at += m
     for name, body in drums.items():
         lighter = lighter.at[at].set(1.0 / body.quickened)
         winches[name] = _winch(body, d)
         at += body.reference.size
-    return Carried(-lighter[:, None] * slope, riders, winches, rolling)
+    return Carried(-lighter[:, None] * slope, bodies, winches, rolling)
 
 
 def _on(model: Model, name: str) -> tuple[Float[Array, ""], Float[Array, " d"]]:

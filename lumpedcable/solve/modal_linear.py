@@ -65,11 +65,12 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
     net = make_net(model)
     d = dimensions_of(model)
     known = with_known_tensions(model)
+    outlines = outlines or {}
     if is_carried(model):
-        stiffness, bodies, winches, rolling = carried_motion(known, net)
+        stiffness, bodies, winches, rolling = carried_motion(known, net, outlines)
     else:
         still, stiffness = _resistance(known, net)
-        bodies = floating(model, net, still, outlines or {})
+        bodies = floating(model, net, still, outlines)
         winches, rolling = {}, {}
     points = jnp.zeros(net.size)
     for junction in model.junctions:
@@ -107,11 +108,11 @@ def linearised(model: Model, outlines: Mapping[str, Float[Array, "p d"]] | None 
     )
 
 
-def stiffness_of(model: Model) -> Stiffness:
+def stiffness_of(model: Model, outlines: Mapping[str, Float[Array, "p d"]]) -> Stiffness:
     """K of a model at its reference alone, as in `Linear`."""
     net, known = make_net(model), with_known_tensions(model)
     if is_carried(model):
-        return carried_motion(known, net).stiffness
+        return carried_motion(known, net, outlines).stiffness
     return _resistance(known, net)[1]
 
 

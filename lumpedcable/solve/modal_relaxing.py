@@ -79,8 +79,15 @@ def kinds_of(model: Model) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     return times, {name: (own == times[:, None]).astype(float) for name, own in lines.items()}
 
 
-def stiffer(model: Model, shares: Mapping[str, Float[Array, "k branches"]]) -> Stiffness:
-    """K + D_k (k, ..) of a model at rest at its reference: its stiffness where those branches hold."""
+def stiffer(
+    model: Model,
+    outlines: Mapping[str, Float[Array, "p d"]],
+    shares: Mapping[str, Float[Array, "k branches"]],
+) -> Stiffness:
+    """K + D_k (k, ..) of a model at rest at its reference: its stiffness where those branches hold.
+
+    `outlines` are those of the bodies that move, as in `linearised`.
+    """
 
     def fast(share):
         lines = {}
@@ -91,7 +98,7 @@ def stiffer(model: Model, shares: Mapping[str, Float[Array, "k branches"]]) -> S
             at_rest = Memory(own.at_rest(line.law, line.reference_strain))
             held = Relaxation(own.stiff * part, own.time)
             lines[name] = replace(line, relaxation=held, memory=at_rest)
-        return stiffness_of(replace(model, lines={**model.lines, **lines}))
+        return stiffness_of(replace(model, lines={**model.lines, **lines}), outlines)
 
     return jax.lax.map(fast, dict(shares))
 

@@ -357,6 +357,8 @@ def _polished(
 def force_scale(model: Model, moved: Vectors | None = None) -> Float[Array, ""]:
     """Largest of the tensions, weights and end forces of a scene (N), to judge a residual by.
 
+    NaN where that is more than a number can be.
+
     The tensions are those of the reference, or of nodes that have `moved` from it (m), by line.
     """
     sizes = [jnp.full((), 1e-12)]
@@ -370,7 +372,9 @@ def force_scale(model: Model, moved: Vectors | None = None) -> Float[Array, ""]:
     for junction in model.junctions:
         if junction.load is not None:
             sizes.append(jnp.sqrt(jnp.sum(junction.load**2)))
-    return jnp.max(jnp.stack(sizes))
+    largest = jnp.max(jnp.stack(sizes))
+    # against what overflows nothing can be judged: no residual is below NaN
+    return jnp.where(jnp.isfinite(largest), largest, jnp.nan)
 
 
 def held_position(model: Model, end: End) -> Float[Array, " d"] | None:

@@ -15,6 +15,7 @@ from lumpedcable.model.layout import layout_of
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net, make_net
 from lumpedcable.model.numbers import number
+from lumpedcable.physics.coupling import BodyPost, IdealCable
 from lumpedcable.scene import Scene, SceneError, Study
 from lumpedcable.scene.bodies import Body
 from lumpedcable.scene.carried import CarriedBody
@@ -77,7 +78,7 @@ def find_modes(study: Study, count: int, run: int = 0) -> Modes:
         damped = partial(damping_of, model) if _is_damped(model) else None
         linear = linearise(model, outlines)
         found = natural_modes(
-            linear, net, layout, coordinates, count, damped, _relaxing(model, linear)
+            linear, net, layout, coordinates, count, damped, _relaxing(model, outlines, linear)
         )
     except ValueError as error:
         d = coordinates.dimensions
@@ -109,12 +110,12 @@ def _is_damped(model: Model) -> bool:
     ) or any(body.works() for body in model.bodies.values())
 
 
-def _relaxing(model: Model, linear: Linear) -> Relaxing | None:
+def _relaxing(model: Model, outlines: dict[str, np.ndarray], linear: Linear) -> Relaxing | None:
     """What the branches of its materials add to the stiffness of a model; None where there are none."""
     times, shares = kinds_of(model)
     if not times.size:
         return None
-    fast, slow = jax.device_get((stiffer_of(model, shares), linear.stiffness))
+    fast, slow = jax.device_get((stiffer_of(model, outlines, shares), linear.stiffness))
     return Relaxing(times, jax.tree.map(np.subtract, fast, slow))
 
 
@@ -132,16 +133,24 @@ def _ideal_lines(
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Ideal lines at rest (3, 3) in m, from post to trolley to post, and how they move in each mode."""
     nodes, shapes = {}, {}
+    turns = np.asarray(coordinates.turns())
     for coupled in model.couplings:
         posts = posts_of(model, coupled, jnp.zeros(()), None, None)
         body = scene.bodies[coupled.body]
         if posts is None or not isinstance(body, CarriedBody):
             continue
+        assert isinstance(coupled.law, IdealCable)  # it alone has posts
         ends = [coordinates.expand(np.asarray(p.place), 0, place=True) for p in posts]
         own = found.rigid[coupled.body]
         nodes[body.on.line] = np.stack([ends[0], own.position, ends[1]])
         moved = np.zeros((own.moved.shape[0], 3, 3))
         moved[:, 1] = own.moved[:, :3]
+        for k, post in zip((0, 2), (coupled.law.start, coupled.law.end), strict=True):
+            if isinstance(post, BodyPost) and post.body in found.rigid:
+                ship, by = model.bodies[post.body], found.rigid[post.body].moved
+                goes = jax.jacfwd(ship.place)(jnp.asarray(ship.reference), post.point)
+                q = np.concatenate([by[:, :3] @ coordinates.axes, by[:, 3:] @ turns.T], axis=1)
+                moved[:, k] = q @ np.asarray(goes).T @ coordinates.axes.T
         shapes[body.on.line] = moved
     return nodes, shapes
 

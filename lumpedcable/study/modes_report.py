@@ -190,8 +190,8 @@ def conditions(study: Study, run: int, modes: Modes) -> list[str]:
         notes.append(f"The equilibrium is unstable: {count} shown would grow, not swing.")
     if modes.asymmetry > ROUNDING:
         notes.append(
-            "Drag of a current, or thrust that turns with its body, makes the stiffness unsymmetric "
-            f"(by {modes.asymmetry:.0e} as a whole)."
+            f"Drag of a current, or thrust that turns with its body,{_aboard(scene)} makes the "
+            f"stiffness unsymmetric (by {modes.asymmetry:.0e} as a whole)."
         )
     if np.any(modes.growth > 0.0):
         notes.append(
@@ -208,11 +208,6 @@ def conditions(study: Study, run: int, modes: Modes) -> list[str]:
         notes.append(
             f'"{name}" is held where the scene puts it; with settle = true it comes to rest and moves.'
         )
-    if modes.rolling or modes.payout:  # cargo and winches move in modes, and hold all others
-        for name in scene.settling:
-            notes.append(
-                f'"{name}" is held where it has come to rest, beside winches or cargo on lines.'
-            )
     return [*notes, *_trolley_notes(scene, modes), *_reel_notes(scene)]
 
 
@@ -248,6 +243,15 @@ def _reel_notes(scene: Scene) -> Iterator[str]:
             yield "Friction at their sheaves, which small motions do not overcome, holds winches."
     if "drum" in reels:
         yield "Drums are held: each line keeps the length that it has at rest."
+
+
+def _aboard(scene: Scene) -> str:
+    """What winches on bodies that move do to a stiffness."""
+    ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
+    stand = [end.winch.at for end in ends if isinstance(end, WinchEnd)]
+    if not any(isinstance(at, str) and at.split(".")[0] in scene.settling for at in stand):
+        return ""
+    return " or a winch on a body, which gets no lighter by the line that it pays out,"
 
 
 def _held_bodies(scene: Scene) -> list[str]:

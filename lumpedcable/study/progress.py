@@ -50,12 +50,12 @@ def now_and_then(title: str, shown: bool) -> Callable[[int, int], None]:
 
 @contextmanager
 def preparing(title: str, shown: bool) -> Iterator[Callable[[], None]]:
-    """Say once that programs are compiled where that takes long and no bar tells of it.
+    """Say once what takes so long where nothing is done yet and no bar tells of it.
 
     Yields:
         To be called when something is done.
     """
-    words = f"{title}: compiling, which the next run of such a scene does not have to"
+    words = f"{title}: under way; what is compiled now is kept for the next run of such a scene"
     timer = Timer(PATIENCE, print, (words,), {"file": sys.stderr, "flush": True})
     timer.daemon = True
     if not shown:

@@ -94,9 +94,9 @@ def strained(
         if what not in account.largest:
             continue
         share, whose = account.largest[what][:, :times], account.largest[f"{what} of"]
-        beyond = share > 1.0 + MORE
+        beyond = (share > 1.0 + MORE) & np.isfinite(share)  # what overflows has a status of its own
         for run in np.flatnonzero(beyond.any(axis=1) & (found.first > account.count)):
-            top = int(np.argmax(np.where(np.isfinite(share[run]), share[run], -np.inf)))
+            top = int(np.argmax(np.where(beyond[run], share[run], -np.inf)))
             scene = contents.study.runs[int(part.runs[run])]
             line = source_of(scene, names[int(whose[run, top])])
             most, first = scene.materials[scene.lines[line].material].max_strain, beyond[run]

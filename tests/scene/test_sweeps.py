@@ -238,6 +238,8 @@ def test_three_components_of_a_direction_make_a_unit_vector(tmp_path):
         (f'[sweep.sample]\ncount = 4\nmethod = "sobel"\n"{TIME}" = {{ from = 0, to = 1 }}',
          "sweep.sample.method", 'did you mean "sobol"'),
         (f'[sweep.sample]\n"{TIME}" = {{ from = 0, to = 1 }}', "sweep.sample", "expected count"),
+        (f'[sweep]\n"{TIME}" = {{ mean = 1, from = 0 }}', f'sweep."{TIME}".mean',
+         "distributions are drawn in sweep.sample"),
         ("[sweep.sample]\ncount = 4", "sweep.sample", "expected at least one key"),
         (f'[sweep.sample]\ncount = 4\n"{TIME}" = {{ mean = 0, deviation = 1 }}',
          f'sweep.sample."{TIME}"', "in draw"),

@@ -1,23 +1,12 @@
 """Natural modes of rigid bodies at rest, with the lines that moor or carry them."""
 
-from functools import partial
-
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from engine_runs import fixed, line_text, order_of, scene_of
-from modal_runs import modes_of
+from modal_runs import at_rest, modes_of, slopes_of_dynamics
 from scipy.linalg import eig, eigh
 from scipy.optimize import brentq
-
-from lumpedcable.model.attached import follow
-from lumpedcable.model.bodies import body_key
-from lumpedcable.model.coordinates import coordinates_of
-from lumpedcable.model.layout import make_layout
-from lumpedcable.model.motion import acceleration
-from lumpedcable.solve.targets import rest_of
-from lumpedcable.study.compiled import RUN_ONCE
 
 G, RHO = 9.81, 1025.0
 OUTPUT = "[output]\nduration = 1\nevery = 1\n"
@@ -259,58 +248,13 @@ position = [14, 1, -10]
 )  # fmt: skip
 
 
-def slopes_of_dynamics(model):
-    """-da/dx of the dynamics at rest, of free nodes and of the body, and where those stand."""
-    free = {
-        name: np.arange(1, line.segments + (name == "upper")) for name, line in model.lines.items()
-    }
-    sizes = {
-        name: (line.dimensions, own.size)
-        for (name, line), own in zip(model.lines.items(), free.values(), strict=True)
-    }
-    still = {name: jnp.zeros_like(line.reference) for name, line in model.lines.items()}
-    still[body_key("box")] = jnp.zeros(6)
-
-    def unpacked(x):
-        moved, at = dict(still), 0
-        for name, shape in sizes.items():
-            count = shape[0] * shape[1]
-            moved[name] = still[name].at[:, free[name]].set(x[at : at + count].reshape(shape))
-            at += count
-        moved[body_key("box")] = x[at:]
-        # the clump's node is one of two lines
-        moved["lower"] = moved["lower"].at[:, 0].set(moved["upper"][:, -1])
-        return follow(model, jnp.zeros(()), moved)
-
-    @partial(jax.jit, compiler_options=RUN_ONCE)
-    def gain(x):
-        found, _ = acceleration(model, jnp.zeros(()), unpacked(x), still, {})
-        parts = [found[name][:, free[name]].ravel() for name in sizes]
-        return jnp.concatenate([*parts, found[body_key("box")]])
-
-    count = sum(a * b for a, b in sizes.values()) + 6
-    return -jax.jacfwd(gain)(jnp.zeros(count))
-
-
-def at_rest(scene):
-    """The scene's state of rest, its bodies where they have settled."""
-    coordinates = coordinates_of([scene])
-    layout, numbers = make_layout(scene), scene.numbers()
-
-    @partial(jax.jit, compiler_options=RUN_ONCE)
-    def rest(numbers):
-        return rest_of(scene.with_numbers(numbers), layout, coordinates)
-
-    return rest({key: jnp.asarray(value, float) for key, value in numbers.items()})
-
-
 @pytest.mark.slow
 def test_modes_are_those_of_the_dynamics(tmp_path):
     scene = scene_of(tmp_path, MOORED)
     found = at_rest(scene)
     assert bool(found.converged)
     modes = modes_of(tmp_path, MOORED, count=100)
-    slopes = np.asarray(slopes_of_dynamics(found.model))
+    slopes = np.asarray(slopes_of_dynamics(found.model, ["box"]))
     assert modes.unknowns == slopes.shape[0] == len(modes.square)
     values = eig(slopes)[0]
     assert np.abs(values.imag).max() < 1e-6 * np.abs(values).max()
@@ -381,7 +325,7 @@ def test_modes_in_a_current_are_those_of_the_dynamics(tmp_path):
     found = at_rest(scene_of(tmp_path, text))
     assert bool(found.converged)
     modes = modes_of(tmp_path, text, count=100)
-    slopes = np.asarray(slopes_of_dynamics(found.model))
+    slopes = np.asarray(slopes_of_dynamics(found.model, ["box"]))
     values = eig(slopes)[0]
     every = values[np.lexsort((values.imag, values.real))]
     size = every.real.max()

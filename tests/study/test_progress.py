@@ -95,6 +95,5 @@ def test_what_takes_long_before_anything_is_done_is_told(capsys, monkeypatch, sh
             begun()
         time.sleep(0.4)
     lines = capsys.readouterr().err.splitlines()
-    assert (
-        lines == ["A rope: compiling, which the next run of such a scene does not have to"] * told
-    )
+    words = "A rope: under way; what is compiled now is kept for the next run of such a scene"
+    assert lines == [words] * told
