@@ -36,9 +36,9 @@ AT_REST = 1e-6  # of its line's tension: what may be left on a trolley that rest
 class Carried(NamedTuple):
     """K of a whole model, and what moves beside its nodes: bodies and winches, by name.
 
-    stiffness (n, n): of all coordinates of places of the net, then of bodies, those that run on lines
-    first, then of winches, in N/m, N and N m; ends of lines do not go with the bodies yet. rolling: by
-    trolley, the force (N) along the line's span against which it is held, 0 where it rests.
+    stiffness (n, n): of all coordinates of places of the net, then of bodies, then of winches, by name,
+    in N/m, N and N m; ends of lines do not go with the bodies yet. rolling: by trolley, the force (N)
+    along the line's span against which it is held, 0 where it rests.
     """
 
     stiffness: Float[Array, "n n"]
@@ -56,16 +56,21 @@ def carried_rest(model: Model, net: Net) -> Float[Array, "places d"]:
 def carried_motion(model: Model, net: Net, outlines: Mapping[str, Float[Array, "p d"]]) -> Carried:
     """Everything at its reference, which is rest; rigid bodies that move have `outlines` (m)."""
     d = dimensions_of(model)
-    hulls = {name: model.bodies[name] for name in outlines}
-    cargo = {name: body for name, body in model.bodies.items() if isinstance(body, Rider)}
-    drums = {name: body for name, body in model.bodies.items() if isinstance(body, Winch)}
+    reels = {name: body for name, body in model.bodies.items() if isinstance(body, Winch)}
+    # by name, the order in which a compiled program returns what it tells by name
+    movers = {
+        name: body
+        for name, body in sorted(model.bodies.items())
+        if isinstance(body, Rider) or name in outlines
+    } | dict(sorted(reels.items()))
     slots = tuple(
-        (name, way)
-        for name, body in (cargo | hulls | drums).items()
-        for way in jnp.eye(body.reference.size)
+        (name, way) for name, body in movers.items() for way in jnp.eye(body.reference.size)
     )
     unknowns = Unknowns(net if model.lines else None, slots, d)
-    x = jnp.zeros(unknowns.size)
+    own, at = {}, unknowns.nodal
+    for name, body in movers.items():
+        own[name] = slice(at, at + body.reference.size)
+        at += body.reference.size
 
     def places(force):
         return force[: unknowns.nodal].reshape(-1, d)
@@ -73,31 +78,24 @@ def carried_motion(model: Model, net: Net, outlines: Mapping[str, Float[Array, "
     def force(x):
         force, moved = unknowns.forces(model, x), unknowns.split(model, x)
         # what the pull itself changes by is in the forces on the ends
-        pulls, at = jax.lax.stop_gradient(places(force)), unknowns.nodal
-        for name, body in (cargo | hulls).items():
-            m = body.reference.size
-            if name in hulls:
-                q = body.reference + moved[body_key(name)]
-                force = force.at[at : at + m].add(pull_of_lines(model, net, name, pulls, q))
-            at += m
+        pulls = jax.lax.stop_gradient(places(force))
+        for name in outlines:
+            q = model.bodies[name].reference + moved[body_key(name)]
+            force = force.at[own[name]].add(pull_of_lines(model, net, name, pulls, q))
         return force, force
 
-    slope, still = jax.jacfwd(force, has_aux=True)(x)
+    slope, still = jax.jacfwd(force, has_aux=True)(jnp.zeros(unknowns.size))
     lighter = jnp.ones(unknowns.size)
     bodies, winches, rolling = {}, {}, {}
-    at = unknowns.nodal
-    for name, body in cargo.items():
-        m = body.reference.size
-        bodies[name], rolling[name] = _rider(body, still[at : at + m], *_on(model, name))
-        at += m
-    for name, outline in outlines.items():
-        m = model.bodies[name].reference.size
-        bodies[name] = resting(model, net, name, places(still), outline, still[at : at + m])
-        at += m
-    for name, body in drums.items():
-        lighter = lighter.at[at].set(1.0 / body.quickened)
-        winches[name] = _winch(body, d)
-        at += body.reference.size
+    for name, body in movers.items():
+        left = still[own[name]]
+        if isinstance(body, Winch):
+            lighter = lighter.at[own[name]].set(1.0 / body.quickened)
+            winches[name] = _winch(body, d)
+        elif isinstance(body, Rider):
+            bodies[name], rolling[name] = _rider(body, left, *_on(model, name))
+        else:
+            bodies[name] = resting(model, net, name, places(still), outlines[name], left)
     return Carried(-lighter[:, None] * slope, bodies, winches, rolling)
 
 

@@ -151,7 +151,7 @@ materials.wire = {{ law = "linear", EA = "50 MN" }}
 mass = 200
 on = {{ line = "high", place = 12 }}
 
-[bodies.ship]
+[bodies.barge]
 mass = 5000
 position = [31, 0, -4]
 free = ["x"]
@@ -165,7 +165,7 @@ length = 30
 MODEL
 mass = 1e-4
 start = {{ fixed = [0, 0, 0] }}
-end = {{ winch = {{ at = "ship.post", tension = 10e3 }} }}
+end = {{ winch = {{ at = "barge.post", tension = 10e3 }} }}
 {OUTPUT}"""
 
 
@@ -180,7 +180,7 @@ def test_a_ship_under_an_ideal_highline(tmp_path):
     np.testing.assert_allclose(found.square, lowest(carried, [30, -1.5], [5000, 200]), rtol=1e-11)
     # the line is drawn from post to cargo to the post that goes with the ship
     line = found.shapes["high"]
-    np.testing.assert_allclose(line[:, 2, 0], found.rigid["ship"].moved[:, 0], atol=1e-12)
+    np.testing.assert_allclose(line[:, 2, 0], found.rigid["barge"].moved[:, 0], atol=1e-12)
     np.testing.assert_allclose(line[:, 1], found.rigid["cargo"].moved[:, :3], atol=1e-12)
     assert np.all(line[:, 0] == 0.0)
 
@@ -199,7 +199,7 @@ gravity = {G}
 materials.wire = {{ law = "linear", EA = "8 MN" }}
 materials.hose = {{ law = "linear", EA = "2 MN" }}
 
-[bodies.ship]
+[bodies.barge]
 mass = "9 t"
 inertia = [9e3, 30e3, 33e3]
 position = [0, 0, 0]
@@ -216,16 +216,16 @@ material = "wire"
 length = 33
 model = "ideal"
 mass = 1
-start = "ship.mast"
+start = "barge.mast"
 end = {{ winch = {{ at = [33, 0, 4], tension = 9e3 }} }}
 """ + (
     line_text(
         "aft", "wire", 25, 4, 2,
-        '{ winch = { at = "ship.aft", tension = 7e3, inertia = 9 } }', fixed(-22, 0, 2),
+        '{ winch = { at = "barge.aft", tension = 7e3, inertia = 9 } }', fixed(-22, 0, 2),
     )
     + line_text(
         "hose", "hose", 24, 5, 12,
-        '{ tied = "ship.bow", direction = [1, 0, -1] }', fixed(21, 0, 1), "bending = { EI = 5e3 }",
+        '{ tied = "barge.bow", direction = [1, 0, -1] }', fixed(21, 0, 1), "bending = { EI = 5e3 }",
     )
     + OUTPUT
 )  # fmt: skip
