@@ -133,8 +133,8 @@ class Output(Part):
     """Whether the summary has the mean and the standard deviation of each measure besides."""
     stop: Text | None = None
     """A rigid body that starts with a velocity: the run ends when its velocity along that one has
-    fallen to zero, and what would follow repeats its last state; not with a method that chooses its
-    steps. Absent: at `duration`."""
+    fallen to zero, and what would follow repeats its last state, that of the end of the step in which
+    it does; not with a method that chooses its steps. Absent: at `duration`."""
     precision: Precision = "float64"
     """Floating-point type of the kept fields; scalars are always float64."""
 
