@@ -56,13 +56,10 @@ def carried_rest(model: Model, net: Net) -> Float[Array, "places d"]:
 def carried_motion(model: Model, net: Net, outlines: Mapping[str, Float[Array, "p d"]]) -> Carried:
     """Everything at its reference, which is rest; rigid bodies that move have `outlines` (m)."""
     d = dimensions_of(model)
-    reels = {name: body for name, body in model.bodies.items() if isinstance(body, Winch)}
     # by name, the order in which a compiled program returns what it tells by name
-    movers = {
-        name: body
-        for name, body in sorted(model.bodies.items())
-        if isinstance(body, Rider) or name in outlines
-    } | dict(sorted(reels.items()))
+    every = dict(sorted(model.bodies.items()))
+    movers = {n: body for n, body in every.items() if isinstance(body, Rider) or n in outlines}
+    movers |= {n: body for n, body in every.items() if isinstance(body, Winch)}
     slots = tuple(
         (name, way) for name, body in movers.items() for way in jnp.eye(body.reference.size)
     )
@@ -72,17 +69,17 @@ def carried_motion(model: Model, net: Net, outlines: Mapping[str, Float[Array, "
         own[name] = slice(at, at + body.reference.size)
         at += body.reference.size
 
-    def places(force):
-        return force[: unknowns.nodal].reshape(-1, d)
+    def on_places(forces):
+        return forces[: unknowns.nodal].reshape(-1, d)
 
     def force(x):
-        force, moved = unknowns.forces(model, x), unknowns.split(model, x)
+        acting, moved = unknowns.forces(model, x), unknowns.split(model, x)
         # what the pull itself changes by is in the forces on the ends
-        pulls = jax.lax.stop_gradient(places(force))
+        pulls = jax.lax.stop_gradient(on_places(acting))
         for name in outlines:
             q = model.bodies[name].reference + moved[body_key(name)]
-            force = force.at[own[name]].add(pull_of_lines(model, net, name, pulls, q))
-        return force, force
+            acting = acting.at[own[name]].add(pull_of_lines(model, net, name, pulls, q))
+        return acting, acting
 
     slope, still = jax.jacfwd(force, has_aux=True)(jnp.zeros(unknowns.size))
     lighter = jnp.ones(unknowns.size)
@@ -95,7 +92,7 @@ def carried_motion(model: Model, net: Net, outlines: Mapping[str, Float[Array, "
         elif isinstance(body, Rider):
             bodies[name], rolling[name] = _rider(body, left, *_on(model, name))
         else:
-            bodies[name] = resting(model, net, name, places(still), outlines[name], left)
+            bodies[name] = resting(model, net, name, on_places(still), outlines[name], left)
     return Carried(-lighter[:, None] * slope, bodies, winches, rolling)
 
 

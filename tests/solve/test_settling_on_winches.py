@@ -43,7 +43,8 @@ SPRING = (
 )
 
 
-@pytest.mark.parametrize("aboard", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("aboard", [False, True])
 def test_a_winch_against_a_spring(tmp_path, aboard):
     """What the winch pulls with stretches the other line, wherever the winch stands."""
     start, end = winch((0, 0, 0), 20e3), '"box.tail"'
