@@ -16,6 +16,8 @@ from lumpedcable.results.opening import read_only
 
 __all__ = ["copy_whole", "damaged", "is_whole", "joined"]
 
+MOST_NAMED = 5
+"""Damaged files that are named; of more the number is told."""
 _AT_ONCE = 2**22  # numbers that are copied at once
 _OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}  # attributes HDF5 keeps itself
 
@@ -86,13 +88,20 @@ def is_whole(file: h5py.File) -> bool:
 
 
 def damaged(dataset: h5py.Dataset) -> str:
-    """What is damaged, in words, where a dataset cannot be read: a file that it shows, or itself."""
+    """What is damaged, in words, where a dataset cannot be read: files that it shows, or itself."""
     folder = Path(dataset.file.filename).parent
-    for source in dataset.virtual_sources() if dataset.is_virtual else ():
-        file = folder / source.file_name
-        if file.exists() and not _opens(file):
-            return f"{file} is damaged; once it is deleted, lumpedcable study computes it again"
-    return f"{dataset.file.filename}: {dataset.name} is damaged"
+    shown = {source.file_name for source in dataset.virtual_sources()} if dataset.is_virtual else ()
+    files = [folder / name for name in sorted(shown)]
+    found = [str(file) for file in files if file.exists() and not _opens(file)]
+    if not found:
+        return f"{dataset.file.filename}: {dataset.name} is damaged"
+    if len(found) == 1:
+        return f"{found[0]} is damaged; once it is deleted, lumpedcable study computes it again"
+    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    names = ", ".join(found[:MOST_NAMED])
+    return (
+        f"{names}{more} are damaged; once they are deleted, lumpedcable study computes them again"
+    )
 
 
 def _opens(path: Path) -> bool:

@@ -130,6 +130,19 @@ def test_a_shard_that_is_damaged_is_named(whole, tmp_path):
     assert f"{folder.name(1)} is damaged; once it is deleted" in told.err
 
 
+def test_all_shards_that_are_damaged_are_named_at_once(whole, tmp_path):
+    shutil.copytree(whole.path, tmp_path / "s")
+    folder = StudyFolder.open(tmp_path / "s")
+    with folder.file(0).open("r+b") as file:
+        file.truncate(0)
+    with folder.file(1).open("r+b") as file:
+        file.truncate(3000)
+    told = say(tmp_path, "info", "s")
+    assert told.code == 2
+    both = f"{folder.name(0)}, s/{folder.name(1)} are damaged; once they are deleted"
+    assert both in told.err.replace("\n", " ").replace("  ", " ")
+
+
 def test_a_file_that_shows_shards_is_not_complete_without_them(whole, tmp_path):
     shutil.copytree(whole.path, tmp_path / "s")
     folder = StudyFolder.open(tmp_path / "s")
