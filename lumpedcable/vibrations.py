@@ -132,7 +132,7 @@ def modes(
     Raises:
         SceneError: the scene or a change is wrong, or nothing in it can move.
         NoEquilibriumError: no state of rest was found; a ValueError, whose text says what to do.
-        ValueError: the scene has no such run, or `count` is below 1.
+        ValueError: the scene has no such run, or `count` is no whole number of at least 1.
     """
     if not isinstance(count, Integral) or count < 1:
         raise ValueError(f"count: expected a whole number of at least 1, found {count!r}")

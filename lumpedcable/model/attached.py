@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -20,6 +21,7 @@ from lumpedcable.model.grip import MatrixInertia, against_motion
 from lumpedcable.model.hauled import placed_on_way, steered, ways
 from lumpedcable.model.inertia import end_matrices
 from lumpedcable.model.model import Model
+from lumpedcable.model.net import Net
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.motion import Still, velocity_of, way_of
 from lumpedcable.physics.place import place_at_end
@@ -35,7 +37,9 @@ __all__ = [
     "moved_ends",
     "on_course",
     "on_paths",
+    "pull_of_lines",
     "start_velocities",
+    "tied_to",
     "travels",
 ]
 
@@ -284,3 +288,22 @@ def _solved(matrix: Array, vector: Array, free: Array | None) -> Array:
         return solve_small(matrix, vector)
     only = matrix * jnp.outer(free, free) + jnp.diag(1.0 - free)
     return solve_small(only, vector * free)
+
+
+def pull_of_lines(
+    model: Model, net: Net, name: str, forces: Float[Array, "places d"], q: Float[Array, " m"]
+) -> Float[Array, " m"]:
+    """J^T F (N, N m) on a body at q, of the `forces` (N) on the ends that are tied to it."""
+    ends, pulls = tied_to(model, net, name, forces, q)
+    return jnp.einsum("edm,ed->m", ends, pulls)
+
+
+def tied_to(
+    model: Model, net: Net, name: str, forces: Float[Array, "places d"], q: Float[Array, " m"]
+) -> tuple[Float[Array, "e d m"], Float[Array, "e d"]]:
+    """J of the ends that are tied to a body at q, and the forces (N) on them."""
+    d = forces.shape[1]
+    points = [end.point for _, _, end in attached_ends(model, name)]
+    points = jnp.stack(points) if points else jnp.zeros((0, d))
+    pulls = forces[net.tied[name]] if name in net.tied else jnp.zeros((0, d))
+    return jax.vmap(jax.jacfwd(model.bodies[name].place), (None, 0))(q, points), pulls

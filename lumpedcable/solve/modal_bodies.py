@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from lumpedcable.model.attached import attached_ends
+from lumpedcable.model.attached import pull_of_lines, tied_to
 from lumpedcable.model.bodies import AbstractBody
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.model import Model
@@ -36,7 +36,6 @@ __all__ = [
     "Floating",
     "RigidMotion",
     "floating",
-    "pull_of_lines",
     "resting",
     "rigid_motions",
 ]
@@ -143,7 +142,7 @@ def resting(
     """A body on which `left` (N, N m) is what does not balance, without a stiffness of its own."""
     body, d = model.bodies[name], outline.shape[1]
     q = body.reference
-    ends, pulls = _tied(model, net, name, forces, q)
+    ends, pulls = tied_to(model, net, name, forces, q)
     free = jnp.ones_like(q) if body.free is None else body.free
     moment = jnp.arange(q.size) >= d
     known = jnp.einsum("edm,ed->m", jnp.abs(ends), jnp.abs(pulls))
@@ -153,31 +152,9 @@ def resting(
         stiffness=jnp.zeros((q.size, q.size)),
         ends=ends,
         outline=jax.vmap(body.place, (None, 0))(q, outline),
-        moves=_turn(body, q, outline),
+        moves=jax.vmap(jax.jacfwd(body.place), (None, 0))(q, outline),
         doubt=jnp.where(moment, free * (jnp.abs(left) + 8.0 * EPS * known), 0.0),
     )
-
-
-def pull_of_lines(
-    model: Model, net: Net, name: str, forces: Float[Array, "places d"], q: Float[Array, " m"]
-) -> Float[Array, " m"]:
-    """What the lines that are tied to a body at q do to it with the `forces` on their ends (N, N m)."""
-    ends, pulls = _tied(model, net, name, forces, q)
-    return jnp.einsum("edm,ed->m", ends, pulls)
-
-
-def _tied(model: Model, net: Net, name: str, forces, q):
-    """J (e, d, m) of the ends that are tied to a body, and the forces (e, d) on them."""
-    d = forces.shape[1]
-    points = [end.point for _, _, end in attached_ends(model, name)]
-    points = jnp.stack(points) if points else jnp.zeros((0, d))
-    pulls = forces[net.tied[name]] if name in net.tied else jnp.zeros((0, d))
-    return _turn(model.bodies[name], q, points), pulls
-
-
-def _turn(body: AbstractBody, q: Float[Array, " m"], points: Float[Array, "p d"]) -> Array:
-    """J (p, d, m) of points along a body's own axes (m)."""
-    return jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
 
 
 def _clamp(model: Model, net: Net, body: AbstractBody, clamped: Clamped) -> Clamp:

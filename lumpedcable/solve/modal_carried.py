@@ -18,6 +18,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from lumpedcable.model.attached import pull_of_lines
 from lumpedcable.model.bodies import body_key
 from lumpedcable.model.model import Model
 from lumpedcable.model.net import Net
@@ -25,7 +26,7 @@ from lumpedcable.model.riders import Rider
 from lumpedcable.model.winches import Winch
 from lumpedcable.physics.coupling import IdealCable, Trolley
 from lumpedcable.solve.carried import Unknowns, dimensions_of, span_of
-from lumpedcable.solve.modal_bodies import Floating, pull_of_lines, resting
+from lumpedcable.solve.modal_bodies import Floating, resting
 
 __all__ = ["Carried", "carried_motion", "carried_rest"]
 

@@ -17,10 +17,9 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from lumpedcable.model.attached import attached_ends
+from lumpedcable.model.attached import attached_ends, pull_of_lines
 from lumpedcable.model.bodies import RigidBody
 from lumpedcable.model.coordinates import Coordinates
 from lumpedcable.model.couple import body_force
@@ -331,14 +330,11 @@ def _forces(model: Model, names: list[str]) -> Float[Array, " q"]:
         pulls, acting = forces_at_rest(model, still, net), None
     found = []
     for name in names:
-        body, ends = _body(model, name), list(attached_ends(model, name))
+        body = _body(model, name)
         q = body.reference
         force = body.force(q, jnp.zeros_like(q))
-        if ends and pulls is not None:
-            own = pulls[np.array([net.index[line][node] for line, node, _ in ends])]
-            points = jnp.stack([end.point for *_, end in ends])
-            places = jax.vmap(jax.jacfwd(body.place), (None, 0))(q, points)
-            force = force + jnp.einsum("kdm,kd->m", places, own)
+        if name in net.tied and pulls is not None:
+            force = force + pull_of_lines(model, net, name, pulls, q)
         pushed = clamp_force(model, name, q) if acting is None else body_force(model, name, acting)
         found.append(force if pushed is None else force + pushed)
     return jnp.concatenate(found)

@@ -13,6 +13,7 @@ from lumpedcable.results.human import quantity
 from lumpedcable.scene import Scene, Study, format_quantity
 from lumpedcable.scene.bodies import ANGLES, Body
 from lumpedcable.scene.carried import CarriedBody, WinchEnd, reel_key
+from lumpedcable.scene.ends import End
 from lumpedcable.solve.modal import Modes
 from lumpedcable.solve.modal_coupled import ROUNDING
 from lumpedcable.study.tables import console_of, new_table
@@ -229,7 +230,7 @@ def _trolley_notes(scene: Scene, modes: Modes) -> Iterator[str]:
 
 def _reel_notes(scene: Scene) -> Iterator[str]:
     """How winches and drums move."""
-    ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
+    ends = _ends(scene)
     reels = {reel_key(end) for end in ends}
     if "winch" in reels:
         winches = [end.winch for end in ends if isinstance(end, WinchEnd)]
@@ -245,10 +246,14 @@ def _reel_notes(scene: Scene) -> Iterator[str]:
         yield "Drums are held: each line keeps the length that it has at rest."
 
 
+def _ends(scene: Scene) -> list[End]:
+    """The ends of all lines."""
+    return [end for line in scene.lines.values() for end in (line.start, line.end)]
+
+
 def _aboard(scene: Scene) -> str:
     """What winches on bodies that move do to a stiffness."""
-    ends = [end for line in scene.lines.values() for end in (line.start, line.end)]
-    stand = [end.winch.at for end in ends if isinstance(end, WinchEnd)]
+    stand = [end.winch.at for end in _ends(scene) if isinstance(end, WinchEnd)]
     if not any(isinstance(at, str) and at.split(".")[0] in scene.settling for at in stand):
         return ""
     return " or a winch on a body, which gets no lighter by the line that it pays out,"
